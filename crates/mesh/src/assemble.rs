@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::error::count32;
-use crate::geometry::{cross, dot, norm};
+use crate::vector::{cross, dot, norm};
 use crate::{Mesh, MeshError};
 
 /// A rotation about an axis through the origin, counter-clockwise seen from the tip of the axis.

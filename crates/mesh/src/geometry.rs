@@ -1,5 +1,6 @@
 //! Geometry of elements and facets: Jacobians, volumes, centroids, areas.
 
+use crate::vector::{cross, dot, norm, subtract};
 use crate::{Element, Facet, FacetCorners, Mesh, Surface, WEDGE_AS_HEX};
 
 /// Natural coordinates (ξ, η, ζ) of the corners of a hex8.
@@ -16,22 +17,6 @@ pub const HEX_CORNERS: [[f64; 3]; 8] = [
 
 /// 1/√3, the abscissa of the two-point Gauss rule (weights 1).
 const GAUSS: f64 = 0.577_350_269_189_625_8;
-
-pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(crate) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
 
 /// Tangents ∂X/∂ξ, ∂X/∂η, ∂X/∂ζ of the trilinear map at `xi`. \[L\]
 fn hex_tangents(corners: &[[f64; 3]; 8], xi: [f64; 3]) -> [[f64; 3]; 3] {

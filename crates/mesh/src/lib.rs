@@ -39,6 +39,7 @@ mod mesh;
 mod search;
 mod select;
 mod topology;
+pub mod vector;
 
 pub use assemble::{Placement, Rotation};
 pub use defect::MeshDefect;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::geometry::{dot, norm, subtract};
+use crate::vector::{dot, norm, subtract};
 use crate::{Body, Mesh, MeshError};
 
 impl Mesh {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::geometry::{norm, subtract};
+use crate::vector::{norm, subtract};
 use crate::{Body, Facet, FacetNodes, Mesh, MeshError, Surface};
 
 /// The elements around each node, as compressed rows.

@@ -1,6 +1,6 @@
 //! Closest points on triangles and segments, by a tree of boxes.
 
-use crate::vector::{cross, dot, minus, norm};
+use crate::vector::{cross, dot, norm, subtract};
 
 /// A triangle or a segment (its last two corners are the same).
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ impl ClosestPoint {
         let number = self.boxes.len();
         self.boxes.push(Node { min, max, start: start as u32, end: end as u32, second: 0 });
         if end - start > LEAF {
-            let size = minus(max, min);
+            let size = subtract(max, min);
             let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
             let key = |s: &Simplex| s.corners.iter().map(|p| p[axis]).sum::<f64>();
             let middle = (end - start) / 2;
@@ -93,7 +93,7 @@ impl ClosestPoint {
                 }
                 let [a, b, c] = simplex.corners;
                 let point = if segment { on_segment(x, a, b) } else { on_triangle(x, a, b, c) };
-                let distance = norm(minus(point, x));
+                let distance = norm(subtract(point, x));
                 if distance < best.0 {
                     best = (distance, Some(point));
                 }
@@ -110,7 +110,7 @@ const ENDS: f64 = 1e-6;
 impl ClosestPoint {
     /// Whether a triangle crosses the segment from `p` to `q` away from its ends.
     pub fn crosses(&self, p: [f64; 3], q: [f64; 3]) -> bool {
-        let along = minus(q, p);
+        let along = subtract(q, p);
         let mut open: Vec<u32> = if self.boxes.is_empty() { Vec::new() } else { vec![0] };
         while let Some(at) = open.pop() {
             let node = &self.boxes[at as usize];
@@ -152,13 +152,13 @@ fn meets_box(p: [f64; 3], along: [f64; 3], node: &Node) -> bool {
 /// Method: T. Möller, B. Trumbore, Fast, minimum storage ray/triangle intersection, J. Graphics
 /// Tools 2 (1997) 21–28.
 fn crossing(p: [f64; 3], along: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> bool {
-    let (u, v) = (minus(b, a), minus(c, a));
+    let (u, v) = (subtract(b, a), subtract(c, a));
     let h = cross(along, v);
     let determinant = dot(u, h);
     if determinant == 0.0 {
         return false;
     }
-    let from = minus(p, a);
+    let from = subtract(p, a);
     let s = dot(from, h) / determinant;
     let g = cross(from, u);
     let t = dot(along, g) / determinant;
@@ -172,9 +172,9 @@ fn combined(a: [f64; 3], (s, u): (f64, [f64; 3]), (t, v): (f64, [f64; 3])) -> [f
 }
 
 fn on_segment(x: [f64; 3], a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    let along = minus(b, a);
+    let along = subtract(b, a);
     let size = dot(along, along);
-    let s = if size > 0.0 { (dot(minus(x, a), along) / size).clamp(0.0, 1.0) } else { 0.0 };
+    let s = if size > 0.0 { (dot(subtract(x, a), along) / size).clamp(0.0, 1.0) } else { 0.0 };
     combined(a, (s, along), (0.0, along))
 }
 
@@ -182,8 +182,8 @@ fn on_segment(x: [f64; 3], a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 ///
 /// Method: C. Ericson, Real-Time Collision Detection (2005), section 5.1.5.
 fn on_triangle(x: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
-    let (u, v) = (minus(b, a), minus(c, a));
-    let ends = |p: [f64; 3]| (dot(u, minus(x, p)), dot(v, minus(x, p)));
+    let (u, v) = (subtract(b, a), subtract(c, a));
+    let ends = |p: [f64; 3]| (dot(u, subtract(x, p)), dot(v, subtract(x, p)));
     let ((d1, d2), (d3, d4), (d5, d6)) = (ends(a), ends(b), ends(c));
     if d1 <= 0.0 && d2 <= 0.0 {
         return a;
@@ -243,9 +243,9 @@ mod tests {
         let facing = [1.0, 0.0, 0.0];
         for k in 300..340 {
             let x = corner(k);
-            let found = norm(minus(tree.of(x, (facing, 0.0), f64::INFINITY).expect("one faces x"), x));
+            let found = norm(subtract(tree.of(x, (facing, 0.0), f64::INFINITY).expect("one faces x"), x));
             let faces = simplices.iter().filter(|s| dot(s.normal, facing) > 0.0);
-            let all = faces.map(|s| norm(minus(on_triangle(x, s.corners[0], s.corners[1], s.corners[2]), x)));
+            let all = faces.map(|s| norm(subtract(on_triangle(x, s.corners[0], s.corners[1], s.corners[2]), x)));
             assert_eq!(found, all.fold(f64::INFINITY, f64::min));
         }
         assert_eq!(ClosestPoint::default().of([0.0; 3], (facing, 0.0), f64::INFINITY), None);

@@ -44,19 +44,27 @@ fn frictions(case: &Case, load_case: &LoadCase) -> Vec<Option<f64>> {
 }
 
 fn moduli(case: &Case, load_case: &LoadCase) -> Vec<f64> {
-    let of = |name: &String| {
-        let own = load_case.bodies.iter().find(|body| body.body == *name);
-        own.and_then(|body| body.modulus_factor).or(load_case.modulus_factor).unwrap_or(1.0)
-    };
-    case.bodies.iter().map(|body| of(&body.name)).collect()
+    let own = |name: &str| load_case.bodies.iter().find(|body| body.body == name)?.modulus_factor;
+    factors(case.bodies.iter().map(|body| &body.name), own, load_case.modulus_factor)
 }
 
 fn motions(case: &Case, load_case: &LoadCase) -> Vec<f64> {
-    let of = |set: &String| {
-        let own = load_case.motions.iter().find(|motion| motion.set == *set).map(|motion| motion.factor);
-        own.or(load_case.motion_factor).unwrap_or(1.0)
-    };
-    case.dirichlet.iter().map(|dirichlet| of(&dirichlet.set)).collect()
+    let own = |name: &str| load_case.motions.iter().find(|motion| motion.set == name).map(|motion| motion.factor);
+    factors(case.dirichlet.iter().map(|dirichlet| &dirichlet.set), own, load_case.motion_factor)
+}
+
+fn loads(case: &Case, load_case: &LoadCase) -> Vec<f64> {
+    let own = |name: &str| load_case.loads.iter().find(|load| load.surface == name).map(|load| load.factor);
+    factors(case.loads.iter().map(|load| &load.surface), own, load_case.load_factor)
+}
+
+/// The factor on each of some names: its own, or that of all, or 1.
+fn factors<'a>(
+    names: impl Iterator<Item = &'a String>,
+    own: impl Fn(&str) -> Option<f64>,
+    of_all: Option<f64>,
+) -> Vec<f64> {
+    names.map(|name| own(name).or(of_all).unwrap_or(1.0)).collect()
 }
 
 /// Nodes that two sets move in the same way need the same factor for both.
@@ -83,14 +91,6 @@ fn check_shared(
         }
     }
     Ok(())
-}
-
-fn loads(case: &Case, load_case: &LoadCase) -> Vec<f64> {
-    let of = |surface: &String| {
-        let own = load_case.loads.iter().find(|load| load.surface == *surface).map(|load| load.factor);
-        own.or(load_case.load_factor).unwrap_or(1.0)
-    };
-    case.loads.iter().map(|load| of(&load.surface)).collect()
 }
 
 /// Displacements of all nodes at the start of a load case; empty if no body is moved.

@@ -233,7 +233,7 @@ mod tests {
         let cells = [6, 1, 3];
         let full = OverhangFilter::new(&[printed_box(cells, 2, false)], vec![false; 18]).apply(&[1.0; 18]);
         assert!(full.iter().all(|phi| (0.99..=1.0).contains(phi)), "{full:?}");
-        // a column of one element with a wide top: the elements beside the column may stay
+        // a column one element wide under a wide top: the elements next to the column are supported
         let mut x = [0.0; 18];
         [0, 6].into_iter().for_each(|e| x[e] = 1.0);
         x[12..18].fill(1.0);

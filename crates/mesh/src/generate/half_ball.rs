@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::{at_least, named, positive};
 use crate::error::count32;
-use crate::geometry::norm;
+use crate::vector::norm;
 use crate::{Body, Element, Mesh, MeshError, Surface};
 
 /// A solid half-ball with its flat face on y = 0, centred at the origin, and its dome pointing

@@ -161,7 +161,7 @@ impl Optimization {
     /// The bound on the volume of the dilated design in the next update: the nominal design keeps its
     /// own bound if the ratio of both volumes stays. `None` if there is no dilated design.
     ///
-    /// Wang, Lazarov and Sigmund (2011) set it anew after every 20 updates. From a grey design, whose
+    /// Wang, Lazarov and Sigmund (2011) update it only every 20 iterations. From a grey design, whose
     /// dilated volume is far larger than the nominal one, the nominal volume would rise by a third
     /// meanwhile.
     pub(super) fn dilated_limit(&self, designs: &Designs) -> Option<f64> {

@@ -16,7 +16,7 @@ pub struct IterationRecord {
     pub iteration: usize,
     /// θ.
     pub objective: f64,
-    /// Filled fraction of the design domain.
+    /// Filled fraction of the design domain, of the nominal design.
     pub volume_fraction: f64,
     /// Largest change of a variable in the update that followed, before halvings and inner
     /// iterations shortened it; `None` after the last evaluation.
@@ -24,7 +24,8 @@ pub struct IterationRecord {
     /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as the
     /// optimizer sees it.
     pub optimality: Option<f64>,
-    /// Newton iterations of the whole path.
+    /// Newton iterations of the whole path; of several realisations, of all their paths. The same
+    /// holds for the next three numbers.
     pub newton_iterations: usize,
     /// Newton iterations of failed attempts, including the paths that failed before the update was
     /// halved, and of the paths of rejected candidates.
@@ -43,11 +44,11 @@ pub struct IterationRecord {
     pub constraints: Vec<FunctionRecord>,
     /// Largest violation of a constraint, relative to its bound; 0 if all are met.
     pub violation: f64,
-    /// Share of intermediate densities, 4 Σ V φ (1 − φ) / Σ V over the design domain: 0 for a
+    /// Share of intermediate densities of the nominal design, 4 Σ V φ (1 − φ) / Σ V over the design domain: 0 for a
     /// design of solid and void, 1 if all densities are 0.5. Source: Sigmund, Struct. Multidiscip.
     /// Optim. 33 (2007) 401–424.
     pub discreteness: f64,
-    /// Slave nodes open, sticking, slipping at the end of the path.
+    /// Slave nodes open, sticking, slipping at the end of the path of the nominal design.
     pub status: [usize; 3],
     /// How many times the update was halved because the path could not be marched with the full
     /// one.

@@ -6,7 +6,7 @@ use slipstick_case::case::{Case, Promise};
 
 use super::{RunDirectory, RunError};
 
-/// A promised value and what became of it.
+/// The value that a design promised, and that of its part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// The quantity, a column of `quantities.csv`.
@@ -38,7 +38,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// [`RunError::Read`].
 pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunError> {
     let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
-    let ofs = |name: &str| -> Option<Vec<f64>> {
+    let values_of = |name: &str| -> Option<Vec<f64>> {
         let column = columns.iter().position(|column| column == name)?;
         rows.iter().map(|row| row.get(column)?.parse().ok()).collect()
     };
@@ -51,13 +51,14 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     for support in &case.dirichlet {
         reactions.extend(["x", "y", "z"].map(|axis| format!("reaction_{}_{axis}", support.set)));
     }
-    let size = |name: &String| ofs(name).map_or(0.0, |values| values.iter().fold(0.0, |a: f64, v| a.max(v.abs())));
+    let size =
+        |name: &String| values_of(name).map_or(0.0, |values| values.iter().fold(0.0, |a: f64, v| a.max(v.abs())));
     let largest = reactions.iter().map(size).fold(0.0, f64::max);
     names.extend(reactions.into_iter().filter(|name| size(name) > NEGLIGIBLE * largest));
     names.extend(["strain_energy", "friction_work", "external_work"].map(str::to_owned));
     let mut promises: Vec<Promise> = Vec::new();
     for quantity in names {
-        let values = ofs(&quantity);
+        let values = values_of(&quantity);
         if let Some(values) = values.filter(|_| promises.iter().all(|other| other.quantity != quantity)) {
             promises.push(Promise { quantity, values });
         }

@@ -51,6 +51,48 @@ fn uneven(count: usize) -> VariableValues {
     (0..count).map(|k| 0.3 + 0.5 * (0.618_033_988_749_894_9 * (k + 1) as f64).fract()).collect()
 }
 
+/// Gradients of all functions with respect to the variables as the optimizer received them, without
+/// their scales: parts of the objective, then constraints.
+fn received(optimization: &Optimization) -> Vec<Vec<f64>> {
+    let state = serde_json::to_value(&optimization.state).unwrap();
+    let numbers = |value: &serde_json::Value| serde_json::from_value::<Vec<f64>>(value.clone()).unwrap();
+    let approximations = &state["gcmma"]["approximations"];
+    let scaling = optimization.state.scaling.clone().unwrap();
+    let parts = optimization.state.parts.len();
+    let constraints = approximations["constraint_gradients"].as_array().unwrap().iter().map(numbers);
+    // with several parts, the objective itself is 0
+    let objective = (parts == 0).then(|| numbers(&approximations["objective_gradient"]));
+    let factors = std::iter::repeat_n(scaling.objective(), parts.max(1)).chain(scaling.constraints());
+    let all = objective.into_iter().chain(constraints).zip(factors);
+    all.map(|(gradient, factor)| gradient.into_iter().map(|g| g / factor).collect()).collect()
+}
+
+/// Compares gradients with differences of order 4 of the functions, for every fourth variable.
+fn compare(x: &VariableValues, gradients: &[Vec<f64>], mut values: impl FnMut(&VariableValues) -> Vec<f64>) {
+    let (mut worst, mut entries) = (vec![0.0_f64; gradients.len()], 0);
+    for entry in (0..x.len()).step_by(4) {
+        let differences = [2e-3, 1e-3].map(|step| {
+            let mut at = |sign: f64| {
+                let mut moved = x.clone();
+                moved[entry] += sign * step;
+                values(&moved)
+            };
+            let (ahead, behind) = (at(1.0), at(-1.0));
+            ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect::<Vec<f64>>()
+        });
+        assert_eq!(differences[0].len(), gradients.len());
+        for (of, gradient) in gradients.iter().enumerate() {
+            // extrapolated to order 4
+            let difference = (4.0 * differences[1][of] - differences[0][of]) / 3.0;
+            let size = gradient.iter().fold(0.0_f64, |size, g| size.max(g.abs()));
+            worst[of] = worst[of].max((difference - gradient[entry]).abs() / size);
+        }
+        entries += 1;
+    }
+    println!("{entries} entries, largest errors {worst:?}");
+    assert!(entries > 5 && worst.iter().all(|error| *error < 1e-7), "{worst:?}");
+}
+
 /// The optimizer receives the derivatives of objective, volume and constraint with respect to the
 /// variables: they agree with differences over the whole chain, analysis included.
 #[test]
@@ -59,49 +101,52 @@ fn the_optimizer_gets_the_derivatives_with_respect_to_the_variables() {
     optimization.state.x = uneven(optimization.state.x.len());
     let x = optimization.state.x.clone();
     optimization.advance(&mut Silent).unwrap();
-    let state = serde_json::to_value(&optimization.state).unwrap();
-    let numbers = |value: &serde_json::Value| serde_json::from_value::<Vec<f64>>(value.clone()).unwrap();
-    let approximations = &state["gcmma"]["approximations"];
-    let scaling = optimization.state.scaling.clone().unwrap();
-    let unscaled = |gradient: Vec<f64>, factor: f64| gradient.into_iter().map(|g| g / factor).collect::<Vec<f64>>();
-    let mut gradients = vec![unscaled(numbers(&approximations["objective_gradient"]), scaling.objective())];
-    for (gradient, factor) in
-        approximations["constraint_gradients"].as_array().unwrap().iter().zip(scaling.constraints())
-    {
-        gradients.push(unscaled(numbers(gradient), factor));
-    }
+    let gradients = received(&optimization);
     let map = optimization.map().clone();
-    let volumes = map.variables().domain_volumes(&optimization.problem.mesh.element_volumes()).unwrap();
-    let design_volume: f64 = volumes.iter().sum();
-    let mut values = |x: &VariableValues| -> [f64; 3] {
+    let volume = volume_fraction(&optimization);
+    compare(&x, &gradients, |x| {
         let density: ElementValues = map.densities(x);
         let forward = optimization.problem.analysis.forward(&density, &mut Silent).unwrap();
-        let domain = map.variables().on_domain(&density);
-        let volume: f64 = domain.iter().zip(&volumes).map(|(density, volume)| density * volume).sum();
-        [forward.value, volume / design_volume / 0.6 - 1.0, forward.constraints[0] / 30.0 - 1.0]
-    };
-    let (mut worst, mut entries) = ([0.0_f64; 3], 0);
-    for entry in (0..x.len()).step_by(4) {
-        let mut differences = [[0.0; 3]; 2];
-        for (step, differences) in [2e-3, 1e-3].into_iter().zip(&mut differences) {
-            let mut at = |sign: f64| {
-                let mut moved = x.clone();
-                moved[entry] += sign * step;
-                values(&moved)
-            };
-            let (ahead, behind) = (at(1.0), at(-1.0));
-            *differences = std::array::from_fn(|of| (ahead[of] - behind[of]) / (2.0 * step));
-        }
-        for of in 0..3 {
-            // extrapolated to order 4
-            let difference = (4.0 * differences[1][of] - differences[0][of]) / 3.0;
-            let size = gradients[of].iter().fold(0.0_f64, |size, g| size.max(g.abs()));
-            worst[of] = worst[of].max((difference - gradients[of][entry]).abs() / size);
-        }
-        entries += 1;
+        vec![forward.value, volume(&density) / 0.6 - 1.0, forward.constraints[0] / 30.0 - 1.0]
+    });
+}
+
+/// The same of an eroded, the nominal and a dilated design: three parts of the objective, the volume
+/// of the dilated design, and a constraint on each.
+#[test]
+fn the_optimizer_gets_the_derivatives_of_three_realisations() {
+    let maps = "minimum_thickness = 1.1\nprojection = { sharpness = 4.0 }";
+    let mut optimization = prepared(maps, "iterations = 1\nmethod = 'gcmma'");
+    optimization.state.x = uneven(optimization.state.x.len());
+    let x = optimization.state.x.clone();
+    optimization.advance(&mut Silent).unwrap();
+    let gradients = received(&optimization);
+    let maps = [0.5, 0.75, 0.25].map(|threshold| optimization.map().with_threshold(threshold).unwrap());
+    let limit = optimization.state.dilated_limit.unwrap();
+    let volume = volume_fraction(&optimization);
+    let [nominal, _, dilated] = maps.each_ref().map(|map| volume(&map.densities(&x)));
+    assert!((limit / 0.6 - dilated / nominal).abs() < 1e-12);
+    compare(&x, &gradients, |x| {
+        let densities = maps.each_ref().map(|map| map.densities(x));
+        let forwards = densities.each_ref().map(|density| {
+            let forward = optimization.problem.analysis.forward(density, &mut Silent).unwrap();
+            (forward.value, forward.constraints[0] / 30.0 - 1.0)
+        });
+        let parts = forwards.iter().map(|(value, _)| *value);
+        let constraints = forwards.iter().map(|(_, constraint)| *constraint);
+        parts.chain([volume(&densities[2]) / limit - 1.0]).chain(constraints).collect()
+    });
+}
+
+/// The solid fraction of the design domain.
+fn volume_fraction(optimization: &Optimization) -> impl Fn(&ElementValues) -> f64 + use<> {
+    let variables = optimization.map().variables().clone();
+    let volumes = variables.domain_volumes(&optimization.problem.mesh.element_volumes()).unwrap();
+    move |density| {
+        let domain = variables.on_domain(density);
+        let solid: f64 = domain.iter().zip(&volumes).map(|(density, volume)| density * volume).sum();
+        solid / volumes.iter().sum::<f64>()
     }
-    println!("{entries} entries, largest errors {worst:?}");
-    assert!(entries > 5 && worst.iter().all(|error| *error < 1e-7), "{worst:?}");
 }
 
 /// Checks the gradient with respect to the variables along a direction and at two elements; returns

@@ -258,8 +258,15 @@ fn gradients_with_respect_to_variables_of_two_thousand_random_problems() {
     suite(chosen_seeds(), With::Variables);
 }
 
-/// All seeds, or those that environment variables choose.
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_two_hundred_random_load_cases() {
+    suite(FIRST_OF_SCENARIOS..FIRST_OF_SCENARIOS + 100, With::Densities);
+    suite(FIRST_OF_SCENARIOS + 100..FIRST_OF_SCENARIOS + 200, With::Variables);
+}
+
+/// All seeds without load cases, or those that environment variables choose.
 fn chosen_seeds() -> std::ops::Range<u64> {
     let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 2450)
+    bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", FIRST_OF_SCENARIOS)
 }

@@ -27,7 +27,7 @@ use serde::Serialize;
 
 use super::TriangleSurface;
 use crate::closest::{ClosestPoint, Simplex};
-use crate::vector::{area, dot, minus, norm, unit_normal};
+use crate::vector::{area, dot, norm, subtract, unit_normal};
 
 /// Cosine of the angle by which opposite faces may deviate from parallel faces (20°).
 const OPPOSITE: f64 = 0.939_692_620_785_908_4;
@@ -112,7 +112,7 @@ impl Faces {
         }
         let whole = triangles.into_iter().filter(|corners| norm(area(*corners)) > 0.0);
         let simplices: Vec<Simplex> = whole.map(|corners| Simplex { corners, normal: unit_normal(corners) }).collect();
-        Self { tree: ClosestPoint::new(simplices.clone()), simplices, largest: 2.0 * norm(minus(max, min)) }
+        Self { tree: ClosestPoint::new(simplices.clone()), simplices, largest: 2.0 * norm(subtract(max, min)) }
     }
 
     /// The smallest distance inside (`side` 1) or outside (−1) the body, and the point halfway; only
@@ -138,7 +138,7 @@ impl Faces {
         for _ in 0..SHRINKS {
             let centre: [f64; 3] = std::array::from_fn(|c| p[c] - 0.5 * diameter * out[c]);
             let Some(q) = self.tree.of(centre, opposite, 0.5 * diameter * (1.0 - 1e-12)) else { break };
-            let away = minus(p, q);
+            let away = subtract(p, q);
             diameter = dot(away, away) / dot(out, away);
             met = Some(q);
         }

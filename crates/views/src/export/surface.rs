@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::vector::area;
+
 /// A surface of triangles with shared points.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriangleSurface {
@@ -25,9 +27,7 @@ impl TriangleSurface {
 
     /// Twice the vector area of a triangle, outward. \[L²\]
     pub(super) fn area_vector(&self, triangle: usize) -> [f64; 3] {
-        let [a, b, c] = self.corners(triangle);
-        let (u, v): ([f64; 3], [f64; 3]) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
-        [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+        area(self.corners(triangle))
     }
 
     /// The volume that the surface encloses, by the divergence theorem: ⅓ ∮ x · n dA, about a point
@@ -39,6 +39,25 @@ impl TriangleSurface {
             (0..3).map(|c| (a[c] - origin[c]) * area[c]).sum::<f64>() / 6.0
         };
         (0..self.triangles.len()).map(part).sum()
+    }
+
+    /// The triangles for which `keep` holds, with the points they use, in the order of their first
+    /// use.
+    pub(crate) fn restricted(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let mut kept = Self::default();
+        let mut numbers: HashMap<u32, u32> = HashMap::new();
+        for t in (0..self.triangles.len()).filter(|&t| keep(t)) {
+            kept.triangles.push(self.triangles[t].map(|n| {
+                *numbers.entry(n).or_insert_with(|| {
+                    kept.points.push(self.points[n as usize]);
+                    kept.points.len() as u32 - 1
+                })
+            }));
+            kept.outer.push(self.outer[t]);
+            kept.bodies.push(self.bodies[t]);
+            kept.labels.push(self.labels[t]);
+        }
+        kept
     }
 
     /// Number of edges that are not shared by exactly two triangles running along them in opposite

@@ -115,7 +115,10 @@ pub fn part(
     let export = labelled_surface(mesh, density, &options, &faces.labels)?;
     let bodies = designed
         .iter()
-        .map(|&body| part_body(case, mesh, &faces, &of_body(&export.surface, body), body, size))
+        .map(|&body| {
+            let own = export.surface.restricted(|t| export.surface.bodies[t] as usize == body);
+            part_body(case, mesh, &faces, &own, body, size)
+        })
         .collect::<Result<Vec<_>, _>>()?;
     let carried = carry::carried(case, mesh, &faces, &bodies)?;
     Ok(Part { bodies, case: carried.case, copies: carried.copies, reselected: carried.reselected, export })
@@ -167,7 +170,7 @@ const MEASURED: f64 = 0.5;
 pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurface {
     let mut all = TriangleSurface::default();
     for body in 0..mesh.bodies.len() {
-        let own = of_body(surface, body);
+        let own = surface.restricted(|t| surface.bodies[t] as usize == body);
         if own.triangles.is_empty() {
             continue;
         }
@@ -183,27 +186,6 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
     all
 }
 
-/// The triangles of one body.
-fn of_body(surface: &TriangleSurface, body: usize) -> TriangleSurface {
-    let own: Vec<usize> = (0..surface.triangles.len()).filter(|&t| surface.bodies[t] as usize == body).collect();
-    let mut numbers = vec![u32::MAX; surface.points.len()];
-    let mut of = TriangleSurface::default();
-    for t in own {
-        of.triangles.push(surface.triangles[t].map(|n| {
-            let number = &mut numbers[n as usize];
-            if *number == u32::MAX {
-                *number = of.points.len() as u32;
-                of.points.push(surface.points[n as usize]);
-            }
-            *number
-        }));
-        of.outer.push(surface.outer[t]);
-        of.bodies.push(surface.bodies[t]);
-        of.labels.push(surface.labels[t]);
-    }
-    of
-}
-
 /// Mean over the elements of a body of their shortest edges. \[L\]
 fn element_size(mesh: &Mesh, body: usize) -> f64 {
     let elements = mesh.bodies[body].elements.clone();
@@ -212,7 +194,7 @@ fn element_size(mesh: &Mesh, body: usize) -> f64 {
         let sides = (0..element.sides()).map(|side| element.side(side));
         let lengths = sides.flat_map(|side| {
             let at = |k: usize| mesh.nodes[side[k % side.len()] as usize];
-            (0..side.len()).map(|k| crate::vector::norm(crate::vector::minus(at(k + 1), at(k)))).collect::<Vec<_>>()
+            (0..side.len()).map(|k| crate::vector::norm(crate::vector::subtract(at(k + 1), at(k)))).collect::<Vec<_>>()
         });
         lengths.fold(f64::INFINITY, f64::min)
     };

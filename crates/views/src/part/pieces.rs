@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::patches::shells;
 use crate::export::TriangleSurface;
-use crate::vector::{cross, dot, minus, norm};
+use crate::vector::{cross, dot, norm, subtract};
 
 /// A loose piece of material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
     let volume = |shell: &[usize]| -> f64 {
         let origin = surface.corners(shell[0])[0];
         let part = |&t: &usize| {
-            let [a, b, c] = surface.corners(t).map(|p| minus(p, origin));
+            let [a, b, c] = surface.corners(t).map(|p| subtract(p, origin));
             dot(a, cross(b, c)) / 6.0
         };
         shell.iter().map(part).sum()
@@ -64,24 +64,9 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
         .collect();
     loose.sort_by(|a, b| b.volume.total_cmp(&a.volume));
     let number = |t: usize| owners[shell[t] as usize].and_then(|owner| kept.iter().position(|&k| k == owner));
-    let (mut rest, mut piece) = (TriangleSurface::default(), Vec::new());
-    let mut points = vec![u32::MAX; surface.points.len()];
-    for t in 0..surface.triangles.len() {
-        let Some(of) = number(t) else { continue };
-        piece.push(of as u32);
-        rest.triangles.push(surface.triangles[t].map(|n| {
-            let place = &mut points[n as usize];
-            if *place == u32::MAX {
-                *place = rest.points.len() as u32;
-                rest.points.push(surface.points[n as usize]);
-            }
-            *place
-        }));
-        rest.outer.push(surface.outer[t]);
-        rest.bodies.push(surface.bodies[t]);
-        rest.labels.push(surface.labels[t]);
-    }
-    Pieces { surface: rest, piece, loose }
+    let piece = (0..surface.triangles.len()).filter_map(|t| Some(number(t)? as u32)).collect();
+    let attached = surface.restricted(|t| number(t).is_some());
+    Pieces { surface: attached, piece, loose }
 }
 
 fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {
@@ -102,7 +87,7 @@ fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {
 /// Eng. 30 (1983) 125–126.
 fn winding(surface: &TriangleSurface, triangles: &[usize], x: [f64; 3]) -> f64 {
     let angle = |&t: &usize| {
-        let [a, b, c] = surface.corners(t).map(|p| minus(p, x));
+        let [a, b, c] = surface.corners(t).map(|p| subtract(p, x));
         let (p, q, r) = (norm(a), norm(b), norm(c));
         let volume = dot(a, cross(b, c));
         2.0 * volume.atan2(p * q * r + dot(a, b) * r + dot(b, c) * p + dot(c, a) * q)

@@ -14,7 +14,7 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::closest::{ClosestPoint, Simplex};
-use crate::vector::{area, cross, dot, minus, norm, unit, unit_normal};
+use crate::vector::{area, cross, dot, norm, subtract, unit, unit_normal};
 
 /// Edges longer or shorter than these multiples of the mesh size are split or collapsed.
 const LONGEST: f64 = 4.0 / 3.0;
@@ -49,7 +49,7 @@ impl PatchedSurface {
     /// The volume that the surface encloses. \[L³\]
     pub fn volume(&self) -> f64 {
         let Some(&origin) = self.points.first() else { return 0.0 };
-        (0..self.triangles.len()).map(|t| dot(minus(self.corners(t)[0], origin), area(self.corners(t))) / 6.0).sum()
+        (0..self.triangles.len()).map(|t| dot(subtract(self.corners(t)[0], origin), area(self.corners(t))) / 6.0).sum()
     }
 }
 
@@ -146,7 +146,7 @@ fn places(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>, free: im
         along.entry(b).or_default().push((a, pair));
     }
     for (n, edges) in along {
-        let direction = |to: u32| unit(minus(surface.points[to as usize], surface.points[n as usize]));
+        let direction = |to: u32| unit(subtract(surface.points[to as usize], surface.points[n as usize]));
         places[n as usize] = match edges[..] {
             [(a, pair), (b, other)] if pair == other => {
                 let straight = -dot(direction(a), direction(b));
@@ -188,7 +188,7 @@ impl Original {
 
 impl Remesh<'_> {
     fn length(&self, a: u32, b: u32) -> f64 {
-        norm(minus(self.points[b as usize], self.points[a as usize]))
+        norm(subtract(self.points[b as usize], self.points[a as usize]))
     }
 
     fn corners(&self, t: u32) -> [[f64; 3]; 3] {
@@ -290,8 +290,8 @@ impl Remesh<'_> {
 /// Unit normal of a triangle and its quality, 4√3 A / Σ l²: 1 if it is equilateral, 0 if it is flat.
 fn shape(corners: [[f64; 3]; 3]) -> ([f64; 3], f64) {
     let [a, b, c] = corners;
-    let twice = cross(minus(b, a), minus(c, a));
-    let squares: f64 = [minus(b, a), minus(c, b), minus(a, c)].iter().map(|&e| dot(e, e)).sum();
+    let twice = cross(subtract(b, a), subtract(c, a));
+    let squares: f64 = [subtract(b, a), subtract(c, b), subtract(a, c)].iter().map(|&e| dot(e, e)).sum();
     let quality = if squares > 0.0 { 2.0 * 3f64.sqrt() * norm(twice) / squares } else { 0.0 };
     (unit(twice), quality)
 }

@@ -3,7 +3,7 @@
 use std::collections::BinaryHeap;
 
 use super::{LONGEST, Place, Remesh, SHORTEST, TURN, shape};
-use crate::vector::{area, dot, minus, norm};
+use crate::vector::{area, dot, norm, subtract};
 
 impl Remesh<'_> {
     /// Splits edges at their middle until none is too long, the longest first: in any other order,
@@ -94,7 +94,7 @@ impl Remesh<'_> {
             let (now, then) = shape(moved);
             let long = corners
                 .iter()
-                .any(|&n| n != gone && norm(minus(self.points[n as usize], target)) > LONGEST * self.size);
+                .any(|&n| n != gone && norm(subtract(self.points[n as usize], target)) > LONGEST * self.size);
             let degenerate = then < 0.1 && then < quality;
             // slivers have no reliable normal
             if long || degenerate || quality > 0.01 && dot(normal, now) < TURN {
