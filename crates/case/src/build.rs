@@ -18,7 +18,7 @@ use crate::machine::Machine;
 use mesh::nodes_of;
 use quantities::Requested;
 use slipstick_contact::enforcement::Stiffness;
-use slipstick_contact::kinematics::CellRule;
+use slipstick_contact::kinematics::{CellRule, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
@@ -231,9 +231,12 @@ fn build_interfaces(
         let size = |facets: &[FacetNodes]| {
             facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)
         };
+        let largest_offset = contact.offset.iter().map(|point| point.offset.abs()).fold(0.0, f64::max);
         // at least as far as the bodies can approach each other in one step, so that no contact is
         // missed
-        let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);
+        let reach = contact
+            .search_radius
+            .unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach + largest_offset);
         if reach < approach {
             let message = format!(
                 "bodies may approach each other by {approach:.3e} in one load step, \
@@ -246,7 +249,8 @@ fn build_interfaces(
             let message = format!("there is no rule with {} points", contact.cell_rule);
             BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
-        let feature_angle = contact.feature_angle.to_radians();
+        // the averaged normals of tied surfaces only orient the components of their traction
+        let feature_angle = if contact.tied { std::f64::consts::PI } else { contact.feature_angle.to_radians() };
         let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
         let interface = ContactInterface::new(slave, master, coordinates, options)
             .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
@@ -263,13 +267,29 @@ fn build_interfaces(
         }
         interfaces.push(ModelInterface {
             surfaces: [contact.slave.clone(), contact.master.clone()],
-            interface,
             friction: contact.friction,
+            shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
+            offset: contact.offset.clone(),
+            active: contact.active,
+            bond: contact.tied.then(|| bond(&interface, coordinates, i)).transpose()?.map(Arc::new),
             edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
+            interface,
         });
     }
     Ok(interfaces)
+}
+
+/// The mortar rows of tied surfaces, which must lie opposite each other in the mesh.
+fn bond(interface: &ContactInterface, coordinates: &[f64], pair: usize) -> Result<Vec<NodeKinematics>, BuildError> {
+    let rows = ModelInterface::bond_of(interface, coordinates)
+        .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "tie two surfaces that lie on each other"))?;
+    if rows.iter().all(|row| row.area == 0.0) {
+        let message = "the master surface lies nowhere opposite the slave surface, so nothing ties them";
+        let help = "tie two surfaces that lie on each other, or raise `search_radius`";
+        return Err(BuildError::new(format!("contact[{pair}]"), message, help));
+    }
+    Ok(rows)
 }
 
 /// Settings of Uzawa's iteration, which updates all pairs with the augmented Lagrangian together.

@@ -13,8 +13,10 @@ use crate::build::Problem;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
+use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{Element, Mesh};
 use slipstick_model::analysis::Analysis;
+use slipstick_model::words::{counted, quantity};
 use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
 
 pub use memory::RankMemory;
@@ -32,6 +34,8 @@ pub enum NoticeKind {
     Divided,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
+    /// Tied surfaces are apart, or only partly opposite each other.
+    TiedApart,
     /// The surfaces of a contact pair are out of each other's search range.
     NothingOpposite,
     /// No prescribed motion closes a contact pair.
@@ -340,7 +344,7 @@ fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed:
 
 fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {
     let rest = problem.analysis.model().rest();
-    let found = problem.analysis.design.contact_results(&rest, &rest)?.nodes;
+    let found = problem.analysis.design.contact_results(&rest, &rest, 0.0)?.nodes;
     let mut start = 0;
     let mut summaries = Vec::new();
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
@@ -354,6 +358,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             .iter()
             .map(|f| slipstick_mesh::facet_area(&f.corners(&problem.mesh.nodes)).sqrt())
             .fold(f64::INFINITY, f64::min);
+        notices.extend(model.bond.as_ref().and_then(|bond| apart(bond, i, contact, size)));
         if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
             notices.push(Notice {
                 kind: NoticeKind::PenetratingStart,
@@ -367,7 +372,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
                     .into(),
             });
         }
-        if closest.is_none() {
+        if closest.is_none() && contact.active[0] == 0.0 {
             notices.push(Notice {
                 kind: NoticeKind::NothingOpposite,
                 path: format!("contact[{i}]"),
@@ -382,7 +387,10 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
                         .into(),
             });
         }
-        notices.extend(normals::averaged(interface, &problem.mesh).map(|far| far.notice(i, contact, &problem.mesh)));
+        if !contact.tied {
+            let far = normals::averaged(interface, &problem.mesh);
+            notices.extend(far.map(|far| far.notice(i, contact, &problem.mesh)));
+        }
         notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
         let slaves = interface.slave_nodes();
         summaries.push(ContactSummary {
@@ -399,6 +407,38 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
     }
     Ok(summaries)
 }
+
+/// A notice if tied surfaces do not lie on each other, or only partly.
+fn apart(bond: &[NodeKinematics], pair: usize, contact: &Contact, size: f64) -> Option<Notice> {
+    let (tied, free): (Vec<_>, Vec<_>) = bond.iter().partition(|row| row.area > 0.0);
+    let (distance, node) = tied
+        .iter()
+        .map(|row| ((row.gap() / row.area).abs(), row.node))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(distance, _)| *distance > APART * size)
+        .unwrap_or_default();
+    let message = match (distance > 0.0, free.is_empty()) {
+        (true, _) => format!(
+            "the tied surfaces `{}` and `{}` are up to {} apart, at node {node}",
+            contact.slave,
+            contact.master,
+            quantity(distance)
+        ),
+        (false, false) => format!(
+            "{} of `{}` have no part of `{}` opposite and stay free",
+            counted(free.len(), "node"),
+            contact.slave,
+            contact.master
+        ),
+        (false, true) => return None,
+    };
+    let help = "tied surfaces keep their distance, and no moment acts across it: let them lie on each other; where \
+                one of them is smaller, make it the slave";
+    Some(Notice { kind: NoticeKind::TiedApart, path: format!("contact[{pair}]"), message, help: help.into() })
+}
+
+/// Tied surfaces that are further apart than this fraction of the facet size cause a warning.
+const APART: f64 = 0.05;
 
 /// Number of distinct nodes in an ascending list: a node on a sharp edge appears once for each
 /// patch.

@@ -166,6 +166,7 @@ pub fn diagnostics(
             NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
             NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
             NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
+            NoticeKind::TiedApart => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
             NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),

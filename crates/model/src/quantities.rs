@@ -17,7 +17,8 @@
 //! | `strain_energy`, `friction_work` | everything | F L | sums over bodies and pairs |
 //! | `external_work` | everything | F L | work of loads and supports since the start of the load case |
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
-//! | `energy_balance` | everything | F L | external work − strain energy − friction work |
+//! | `offset_work` | everything, if a pair has an offset | F L | work of the offsets of contact pairs since the start of the load case, Σ ∫ F_n dd |
+//! | `energy_balance` | everything | F L | external work + offset work − strain energy − friction work |
 //!
 //! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
 //! under their own names.
@@ -27,7 +28,7 @@
 //! supports and symmetry planes and the loads add up to zero. Test:
 //! `reactions_and_loads_are_in_equilibrium`.
 //!
-//! External work and contact work are integrated by the trapezoidal rule over the accepted
+//! External work, offset work and contact work are integrated by the trapezoidal rule over the accepted
 //! (sub-)steps: external work − strain energy − contact work is zero in the limit of small steps.
 //! Friction work is the sum of the tractions at the end of each step times the objective slip
 //! increments, Σ ζ_τj·ũ_τj. It differs from contact work by the energy of penalties; by the size of
@@ -44,7 +45,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{Path, StepState};
 
 use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
-use crate::model::{ContactModel, ContactResults, NodalContact};
+use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
 use crate::problem::Problem;
 
 /// What a quantity belongs to.
@@ -159,14 +160,16 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
             _ => {
                 sums.broken = true;
                 result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
-                last = Some(Last { state: now, contact: Vec::new(), seen: PreviousData::default() });
+                last =
+                    Some(Last { state: now, contact: Vec::new(), pressed: Vec::new(), seen: PreviousData::default() });
                 continue;
             }
         };
         let contact = data.results.take().unwrap_or_default();
-        let (state, old, seen) = match before {
-            Some(Last { state, contact, seen }) => (Some(state), contact, seen),
-            None => (None, Vec::new(), PreviousData::at_rest(design, at.time, &now)),
+        let pressed = pressed(design.model(), &contact, at.time);
+        let (state, old, earlier, seen) = match before {
+            Some(Last { state, contact, pressed, seen }) => (Some(state), contact, pressed, seen),
+            None => (None, Vec::new(), Vec::new(), PreviousData::at_rest(design, at.time, &now)),
         };
         let data = data.after(seen);
         // the step of the load case in progress
@@ -176,6 +179,8 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
         if let Some(state) = &state {
             sums.external += value(&recorder.external_work);
             sums.add(design.model(), (state, &old), &now, &contact);
+            let both = earlier.iter().zip(&pressed);
+            sums.offset += both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
             sums.add_own(recorder.own, &own);
         }
         if let Some(step) = step {
@@ -190,7 +195,7 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
             true => PreviousData::at_rest(design, at.time, &now),
             false => data.into_previous(&now),
         };
-        last = Some(Last { state: now, contact: contact.force, seen });
+        last = Some(Last { state: now, contact: contact.force, pressed, seen });
     }
     result
 }
@@ -200,8 +205,21 @@ struct Last<'a> {
     state: Cow<'a, StepState>,
     /// Nodal contact forces. \[F\]
     contact: Vec<f64>,
+    /// Normal force and offset of each pair. \[F, L\]
+    pressed: Vec<[f64; 2]>,
     /// What quantities at the next state see of it.
     seen: PreviousData,
+}
+
+/// Normal force and offset of each pair at a pseudo-time. \[F, L\]
+fn pressed(model: &ContactModel, contact: &ContactResults, time: f64) -> Vec<[f64; 2]> {
+    let of = |(pair, nodes): (&ModelInterface, &[NodalContact])| [normal_force(nodes), pair.offset_at(time)];
+    model.interfaces().iter().zip(model.by_pair(&contact.nodes)).map(of).collect()
+}
+
+/// Σ A_j ζ_nj. \[F\]
+fn normal_force(nodes: &[NodalContact]) -> f64 {
+    nodes.iter().map(|at| at.covered_area * at.multiplier[0]).sum()
 }
 
 /// Displacement unknowns that a support prescribes, and its name.
@@ -247,6 +265,7 @@ impl Support {
 #[derive(Debug, Default)]
 struct Sums {
     external: f64,
+    offset: f64,
     contact: f64,
     /// Of each pair.
     friction: Vec<f64>,
@@ -324,10 +343,16 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
         let name = format!("strain_energy_{}", body.name);
         push(Subject::Body(body.name.clone()), "strain_energy".into(), name, "F L");
     }
-    for name in ["strain_energy", "friction_work", "external_work", "contact_work", "energy_balance"] {
+    let offset = has_offset(model).then_some("offset_work");
+    let work = ["strain_energy", "friction_work", "external_work", "contact_work"].into_iter();
+    for name in work.chain(offset).chain(["energy_balance"]) {
         push(Subject::Whole, name.into(), name.into(), "F L");
     }
     names
+}
+
+fn has_offset(model: &ContactModel) -> bool {
+    model.interfaces().iter().any(|pair| !pair.offset.is_empty())
 }
 
 struct Recorder<'a> {
@@ -380,7 +405,7 @@ impl Recorder<'_> {
             let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
             let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
             values.extend(result.force);
-            values.push(nodes.iter().map(|at| at.covered_area * at.multiplier[0]).sum());
+            values.push(normal_force(nodes));
             values.push(nodes.iter().map(friction).sum());
             values.push(result.peak_pressure);
             values.push(in_contact().map(|at| at.covered_area).sum());
@@ -391,7 +416,9 @@ impl Recorder<'_> {
         let energies: Vec<f64> = energies.collect();
         values.extend(&energies);
         let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
-        values.extend([stored, dissipated, sums.external, sums.contact, sums.external - stored - dissipated]);
+        values.extend([stored, dissipated, sums.external, sums.contact]);
+        values.extend(has_offset(self.model).then_some(sums.offset));
+        values.push(sums.external + sums.offset - stored - dissipated);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
         // −0 is written as 0

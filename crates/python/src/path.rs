@@ -68,7 +68,7 @@ impl Path {
             let (index, state) = self.state(step)?;
             let previous = &self.path.states[if state.rest { index } else { index - 1 }];
             let design = self.cases.design_at(&self.design, state.time);
-            let results = design.contact_results(&previous.state, &state.state);
+            let results = design.contact_results(&previous.state, &state.state, state.time);
             results.map_err(|error| Error::Internal(format!("a converged state cannot be evaluated: {error}")))
         })?;
         self.arrays(py, &results)

@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let density = optimization.evaluated().ok_or("no design was evaluated")?.density.clone();
     let limit = optimization.volume_limit().ok_or("the volume is not bounded")?;
     let problem = &mut optimization.problem;
-    let contact = problem.analysis.design.contact_results(&before.state, &last.state)?;
+    let contact = problem.analysis.design.contact_results(&before.state, &last.state, last.time)?;
     let pressure: Vec<(u32, f64)> =
         contact.nodes.iter().map(|at| (at.node, contact.pressure[at.node as usize])).collect();
     let displacement = &last.state.unknowns[..3 * problem.mesh.nodes.len()];

@@ -12,6 +12,7 @@ use slipstick::design::ElementValues;
 use slipstick::model::{Design, Step, Workspace};
 use slipstick_contact::enforcement::lagrange::complementarity;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling, friction_share};
+use slipstick_contact::friction::Friction;
 use slipstick_path::{Evaluated, Held, Iteration, StateError, StepProblem, StepState, Unknowns, Wanted};
 
 const FRICTION: f64 = 0.4;
@@ -160,7 +161,7 @@ impl Generic {
 
     /// The measures of all slave nodes at `y`.
     fn measures(&self, y: &[f64]) -> Vec<NodeMeasures> {
-        let contact = self.design().contact_at(&self.previous, y, false).unwrap();
+        let contact = self.design().contact_at(&self.previous, y, 1.0, false).unwrap();
         (0..).map_while(|j| contact.measures(j).copied()).collect()
     }
 
@@ -194,7 +195,7 @@ impl Generic {
                 tangential: self.ratio * parameters[j],
                 scaling: StiffnessScaling::Weighted,
             };
-            let friction = FRICTION * friction_share(before[j].area, at.reference_area).0;
+            let friction = Friction::coulomb(FRICTION * friction_share(before[j].area, at.reference_area).0);
             let value = complementarity(zeta, at, friction, &c).value;
             out[split + 3 * j..][..3].copy_from_slice(value.as_slice());
         }

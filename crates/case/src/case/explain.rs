@@ -124,7 +124,9 @@ impl CaseCode {
                  load steps, motions are linear."
             }
             NoContact => {
-                "Add a [[contact]] pair, or make sure that its surfaces come within the search distance of each other."
+                "Add a [[contact]] pair, or make sure that its surfaces come within the search distance of each other. \
+                 Tied surfaces should lie on each other from the start, and the slave should not be larger than the \
+                 master: nodes without a master opposite stay free."
             }
             NeverCloses => {
                 "Move a body with its `place.translate`, make the motion longer or change its direction, or omit the \

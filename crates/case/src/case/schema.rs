@@ -37,6 +37,12 @@ pub fn schema() -> Value {
             let table = stiffness.take();
             *stiffness = json!({ "anyOf": [{ "type": "number" }, table] });
         }
+        // A single number is an offset throughout.
+        if let Some(offset) = definitions.get_mut("Contact").and_then(|pair| pair.pointer_mut("/properties/offset")) {
+            let description = offset.get("description").cloned();
+            let waypoints = offset.take();
+            *offset = json!({ "anyOf": [{ "type": "number" }, waypoints], "description": description });
+        }
     }
     schema
 }

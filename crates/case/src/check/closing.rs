@@ -10,7 +10,7 @@
 use super::distance::{SurfacePair, largest_difference};
 use super::{Notice, NoticeKind, held_motions};
 use crate::build::Problem;
-use crate::case::Case;
+use crate::case::{Case, Contact};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{FacetNodes, Mesh};
 use slipstick_model::model::course;
@@ -88,6 +88,10 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
         .iter()
         .enumerate()
         .map(|(pair, surfaces)| {
+            let contact = &case.contacts[pair];
+            if contact.tied || !contact.offset.is_empty() || contact.active != Contact::ALWAYS {
+                return None;
+            }
             let ((slave, a), (master, b)) = surfaces.as_ref()?;
             let both = (steady(*a) && steady(*b)).then_some([*a, *b])?;
             let [gap, closest, motion] = approach(case, problem, [slave, master], both)?;

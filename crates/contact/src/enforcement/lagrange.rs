@@ -15,7 +15,7 @@
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness};
-use crate::friction::Status;
+use crate::friction::{Friction, Status};
 use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
 /// Complementarity function of one node and its partial derivatives.
@@ -35,11 +35,31 @@ pub struct Complementarity {
     pub by_area: Vector3<f64>,
     /// ∂C/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
+    /// ∂C/∂τ_max.
+    pub by_shear_limit: Vector3<f64>,
     /// ∂C/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero
     /// elsewhere. \[F/L²\]
     pub by_direction: Matrix3x2<f64>,
     /// ∂C/∂ln s with the stiffness s of a partly covered node; zero elsewhere. \[F/L²\]
     pub by_edge_stiffness: Vector3<f64>,
+}
+
+impl Complementarity {
+    /// C = ζ of an open node.
+    pub(super) fn open(multiplier: Vector3<f64>) -> Self {
+        Self {
+            status: Status::Inactive,
+            value: multiplier,
+            by_multiplier: Matrix3::identity(),
+            by_gap: Vector3::zeros(),
+            by_slip: Matrix3x2::zeros(),
+            by_area: Vector3::zeros(),
+            by_friction: Vector3::zeros(),
+            by_shear_limit: Vector3::zeros(),
+            by_direction: Matrix3x2::zeros(),
+            by_edge_stiffness: Vector3::zeros(),
+        }
+    }
 }
 
 /// Evaluates C for one node.
@@ -54,20 +74,10 @@ pub struct Complementarity {
 pub fn complementarity(
     multiplier: Vector3<f64>,
     at: &NodeMeasures,
-    friction: f64,
+    friction: Friction,
     stiffness: &Stiffness,
 ) -> Complementarity {
-    let inactive = Complementarity {
-        status: Status::Inactive,
-        value: multiplier,
-        by_multiplier: Matrix3::identity(),
-        by_gap: Vector3::zeros(),
-        by_slip: Matrix3x2::zeros(),
-        by_area: Vector3::zeros(),
-        by_friction: Vector3::zeros(),
-        by_direction: Matrix3x2::zeros(),
-        by_edge_stiffness: Vector3::zeros(),
-    };
+    let inactive = Complementarity::open(multiplier);
     if !at.covered() || at.freedom == Freedom::None {
         return inactive;
     }
@@ -92,6 +102,7 @@ pub fn complementarity(
     for a in 0..2 {
         out.value[1 + a] = multiplier[1 + a] - law.traction[a];
         out.by_friction[1 + a] = -law.by_friction[a];
+        out.by_shear_limit[1 + a] = -law.by_shear_limit[a];
         out.by_multiplier[(1 + a, 0)] = -law.by_pressure[a] * (1.0 - normal * compliance);
         out.by_area[1 + a] = law.by_pressure[a] * out.by_area[0];
         out.by_edge_stiffness[1 + a] = law.by_pressure[a] * out.by_edge_stiffness[0];
@@ -143,8 +154,9 @@ mod tests {
             (Vector3::new(2.0, 0.3, -0.1), fixed(false), Status::Stick),
             (Vector3::new(2.0, 0.3, -0.1), fixed(true), Status::Slip),
         ];
-        for (z, at, status) in cases {
-            let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, 0.3, &C);
+        let (coulomb, limited) = (Friction::coulomb(0.3), Friction { coefficient: 0.3, shear_limit: 0.4 });
+        for ((z, at, status), law) in cases.into_iter().flat_map(|case| [(case, coulomb), (case, limited)]) {
+            let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, law, &C);
             let base = c(z, at);
             assert_eq!(base.status, status);
             let h = 1e-7;
@@ -160,8 +172,11 @@ mod tests {
             assert!(((area(h) - area(-h)) / (2.0 * h) - base.by_area).norm() < 1e-6);
             let edge = |d: f64| c(z, NodeMeasures { edge_stiffness: at.edge_stiffness * d.exp(), ..at }).value;
             assert!(((edge(h) - edge(-h)) / (2.0 * h) - base.by_edge_stiffness).norm() < 1e-6);
-            let mu = |d: f64| complementarity(z, &at, 0.3 + d, &C).value;
+            let mu = |d: f64| complementarity(z, &at, Friction { coefficient: law.coefficient + d, ..law }, &C).value;
             assert!(((mu(h) - mu(-h)) / (2.0 * h) - base.by_friction).norm() < 1e-6);
+            let shear =
+                |d: f64| complementarity(z, &at, Friction { shear_limit: law.shear_limit + d, ..law }, &C).value;
+            assert!(((shear(h) - shear(-h)) / (2.0 * h) - base.by_shear_limit).norm() < 1e-6);
             for a in 0..2 {
                 if let Freedom::SlipAcross { direction, driven } = at.freedom {
                     let turned = |d: f64| {
@@ -203,14 +218,14 @@ mod tests {
             (Freedom::Gap { driven: false }, [0.0, 0.0], Vector3::new(5.0, 0.0, 0.0)),
             (Freedom::Gap { driven: true }, [3e-9, 4e-9], z),
         ] {
-            let c = complementarity(root, &at(freedom, slip), 0.2, &C);
+            let c = complementarity(root, &at(freedom, slip), Friction::coulomb(0.2), &C);
             assert!(c.value.norm() < 1e-12, "{freedom:?} {slip:?}: {}", c.value);
             // the rows determine the multiplier, except the component whose equation is the slip
             // across
             let rank = c.by_multiplier.fixed_view::<2, 2>(1, 1).rank(1e-12);
             assert_eq!(rank, if freedom == across(false) { 1 } else { 2 }, "{freedom:?} {slip:?}");
         }
-        let open = complementarity(z, &at(Freedom::None, [0.0; 2]), 0.2, &C);
+        let open = complementarity(z, &at(Freedom::None, [0.0; 2]), Friction::coulomb(0.2), &C);
         assert_eq!((open.status, open.value), (Status::Inactive, z));
     }
 
@@ -229,7 +244,7 @@ mod tests {
         for (normal, tangential) in [(1e-3, 1.0), (1.0, 1e-2), (1e5, 1e5)] {
             let c = Stiffness { normal, tangential, ..C };
             let z = Vector3::new(5.0, 0.2 * 5.0 * 0.6, 0.2 * 5.0 * 0.8);
-            assert!(complementarity(z, &slipping, 0.2, &c).value.norm() < 1e-13);
+            assert!(complementarity(z, &slipping, Friction::coulomb(0.2), &c).value.norm() < 1e-13);
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Enforcement of the contact conditions at a slave node: Lagrange multipliers, or a regularised
-//! traction (penalty and augmented Lagrangian).
+//! traction (penalty and augmented Lagrangian); and bonds.
 //!
 //! All quantities belong to the node: multiplier components ζ = (ζ_n, ζ_ξ, ζ_η) in its frame,
 //! weighted gap g̃, slip increment ũ_τ and tributary area A.
 
+pub mod bonded;
 pub mod lagrange;
 pub mod regularised;
 mod tangential;

@@ -11,7 +11,7 @@
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness, StiffnessScaling};
-use crate::friction::Status;
+use crate::friction::{Friction, Status};
 use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
 /// Traction of one node and its partial derivatives.
@@ -29,6 +29,8 @@ pub struct Traction {
     pub by_area: Vector3<f64>,
     /// ∂ζ/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
+    /// ∂ζ/∂τ_max.
+    pub by_shear_limit: Vector3<f64>,
     /// ∂ζ/∂ln ε, of ε_n and ε_τ together. \[F/L²\]
     pub by_stiffness: Vector3<f64>,
     /// ∂ζ/∂ẑ; its last two columns are ∂ζ/∂h for the penalty method.
@@ -38,22 +40,30 @@ pub struct Traction {
     pub by_direction: Matrix3x2<f64>,
 }
 
+impl Traction {
+    /// No traction.
+    pub(super) fn open() -> Self {
+        Self {
+            status: Status::Inactive,
+            value: Vector3::zeros(),
+            by_gap: Vector3::zeros(),
+            by_slip: Matrix3x2::zeros(),
+            by_area: Vector3::zeros(),
+            by_friction: Vector3::zeros(),
+            by_shear_limit: Vector3::zeros(),
+            by_stiffness: Vector3::zeros(),
+            by_multiplier: Matrix3::zeros(),
+            by_direction: Matrix3x2::zeros(),
+        }
+    }
+}
+
 /// Evaluates the traction of one node around the multiplier ẑ.
 ///
 /// Paper: (37)–(41) and (46)–(50) with the signs of docs/theory.md, section 4. Test:
 /// `traction_matches_finite_differences`.
-pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stiffness: &Stiffness) -> Traction {
-    let open = Traction {
-        status: Status::Inactive,
-        value: Vector3::zeros(),
-        by_gap: Vector3::zeros(),
-        by_slip: Matrix3x2::zeros(),
-        by_area: Vector3::zeros(),
-        by_friction: Vector3::zeros(),
-        by_stiffness: Vector3::zeros(),
-        by_multiplier: Matrix3::zeros(),
-        by_direction: Matrix3x2::zeros(),
-    };
+pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: Friction, stiffness: &Stiffness) -> Traction {
+    let open = Traction::open();
     if !at.covered() || at.freedom == Freedom::None {
         return open;
     }
@@ -89,6 +99,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
         out.by_gap[1 + a] = out.by_gap[0] * law.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
         out.by_friction[1 + a] = law.by_friction[a];
+        out.by_shear_limit[1 + a] = law.by_shear_limit[a];
         out.by_stiffness[1 + a] = tangential_by_stiffness[a];
         out.by_multiplier[(1 + a, 0)] = share * law.by_pressure[a];
         for b in 0..2 {
@@ -135,8 +146,9 @@ mod tests {
                 (Vector3::new(0.5, 0.05, 0.02), across(false, [0.2, -0.1]), Status::Slip),
                 (Vector3::new(0.5, 0.05, 0.02), across(true, [0.2, 0.1]), Status::Slip),
             ] {
-                let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, 0.4, &stiffness).value;
-                let base = traction(z, &m, 0.4, &stiffness);
+                let law = Friction::coulomb(0.4);
+                let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, law, &stiffness).value;
+                let base = traction(z, &m, law, &stiffness);
                 assert_eq!(base.status, status);
                 let h = 1e-7;
                 let check = |plus: Vector3<f64>, minus: Vector3<f64>, exact: Vector3<f64>| {
@@ -151,10 +163,17 @@ mod tests {
                 check(gap(h), gap(-h), base.by_gap);
                 let area = |d: f64| f(z, NodeMeasures { area: m.area + d, ..m });
                 check(area(h), area(-h), base.by_area);
-                let mu = |d: f64| traction(z, &m, 0.4 + d, &stiffness).value;
+                let mu = |d: f64| traction(z, &m, Friction::coulomb(0.4 + d), &stiffness).value;
                 check(mu(h), mu(-h), base.by_friction);
-                let epsilon = |d: f64| traction(z, &m, 0.4, &stiffness.times(d.exp())).value;
+                let epsilon = |d: f64| traction(z, &m, law, &stiffness.times(d.exp())).value;
                 check(epsilon(h), epsilon(-h), base.by_stiffness);
+                let limited = |d: f64| traction(z, &m, Friction { shear_limit: 0.02 + d, ..law }, &stiffness);
+                check(limited(h).value, limited(-h).value, limited(0.0).by_shear_limit);
+                let limited_gap = |d: f64| {
+                    let m = NodeMeasures { gap: m.gap + d, ..m };
+                    traction(z, &m, Friction { shear_limit: 0.02, ..law }, &stiffness).value
+                };
+                check(limited_gap(h), limited_gap(-h), limited(0.0).by_gap);
                 for a in 0..2 {
                     if let Freedom::SlipAcross { direction, driven } = m.freedom {
                         let turned = |d: f64| {
@@ -190,7 +209,8 @@ mod tests {
         };
         for scaling in [StiffnessScaling::ReferenceArea, StiffnessScaling::Weighted] {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
-            let of = |at: &NodeMeasures| traction(Vector3::new(0.5, 0.05, 0.02), at, 0.4, &stiffness);
+            let of =
+                |at: &NodeMeasures| traction(Vector3::new(0.5, 0.05, 0.02), at, Friction::coulomb(0.4), &stiffness);
             assert_eq!(of(&pressed).status, Status::Stick);
             let uncovered = NodeMeasures { area: 0.0, ..pressed };
             for at in [uncovered, NodeMeasures { freedom: Freedom::None, ..pressed }] {

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! ζ_τ = return map of P (ẑ_τ + k ũ_τ)                 P = I − a aᵀ if slip along a is prescribed as zero, otherwise I
-//! ζ_τ = μ p ũ_τ/‖ũ_τ‖                                 if a prescribed slip is not zero
+//! ζ_τ = b ũ_τ/‖ũ_τ‖,  b = min(μ p, τ_max)             if a prescribed slip is not zero
 //! ```
 
 use super::{Freedom, NodeMeasures};
-use crate::friction::{Status, return_map};
+use crate::friction::{Friction, Status, return_map};
 use nalgebra::{Matrix2, Vector2};
 
 /// ζ_τ and its partial derivatives.
@@ -19,6 +19,8 @@ pub(super) struct Tangential {
     pub by_pressure: Vector2<f64>,
     /// ∂ζ_τ/∂μ.
     pub by_friction: Vector2<f64>,
+    /// ∂ζ_τ/∂τ_max.
+    pub by_shear_limit: Vector2<f64>,
     /// ∂ζ_τ/∂ẑ_τ.
     pub by_multiplier: Matrix2<f64>,
     /// ∂ζ_τ/∂ũ_τ.
@@ -35,22 +37,23 @@ pub(super) fn tangential(
     pressure: f64,
     around: Vector2<f64>,
     at: &NodeMeasures,
-    friction: f64,
+    friction: Friction,
     stiffness: f64,
 ) -> Tangential {
     let driven = matches!(at.freedom, Freedom::SlipAcross { driven: true, .. } | Freedom::Gap { driven: true });
     let size = at.slip.norm();
-    if driven && friction > 0.0 && size > 0.0 {
+    if driven && !friction.is_frictionless() && size > 0.0 {
         // it slips along ũ, regardless of the multiplier
         let direction = at.slip / size;
-        let limit = friction * pressure;
+        let bound = friction.bound(pressure);
         return Tangential {
             status: Status::Slip,
-            traction: direction * limit,
-            by_pressure: direction * friction,
-            by_friction: direction * pressure,
+            traction: direction * bound.value,
+            by_pressure: direction * bound.by_pressure,
+            by_friction: direction * bound.by_friction,
+            by_shear_limit: direction * bound.by_shear_limit,
             by_multiplier: Matrix2::zeros(),
-            by_slip: (Matrix2::identity() - direction * direction.transpose()) * (limit / size),
+            by_slip: (Matrix2::identity() - direction * direction.transpose()) * (bound.value / size),
             by_stiffness: Vector2::zeros(),
             by_direction: Matrix2::zeros(),
         };
@@ -75,6 +78,7 @@ pub(super) fn tangential(
         traction: returned.traction,
         by_pressure: returned.by_pressure,
         by_friction: returned.by_friction,
+        by_shear_limit: returned.by_shear_limit,
         by_multiplier: by_trial,
         by_slip: by_trial * stiffness,
         by_stiffness: by_trial * at.slip,

@@ -182,6 +182,28 @@ impl NodeKinematics {
         }
     }
 
+    /// This row and frame, held fixed, for surfaces that are bonded: w_j = Σ_s b_js d_s of
+    /// displacements `d` (3 per node), relative to the state in which they were bonded.
+    ///
+    /// Test: `a_bonded_row_measures_displacements`.
+    pub fn bonded(&self, d: &[f64]) -> Self {
+        let columns = 3 * self.support.len();
+        let mut out = Self {
+            gradient: vec![0.0; self.support.len() * columns],
+            area_gradient: vec![0.0; columns],
+            relative_gradient: vec![0.0; 3 * columns],
+            frame: NodalFrame { gradient: Vec::new(), ..self.frame.clone() },
+            ..self.clone()
+        };
+        let own = position(d, self.node);
+        out.relative = Vector3::zeros();
+        for (s, (&node, b)) in self.support.iter().zip(&self.coefficient).enumerate() {
+            out.relative += (position(d, node) - own) * *b;
+            (0..3).for_each(|c| out.relative_gradient[c * columns + 3 * s + c] = *b);
+        }
+        out
+    }
+
     /// Weighted gap g̃ = −n · w, ≥ 0 open. \[L³\]
     ///
     /// Paper: (22) with the full row of D. Test: `gap_and_slip_gradients`.
@@ -301,4 +323,40 @@ fn reset(values: &mut Vec<f64>, length: usize) {
 fn position(x: &[f64], node: u32) -> Vector3<f64> {
     let at = 3 * node as usize;
     Vector3::new(x[at], x[at + 1], x[at + 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row over three nodes, by hand: w = 2 u₀ + u₁ − 3 u₂, relative to node 0.
+    #[test]
+    fn a_bonded_row_measures_displacements() {
+        let row = NodeKinematics {
+            node: 0,
+            support: vec![0, 1, 2],
+            ring: 2,
+            coefficient: vec![2.0, 1.0, -3.0],
+            gradient: vec![7.0; 27],
+            area: 3.0,
+            area_gradient: vec![7.0; 9],
+            relative: Vector3::new(7.0, 7.0, 7.0),
+            relative_gradient: vec![7.0; 27],
+            frame: NodalFrame { basis: nalgebra::Matrix3::identity(), gradient: vec![7.0; 27], across: [false; 2] },
+        };
+        let d = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.5, 0.1, 0.2];
+        let bonded = row.bonded(&d);
+        let expected = Vector3::new(0.6 - 1.5, 0.9 - 0.3, 1.2 - 0.6);
+        assert!((bonded.relative - expected).norm() < 1e-15);
+        assert!((bonded.gap() + expected[0]).abs() < 1e-15);
+        let mut slope = Vec::new();
+        bonded.gap_gradient(&mut slope);
+        assert_eq!(slope, [-2.0, 0.0, 0.0, -1.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
+        assert!(bonded.gradient.iter().chain(&bonded.area_gradient).all(|&v| v == 0.0));
+        let mut slip = SlipIncrement::default();
+        bonded.slip(&PreviousRow::default(), &d, true, &mut slip);
+        assert!((slip.value + Vector2::new(expected[1], expected[2])).norm() < 1e-15);
+        assert_eq!(slip.gradient[9..12], [0.0, 0.0, -2.0]);
+        assert!(slip.previous_gradient.is_empty());
+    }
 }

@@ -92,7 +92,7 @@ impl StateData {
             previous: PreviousData::default(),
         };
         if reads.reaction || reads.contact {
-            let results = design.contact_results(previous, state)?;
+            let results = design.contact_results(previous, state, time)?;
             if reads.contact {
                 data.contact = model.contact_nodes(&results);
             }

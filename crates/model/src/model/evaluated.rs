@@ -2,7 +2,7 @@
 
 use super::law::{LawWeights, NodeLaw, Steering};
 use super::node::{self, NodeStep};
-use super::{ContactModel, Design, ModelInterface};
+use super::{ContactModel, Design, ModelInterface, SlaveData};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::enforcement::NodeMeasures;
@@ -38,8 +38,13 @@ pub struct Step {
 }
 
 impl Step {
-    pub(super) fn new(previous: Arc<Kinematics>, history: &[f64], time: f64) -> Self {
-        let rows = previous.nodes.iter().map(PreviousRow::from).collect();
+    pub(super) fn new(model: &ContactModel, previous: Arc<Kinematics>, history: &[f64], time: f64) -> Self {
+        // bonded surfaces do not slip from step to step: their displacements are measured from rest
+        let of = |(now, slave): (&NodeKinematics, &SlaveData)| match model.pair(slave).is_bonded() {
+            true => PreviousRow::default(),
+            false => PreviousRow::from(now),
+        };
+        let rows = previous.nodes.iter().zip(&model.slaves).map(of).collect();
         Self { previous, rows, history: history.to_vec(), time }
     }
 
@@ -145,23 +150,30 @@ impl ContactModel {
         }
         let mut spare = workspace.spare();
         let out = Arc::get_mut(&mut spare).expect("nobody else holds it");
-        let result = self.kinematics_of(&self.positions(d), with_gradient, &mut workspace.interfaces, out);
+        let result = self.kinematics_of(d, with_gradient, &mut workspace.interfaces, out);
         workspace.kinematics.push(spare.clone());
         result.map(|()| spare)
     }
 
     fn kinematics_of(
         &self,
-        x: &[f64],
+        d: &[f64],
         with_gradient: bool,
         workspaces: &mut [InterfaceWorkspace],
         out: &mut Kinematics,
     ) -> Result<(), StateError> {
         out.with_gradient = with_gradient;
+        let x = &self.positions(d);
         // each interface fills its part of the nodes and reuses their memory
         let mut rest = std::mem::take(&mut out.nodes);
         for (model, workspace) in self.interfaces.iter().zip(workspaces) {
             let later = rest.split_off(model.interface.slave_nodes().len().min(rest.len()));
+            if let Some(bond) = &model.bond {
+                rest = bond.iter().map(|row| row.bonded(d)).collect();
+                out.nodes.append(&mut rest);
+                rest = later;
+                continue;
+            }
             model.interface.evaluate(x, with_gradient, workspace, &mut rest).map_err(|e| match e {
                 InterfaceError::Folded { node } => StateError::FoldedSurface { node },
                 InterfaceError::FoldedFacet { nodes } => StateError::FoldedFacet { nodes: nodes.to_vec() },
@@ -190,7 +202,8 @@ impl Design {
         let steering = self.steering(iteration);
         let of = |(j, (now, previous)): (usize, (&NodeKinematics, &PreviousRow))| {
             own[j].then(|| {
-                let mut at = NodeStep::default();
+                let pair = model.pair(&model.slaves[j]);
+                let mut at = NodeStep::of(pair.is_active(step.time), pair.offset_at(step.time));
                 at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
                 let measures = at.measures(now, &model.settings[j]);
                 let law = self.law(step, j, &measures, y, &steering);
@@ -202,18 +215,26 @@ impl Design {
     }
 
     /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it
-    /// without the others. `at_start`: `y` is the start of a step.
+    /// without the others. `time`: pseudo-time of `y`; `at_start`: it is the start of a step.
     ///
     /// # Errors
     /// If one of the two states cannot be evaluated.
-    pub fn contact_at(&self, previous: &StepState, y: &[f64], at_start: bool) -> Result<ContactState, StateError> {
+    pub fn contact_at(
+        &self,
+        previous: &StepState,
+        y: &[f64],
+        time: f64,
+        at_start: bool,
+    ) -> Result<ContactState, StateError> {
         let model = &*self.model;
         let mut workspaces: Vec<_> = model.interfaces.iter().map(|i| i.interface.workspace(|_| true)).collect();
         let mut at = |y: &[f64]| {
             let mut out = Kinematics::default();
-            model.kinematics_of(&model.positions(y), false, &mut workspaces, &mut out).map(|()| Arc::new(out))
+            model
+                .kinematics_of(&y[..model.displacement_count()], false, &mut workspaces, &mut out)
+                .map(|()| Arc::new(out))
         };
-        let step = Step::new(at(&previous.unknowns)?, &previous.history, 0.0);
+        let step = Step::new(model, at(&previous.unknowns)?, &previous.history, time);
         let iteration = Iteration { at_start, ..Iteration::default() };
         Ok(self.contact(&step, y, at(y)?, iteration, &vec![true; model.slaves.len()]))
     }

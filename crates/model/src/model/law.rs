@@ -5,10 +5,11 @@ use super::enforcement::UPDATE_STIFFNESS;
 use super::node::NodeTraction;
 use super::{Design, Method, Step};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
+use slipstick_contact::enforcement::bonded::{bond, bonded_traction};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
-use slipstick_contact::friction::Status;
+use slipstick_contact::friction::{Friction, Status};
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
 /// Fraction of the facet size by which gap and slip are moved off the branch point at the start of
@@ -110,6 +111,8 @@ pub(super) struct LawWeights {
     pub by_slip: Vector2<f64>,
     /// With respect to the acting coefficient of friction.
     pub by_friction: f64,
+    /// With respect to the acting bound of the shear stress.
+    pub by_shear_limit: f64,
     /// With respect to the logarithm of the stiffness that belongs to the model: of a partly
     /// covered node, or the penalty method's.
     pub by_stiffness: f64,
@@ -125,12 +128,14 @@ impl LawWeights {
             NodeLaw::Multiplier { equation: c, .. } => Self {
                 by_slip: c.by_slip.tr_mul(&by_condition),
                 by_friction: c.by_friction.dot(&by_condition),
+                by_shear_limit: c.by_shear_limit.dot(&by_condition),
                 by_stiffness: c.by_edge_stiffness.dot(&by_condition),
                 by_history: None,
             },
             NodeLaw::Regularised(t) => Self {
                 by_slip: t.by_slip.tr_mul(&by_traction),
                 by_friction: t.by_friction.dot(&by_traction),
+                by_shear_limit: t.by_shear_limit.dot(&by_traction),
                 by_stiffness: t.by_stiffness.dot(&by_traction),
                 by_history: Some(t.by_multiplier.tr_mul(&by_traction).fixed_rows::<2>(1).into()),
             },
@@ -203,13 +208,14 @@ impl Design {
         at
     }
 
-    /// The acting coefficient of friction at node j in a step, and its derivative with respect to
-    /// the tributary area of the node's previous row.
-    pub(super) fn friction(&self, step: &Step, j: usize) -> (f64, f64) {
+    /// The law of friction that acts at node j in a step, and its derivative with respect to the
+    /// tributary area of the node's previous row.
+    pub(super) fn friction(&self, step: &Step, j: usize) -> (Friction, Friction) {
         let slave = &self.model.slaves[j];
         let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
-        let friction = self.model.interfaces[slave.interface as usize].friction;
-        (friction * share, friction * slope)
+        let law = self.model.pair(slave).law();
+        let limit_slope = if law.shear_limit.is_finite() { law.shear_limit * slope } else { 0.0 };
+        (law.times(share), Friction { coefficient: law.coefficient * slope, shear_limit: limit_slope })
     }
 
     /// The law of node j at `y`.
@@ -252,7 +258,10 @@ impl Design {
             Method::Augmented => self.own_stiffness(j, UPDATE_STIFFNESS),
             Method::Lagrange | Method::Penalty => self.stiffness[j].times(steering.variation),
         };
-        complementarity(zeta, &at, self.friction(step, j).0, &c)
+        match self.model.pair(&self.model.slaves[j]).is_bonded() {
+            true => bond(zeta, measures, &c),
+            false => complementarity(zeta, &at, self.friction(step, j).0, &c),
+        }
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
@@ -264,8 +273,12 @@ impl Design {
         around: Vector3<f64>,
         steering: &Steering,
     ) -> Traction {
+        let epsilon = self.augmentation(j, steering);
+        if self.model.pair(&self.model.slaves[j]).is_bonded() {
+            return bonded_traction(around, measures, &epsilon);
+        }
         let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), steering);
-        traction(around, &at, self.friction(step, j).0, &self.augmentation(j, steering))
+        traction(around, &at, self.friction(step, j).0, &epsilon)
     }
 
     /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a

@@ -32,6 +32,7 @@ mod loads;
 pub mod motion;
 pub mod node;
 mod observed;
+mod pair;
 mod parameters;
 mod partition;
 pub mod pattern;
@@ -49,13 +50,13 @@ pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 pub use loads::Loads;
 use nalgebra::Vector3;
 use node::NodeSettings;
+pub use pair::{ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 pub use place::{PairState, Unknown};
 use prescribed::Prescribed;
 pub use results::{ContactResults, NodalContact};
 pub use share::Share;
-use slipstick_contact::ContactInterface;
 use slipstick_mesh::Mesh;
 use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
@@ -63,22 +64,6 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 pub use variation::Variation;
-
-/// An interface with the data that the model adds to its geometry.
-#[derive(Debug, Clone)]
-pub struct ModelInterface {
-    /// Names of the slave and the master surface.
-    pub surfaces: [String; 2],
-    /// Geometry.
-    pub interface: ContactInterface,
-    /// Coefficient of friction μ.
-    pub friction: f64,
-    /// Fraction of the area around a slave node below which its contact condition is compliant,
-    /// [`compliance`](slipstick_contact::enforcement::NodeMeasures::compliance).
-    pub edge_cover: f64,
-    /// How contact and friction are enforced.
-    pub enforcement: Enforcement,
-}
 
 /// Constant data of a slave node.
 #[derive(Debug, Clone, Copy)]
@@ -358,6 +343,11 @@ impl ContactModel {
 
     fn displacement_count(&self) -> usize {
         self.coordinates.len()
+    }
+
+    /// The contact pair of a slave node.
+    fn pair(&self, slave: &SlaveData) -> &ModelInterface {
+        &self.interfaces[slave.interface as usize]
     }
 
     /// Multiplier components of slave node j in y.

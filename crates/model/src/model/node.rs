@@ -48,12 +48,21 @@ pub struct NodeStep {
     pub gap_gradient: Vec<f64>,
     /// ∂ũ_a/∂x over `support`, one vector per component. \[L²\]
     pub slip_gradient: [Vec<f64>; 2],
+    /// Whether the pair is active in the step; otherwise the node counts as uncovered.
+    pub active: bool,
+    /// Distance by which the surfaces touch before their meshes do. \[L\]
+    pub offset: f64,
     /// Coordinate axes along which every node of the row is prescribed.
     pub prescribed: [bool; 3],
     scratch: SlipIncrement,
 }
 
 impl NodeStep {
+    /// A node of a pair that is active or not, with this offset.
+    pub fn of(active: bool, offset: f64) -> Self {
+        Self { active, offset, ..Self::default() }
+    }
+
     /// Evaluates slip (and gradients) against the previous row, at current positions `x`; `fixed`
     /// marks the prescribed displacements.
     pub fn evaluate(
@@ -90,6 +99,9 @@ impl NodeStep {
             .collect();
         let columns = 3 * self.support.len();
         now.gap_gradient(&mut self.gap_gradient);
+        if self.offset != 0.0 {
+            self.gap_gradient.iter_mut().zip(&now.area_gradient).for_each(|(g, a)| *g -= self.offset * a);
+        }
         self.gap_gradient.resize(columns, 0.0);
         let before = 3 * previous.support.len();
         for (a, row) in self.slip_gradient.iter_mut().enumerate() {
@@ -104,14 +116,19 @@ impl NodeStep {
         }
     }
 
+    /// Weighted gap between the offset surfaces. \[L³\]
+    fn gap(&self, now: &NodeKinematics) -> f64 {
+        now.gap() - self.offset * now.area
+    }
+
     /// The measures that the contact laws use. The penalty method needs no [`Freedom`]: its
     /// traction follows from the slip, prescribed or not.
     pub fn measures(&self, now: &NodeKinematics, settings: &NodeSettings) -> NodeMeasures {
         let &NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers } = settings;
         NodeMeasures {
-            gap: now.gap(),
+            gap: self.gap(now),
             slip: self.slip,
-            area: now.area,
+            area: if self.active { now.area } else { 0.0 },
             reference_area,
             edge_stiffness,
             edge_cover,
@@ -137,13 +154,13 @@ impl NodeStep {
                 None => Freedom::None,
                 Some((direction, length)) => {
                     let present = direction.dot(&self.slip);
-                    let slip = present + now.gap() * normal[axis] / length;
+                    let slip = present + self.gap(now) * normal[axis] / length;
                     Freedom::SlipAcross { direction, driven: slip.abs().min(present.abs()) > resting }
                 }
             },
             (2, _, Some(axis)) if normal[axis] * normal[axis] > PERPENDICULAR => {
                 let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
-                let slip = self.slip - along * (now.gap() / normal[axis]);
+                let slip = self.slip - along * (self.gap(now) / normal[axis]);
                 Freedom::Gap { driven: slip.norm().min(self.slip.norm()) > resting }
             }
             _ => Freedom::None,
@@ -176,6 +193,9 @@ impl NodeStep {
     /// slip and area.
     fn law_row(&self, now: &NodeKinematics, by_gap: f64, by_slip: [f64; 2], by_area: f64, out: &mut Vec<f64>) {
         out.clear();
+        if !self.active {
+            return out.resize(self.gap_gradient.len(), 0.0);
+        }
         out.extend((0..self.gap_gradient.len()).map(|t| {
             by_gap * self.gap_gradient[t]
                 + by_slip[0] * self.slip_gradient[0][t]

@@ -61,12 +61,17 @@ pub struct ContactResults {
 }
 
 impl Design {
-    /// Contact results of all slave nodes at a state; any rank may call it without the others.
+    /// Contact results of all slave nodes at a state and its pseudo-time; any rank may call it without the others.
     ///
     /// # Errors
     /// If the state cannot be evaluated.
-    pub fn contact_results(&self, previous: &StepState, state: &StepState) -> Result<ContactResults, StateError> {
-        let contact = self.contact_at(previous, &state.unknowns, false)?;
+    pub fn contact_results(
+        &self,
+        previous: &StepState,
+        state: &StepState,
+        time: f64,
+    ) -> Result<ContactResults, StateError> {
+        let contact = self.contact_at(previous, &state.unknowns, time, false)?;
         Ok(contact.results(&self.model, &self.model.positions(&state.unknowns)))
     }
 }

@@ -56,7 +56,7 @@ impl StepProblem for Design {
     ) -> Result<Step, StateError> {
         self.model.share.check_same(&previous.unknowns)?;
         workspace.pattern.begin_step();
-        Ok(Step::new(geometry.clone(), &previous.history, time))
+        Ok(Step::new(&self.model, geometry.clone(), &previous.history, time))
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).
@@ -157,9 +157,11 @@ impl StepProblem for Design {
         let mut pushed: Option<(f64, u32)> = None;
         for (j, now, node) in at.state.own() {
             let (before, slave, measures) = (&step.previous.nodes[j], &model.slaves[j], &node.measures);
-            let reach = model.interfaces[slave.interface as usize].interface.reach();
-            if !measures.covered() && covered(before.area, slave.area) {
-                let depth = -before.gap_at(&x) / before.area;
+            let pair = model.pair(slave);
+            let reach = pair.interface.reach();
+            let lost = !measures.covered() && node.step.active && !pair.is_bonded();
+            if lost && covered(before.area, slave.area) {
+                let depth = node.step.offset - before.gap_at(&x) / before.area;
                 if depth > reach && worst.is_none_or(|(deepest, ..)| depth > deepest) {
                     worst = Some((depth, before.node, reach));
                 }
@@ -305,17 +307,20 @@ impl Design {
         j: usize,
         frame: &NodalFrame,
         x: &[f64],
-        &LawWeights { by_slip, by_friction, by_history, .. }: &LawWeights,
+        &LawWeights { by_slip, by_friction, by_shear_limit, by_history, .. }: &LawWeights,
         out: &mut PreviousPullBack,
     ) {
         if let Some(by_history) = by_history {
             out.history[2 * j..][..2].iter_mut().zip(&by_history).for_each(|(to, from)| *to += from);
         }
         let previous = &step.previous.nodes[j];
-        if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
+        // the rows of a bond do not depend on a state
+        let bonded = self.model.pair(&self.model.slaves[j]).is_bonded();
+        if (by_slip[0] != 0.0 || by_slip[1] != 0.0) && !bonded {
             previous.add_previous_slip_gradient(frame, x, by_slip, &mut out.unknowns);
         }
-        let by_area = by_friction * self.friction(step, j).1;
+        let slopes = self.friction(step, j).1;
+        let by_area = by_friction * slopes.coefficient + by_shear_limit * slopes.shear_limit;
         if by_area != 0.0 {
             previous.add_area_gradient(by_area, &mut out.unknowns);
         }

@@ -105,7 +105,10 @@ impl FailureReport {
             let whole = failure.iterate.len() == last.state.unknowns.len();
             whole && failure.iterate.iter().all(|value| value.is_finite())
         });
-        let contact = contact.and_then(|last| design.contact_at(&last.state, &failure.iterate, failure.at_start).ok());
+        let contact = contact.and_then(|last| {
+            let time = failure.increment.1;
+            design.contact_at(&last.state, &failure.iterate, time, failure.at_start).ok()
+        });
         let model = Trial { model: design.model(), contact: contact.as_ref() };
         let mut report = match failure.attempts.last() {
             Some((_, kind)) => Self::of_kind(kind, mesh, model),

@@ -42,7 +42,7 @@ pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) ->
                 Some(before) => before,
                 None => state(index - 1),
             };
-            let contact = analysis.design_at(at.time).contact_results(&previous, &now).unwrap_or_default();
+            let contact = analysis.design_at(at.time).contact_results(&previous, &now, at.time).unwrap_or_default();
             let name = RunDirectory::numbered("path", step);
             let slipped = quantities.rows.iter().find(|row| row.step == step).map_or(&[][..], |row| &row.slipped);
             files.save(&name, at.time, &now, (&contact, slipped))?;
@@ -90,7 +90,7 @@ fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> 
     if last.completes.is_none() && failure.path.states.len() > 1 {
         // the last two states are complete on every rank
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
-        let contact = design.contact_results(previous, &last.state).unwrap_or_default();
+        let contact = design.contact_results(previous, &last.state, last.time).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
         Files::new(run, problem).save(&name, last.time, &last.state, (&contact, &[]))?;
     }
@@ -99,7 +99,7 @@ fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> 
         return Ok(false);
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
-    let contact = design.contact_results(&last.state, &iterate).unwrap_or_default();
+    let contact = design.contact_results(&last.state, &iterate, failure.increment.1).unwrap_or_default();
     Files::whole(run, problem).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
     Ok(true)
 }

@@ -257,6 +257,31 @@ fn duplicate_bodies_sets_and_pairs() {
     only_error(&format!("{GOOD}{pair}"), CaseCode::DuplicateName, (42, 1));
 }
 
+/// What pairs may do besides Coulomb friction.
+#[test]
+fn joints() {
+    use CaseCode::*;
+    let with = |more: &str| format!("friction = 0.3\n{more}");
+    one(18, "friction = 0.3", &with("shear_limit = 0"), OutOfRange, "0\n");
+    one(18, "friction = 0.3", &with("offset = \"thin\""), WrongType, "\"thin\"");
+    one(18, "friction = 0.3", &with("offset = [{ t = 0.5 }]"), MissingKey, "{ t = 0.5");
+    let back = with("offset = [{ t = 0.5, offset = 1 }, { t = 0.2, offset = 0 }]");
+    one(18, "friction = 0.3", &back, MotionTime, "0.2");
+    for span in ["[0.5]", "[0.5, 0.5]", "[0.2, 1.5]", "[-0.2, 0.5]"] {
+        let help = one(18, "friction = 0.3", &with(&format!("active = {span}")), MotionTime, span);
+        assert_eq!(help, "two pseudo-times [from, to] with 0 <= from < to <= 1");
+    }
+    for (key, value) in [("shear_limit", "1"), ("offset", "0.1"), ("edge_cover", "0.5"), ("feature_angle", "30")] {
+        let tied = format!("tied = true\n{key} = {value}");
+        let help = one(18, "friction = 0.3", &tied, ChooseOne, value);
+        assert_eq!(help, format!("omit `{key}`, or `tied`"));
+    }
+    one(18, "friction = 0.3", &with("tied = true"), ChooseOne, "0.3");
+    let tied = GOOD.replace("friction = 0.3", "tied = true");
+    assert!(parse_case(&tied, "case.toml").is_ok());
+    only_error(&tied.replace("lagrange = {}", "penalty = {}"), Unsupported, (19, 15));
+}
+
 /// Five of sixteen elements are solid: 0.3125 of the volume, above 0.3.
 #[test]
 fn all_errors_come_at_once_in_the_order_of_the_file() {

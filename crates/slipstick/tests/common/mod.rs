@@ -92,7 +92,7 @@ pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalCo
     // a load case does not begin at the end of the one before
     let within = states.windows(2).zip(ends).filter(|(_, end)| !end.rest);
     let results = |(w, end): (&[StepState], &PathState)| {
-        problem.analysis.design_at(end.time).contact_results(&w[0], &w[1]).unwrap().nodes
+        problem.analysis.design_at(end.time).contact_results(&w[0], &w[1], end.time).unwrap().nodes
     };
     within.map(results).collect()
 }

@@ -20,7 +20,7 @@ fn check(name: &str, problem: &mut Problem) -> (Vec<Vec<char>>, Vec<f64>) {
     println!("{name}: error {:.1e}, {:?}", checked.error, checked.statuses);
     assert!(checked.error < BOUND, "{name}: the gradient is off by {:e}; {:?}", checked.error, checked.statuses);
     let [.., previous, last] = &checked.forward.path.states[..] else { panic!("two states") };
-    let contact = problem.analysis.design.contact_at(&previous.state, &last.state.unknowns, false);
+    let contact = problem.analysis.design.contact_at(&previous.state, &last.state.unknowns, last.time, false);
     let contact = contact.expect("a converged state");
     let statuses: Vec<Vec<char>> = checked.statuses.iter().map(|word| word.chars().collect()).collect();
     let compliance = (0..).map_while(|j| Some(contact.measures(j)?.compliance().0)).collect();

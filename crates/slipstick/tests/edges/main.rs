@@ -54,8 +54,8 @@ fn solve(text: &str, meshes: &[(&str, Mesh)]) -> Solved {
 fn results(solved: &mut Solved, step: usize) -> ContactResults {
     let states = &solved.forward.path.states;
     let at = states.iter().position(|s| s.completes == Some(step)).expect("the path came to its end");
-    let (previous, state) = (states[at - 1].state.clone(), states[at].state.clone());
-    solved.problem.analysis.design.contact_results(&previous, &state).expect("a converged state")
+    let (previous, state, time) = (states[at - 1].state.clone(), states[at].state.clone(), states[at].time);
+    solved.problem.analysis.design.contact_results(&previous, &state, time).expect("a converged state")
 }
 
 /// A neo-Hookean body from a mesh of this name.

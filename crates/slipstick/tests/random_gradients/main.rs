@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
-use problem::{FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, RandomProblem, random_map, random_problem};
+use problem::{FIRST_OF_JOINTS, FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, RandomProblem, random_map, random_problem};
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
 use slipstick::verify::{
@@ -227,6 +227,13 @@ fn gradients_of_random_load_cases() {
     suite(FIRST_OF_SCENARIOS + 20..FIRST_OF_SCENARIOS + 40, With::Variables);
 }
 
+/// The same of tied surfaces, offsets, largest shear stresses, and pairs that act during a part of
+/// the path.
+#[test]
+fn gradients_of_random_joints() {
+    suite(FIRST_OF_JOINTS..FIRST_OF_JOINTS + 25, With::Densities);
+}
+
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
 /// one-sided differences agree with the adjoint to second order, central ones do not. They are
 /// reported as kinks, not as errors.
@@ -263,6 +270,12 @@ fn gradients_with_respect_to_variables_of_two_thousand_random_problems() {
 fn gradients_of_two_hundred_random_load_cases() {
     suite(FIRST_OF_SCENARIOS..FIRST_OF_SCENARIOS + 100, With::Densities);
     suite(FIRST_OF_SCENARIOS + 100..FIRST_OF_SCENARIOS + 200, With::Variables);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_five_hundred_random_joints() {
+    suite(FIRST_OF_JOINTS..FIRST_OF_JOINTS + 500, With::Densities);
 }
 
 /// All seeds without load cases, or those that environment variables choose.

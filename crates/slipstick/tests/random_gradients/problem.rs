@@ -123,6 +123,33 @@ pub const FIRST_OF_QUANTITIES: u64 = 1050;
 /// Problems from this seed on have load cases that differ in friction, moduli, motions and positions.
 pub const FIRST_OF_SCENARIOS: u64 = 2050;
 
+/// Problems from this seed on have pairs that are tied, have an offset or a largest shear stress, or
+/// act during a part of the load path, and an objective that is drawn from all quantities.
+pub const FIRST_OF_JOINTS: u64 = 3000;
+
+/// The keys of the pair of a problem with joints.
+fn joint(seed: u64, friction: &str, enforcement: &str) -> String {
+    let mut random = Random::new(!seed ^ 0x5bd1);
+    let r = &mut random;
+    if chance(r, 0.3) {
+        return "tied = true\n".to_owned();
+    }
+    let mut keys = format!("{friction}enforcement = {enforcement}\n");
+    let [limited, offset, part] = [0.6, 0.6, 0.4].map(|probability| chance(r, probability));
+    if limited {
+        let _ = writeln!(keys, "shear_limit = {:?}", r.within(1.0, 60.0));
+    }
+    if offset {
+        let [start, middle, end] = [0.01, 0.04, 0.02].map(|size| r.within(-0.5 * size, size));
+        let points = [(0.0, start), (0.5, middle), (1.0, end)].map(|(t, d)| format!("{{ t = {t:?}, offset = {d:?} }}"));
+        let _ = writeln!(keys, "offset = [{}]", points.join(", "));
+    }
+    if part || !(limited || offset) {
+        let _ = writeln!(keys, "active = [{:?}, {:?}]", r.within(0.0, 0.3), r.within(0.7, 1.0));
+    }
+    keys
+}
+
 /// Two or three load cases, and how their objectives become one. `turn` is the frame of the slab,
 /// and `pivot` and `axis` are those of a rotation, if bodies may be rotated.
 fn scenarios(random: &mut Random, turn: &Rotation3<f64>, rotation: Option<([f64; 3], [f64; 3])>) -> (String, String) {
@@ -248,9 +275,15 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let friction = if chance(r, 0.12) { 0.0 } else { r.within(0.0, 2.0) };
     // Determined by the seed and not drawn, so that the rest of a problem does not depend on it.
     let edge_cover = [0.5, 0.5, 0.05, 1.0][(seed % 4) as usize];
+    let friction = format!("friction = {friction:?}\nedge_cover = {edge_cover:?}\n");
+    let interaction = match seed >= FIRST_OF_JOINTS {
+        true => joint(seed, &friction, &enforcement),
+        false => format!("{friction}enforcement = {enforcement}\n"),
+    };
+    let method = if interaction.starts_with("tied") { "tied" } else { method };
     let text = format!(
-        "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\nfriction = {friction:?}\nedge_cover = {edge_cover:?}\n\
-         multiplier_shape = \"{}\"\nenforcement = {enforcement}\n\
+        "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\n\
+         multiplier_shape = \"{}\"\n{interaction}\
          [[dirichlet]]\nset = \"slab_ymin\"\n\
          [[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\nrotation = {{ point = {pivot:?}, direction = {axis:?} }}\n\
          [load_path]\nsteps = {}\nstart_values = \"{}\"\nmax_cutbacks = 4\n\
@@ -269,7 +302,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         one_of(r, &["last", "all"]),
     );
     let mut over = String::new();
-    let text = if seed < FIRST_OF_SCENARIOS {
+    let text = if !(FIRST_OF_SCENARIOS..FIRST_OF_JOINTS).contains(&seed) {
         text
     } else {
         let rotation = (!text.contains("energy_interpolation")).then_some((pivot, axis));
@@ -283,7 +316,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let mut density = ElementValues::from(vec![1.0; problem.initial_density().len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
     let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
-    if seed >= FIRST_OF_SCENARIOS {
+    if (FIRST_OF_SCENARIOS..FIRST_OF_JOINTS).contains(&seed) {
         objective = format!("load cases: {over}");
     } else if seed >= FIRST_OF_QUANTITIES {
         objective = draw_objective(r, &mut problem);

@@ -1,7 +1,7 @@
 //! The chapters of the suite, and the page generated from them.
 
 use crate::finding::{Expected, Finding};
-use crate::{fourc, hertz, mindlin, objectivity, patch, peers, ring, sliding};
+use crate::{fourc, hertz, mindlin, objectivity, patch, peers, press_fit, ring, sliding};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -28,7 +28,7 @@ pub struct Chapter {
 pub fn chapters() -> Vec<Chapter> {
     let mut all = vec![patch::chapter()];
     all.extend(sliding::chapters());
-    all.extend([ring::chapter(), objectivity::chapter()]);
+    all.extend([ring::chapter(), press_fit::chapter(), objectivity::chapter()]);
     all.extend(peers::chapters());
     all.extend([hertz::chapter(), mindlin::chapter(), fourc::chapter()]);
     all

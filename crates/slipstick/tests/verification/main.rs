@@ -16,6 +16,7 @@ mod mindlin;
 mod objectivity;
 mod patch;
 mod peers;
+mod press_fit;
 mod ring;
 mod sliding;
 mod solved;

@@ -108,8 +108,8 @@ impl Solved {
     pub fn contact(&mut self, step: usize) -> Vec<NodalContact> {
         let at = self.at(step);
         let states = &self.forward.path.states;
-        let (previous, state) = (states[at - 1].state.clone(), states[at].state.clone());
-        self.problem.analysis.design.contact_results(&previous, &state).expect("a converged state").nodes
+        let (previous, state, time) = (states[at - 1].state.clone(), states[at].state.clone(), states[at].time);
+        self.problem.analysis.design.contact_results(&previous, &state, time).expect("a converged state").nodes
     }
 }
 

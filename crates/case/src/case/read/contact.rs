@@ -6,8 +6,8 @@ use super::super::resolved::{
     CELL_RULES, Contact, Enforcement, MultiplierShape, Stiffness, StiffnessScaling, ToleranceScaling,
 };
 use super::super::typed::Table;
-use super::CaseCode;
-use slipstick_model::model::DEFAULT_COMPLEMENTARITY;
+use super::{CaseCode, motion};
+use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, OffsetPoint};
 
 const LAGRANGE: Enforcement = Enforcement::Lagrange {
     complementarity_parameter: Some(DEFAULT_COMPLEMENTARITY),
@@ -15,12 +15,12 @@ const LAGRANGE: Enforcement = Enforcement::Lagrange {
     scaling: StiffnessScaling::Area,
 };
 
-pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
+pub(super) fn contacts(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Contact> {
     let mut contacts: Vec<Contact> = Vec::new();
     for table in root.tables("contact") {
         let reader = table.reader;
         let path = table.path().to_owned();
-        let contact = contact(table, names);
+        let contact = contact(table, names, steps);
         let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
         if !contact.slave.is_empty() && contacts.iter().any(same) {
             reader.error(
@@ -44,7 +44,7 @@ pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
     contacts
 }
 
-fn contact(table: Table<'_>, names: &Names) -> Contact {
+fn contact(table: Table<'_>, names: &Names, steps: usize) -> Contact {
     let slave = surface(&table, "slave", names);
     let master = surface(&table, "master", names);
     if slave == master && !slave.is_empty() {
@@ -65,10 +65,25 @@ fn contact(table: Table<'_>, names: &Names) -> Contact {
             "name a surface of another body; contact of a body with itself is not supported",
         );
     }
-    let friction = table
-        .number("friction")
-        .check(CaseCode::Friction, |&mu| mu >= 0.0, "must not be negative", "0 is frictionless")
-        .required(0.0, "the coefficient of friction; 0 is frictionless");
+    let tied = table.boolean("tied").or(false);
+    let friction = table.number("friction").check(
+        CaseCode::Friction,
+        |&mu| mu >= 0.0,
+        "must not be negative",
+        "0 is frictionless",
+    );
+    let friction = match tied {
+        true => friction.or(0.0),
+        false => friction.required(0.0, "the coefficient of friction; 0 is frictionless"),
+    };
+    let shear_limit = positive(&table, "shear_limit").optional();
+    if shear_limit.is_some() && friction == 0.0 && !tied {
+        let message = "without friction there is no shear stress to limit";
+        let help = "raise `friction`, or omit `shear_limit`";
+        table.reader.warning(&table.path_of("shear_limit"), CaseCode::Friction, message, help);
+    }
+    let offset = offset(&table, steps);
+    let active = active(&table, steps);
     let multiplier_shape = table
         .word("multiplier_shape", &[("standard", MultiplierShape::Standard), ("dual", MultiplierShape::Dual)])
         .or(MultiplierShape::Standard);
@@ -93,11 +108,26 @@ fn contact(table: Table<'_>, names: &Names) -> Contact {
         )
         .or(Contact::EDGE_COVER);
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
+    if tied {
+        refuse_with_tied(&table);
+    }
+    if tied && !matches!(enforcement, Enforcement::Lagrange { .. }) {
+        table.reader.error(
+            &table.path_of("enforcement"),
+            CaseCode::Unsupported,
+            "only Lagrange multipliers tie surfaces",
+            "omit `enforcement`",
+        );
+    }
     table.finish();
     Contact {
         slave,
         master,
         friction,
+        tied,
+        shear_limit,
+        offset,
+        active,
         multiplier_shape,
         cell_rule,
         search_radius,
@@ -105,6 +135,56 @@ fn contact(table: Table<'_>, names: &Names) -> Contact {
         edge_cover,
         enforcement,
     }
+}
+
+/// Refuses the keys that have no meaning for tied surfaces.
+fn refuse_with_tied(table: &Table<'_>) {
+    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover"] {
+        if table.has(key) {
+            let message = format!("`{key}` has no meaning for tied surfaces, which neither separate nor slide");
+            let help = format!("omit `{key}`, or `tied`");
+            table.reader.error(&table.path_of(key), CaseCode::ChooseOne, message, help);
+        }
+    }
+}
+
+/// A number, or waypoints `{ t, offset }`.
+fn offset(table: &Table<'_>, steps: usize) -> Vec<OffsetPoint> {
+    let list = table.value("offset").is_some_and(|value| value.get_ref().as_array().is_some());
+    if !list {
+        return table.number("offset").optional().map(|offset| OffsetPoint { t: 0.0, offset }).into_iter().collect();
+    }
+    let mut points: Vec<OffsetPoint> = Vec::new();
+    for point in table.tables("offset") {
+        let t = match point.number("t").optional() {
+            Some(0.0) if points.is_empty() => 0.0,
+            _ => motion::time(&point, points.last().map_or(0.0, |last| last.t), steps),
+        };
+        let offset = point.number("offset").required(0.0, "a length; below 0, the meshes may overlap");
+        point.finish();
+        points.push(OffsetPoint { t, offset });
+    }
+    points
+}
+
+/// The part `[from, to]` of the load path.
+fn active(table: &Table<'_>, steps: usize) -> [f64; 2] {
+    let help = "two pseudo-times [from, to] with 0 <= from < to <= 1";
+    let number = |value: &toml::Spanned<toml::de::DeValue<'_>>, path: String| table.reader.number(value, &path);
+    let span = table
+        .list("active", number)
+        .check(
+            CaseCode::MotionTime,
+            |span| matches!(span[..], [from, to] if 0.0 <= from && from < to && to <= 1.0),
+            "is not a part of the load path",
+            help,
+        )
+        .optional();
+    let Some([from, to]) = span.as_deref().and_then(|span| <[f64; 2]>::try_from(span).ok()) else {
+        return Contact::ALWAYS;
+    };
+    [from, to].into_iter().for_each(|t| motion::warn_corner(table, "active", t, steps));
+    [from, to]
 }
 
 /// The name of a surface; empty after an error.

@@ -220,17 +220,17 @@ pub(super) fn time(table: &Table<'_>, earliest: f64, steps: usize) -> f64 {
         .optional();
     table.require("t", "pseudo-time of the waypoint, in (0, 1]");
     if let Some(t) = t {
-        warn_corner(table, t, steps);
+        warn_corner(table, "t", t, steps);
     }
     t.unwrap_or(earliest)
 }
 
-/// Motions are linear within a load step, so a waypoint between two load steps is skipped.
-fn warn_corner(table: &Table<'_>, t: f64, steps: usize) {
+/// Data along the path change from load step to load step, so a waypoint between two is skipped.
+pub(super) fn warn_corner(table: &Table<'_>, key: &str, t: f64, steps: usize) {
     let position = t * steps as f64;
     if (position - position.round()).abs() > 1e-9 * steps as f64 {
         table.reader.warning(
-            &table.path_of("t"),
+            &table.path_of(key),
             CaseCode::CornerBetweenSteps,
             format!(
                 "the waypoint at t = {t} lies between load steps {} and {} and is skipped",
@@ -261,6 +261,9 @@ pub(super) fn warn_unsupported(
             continue;
         }
         let touches = contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master));
+        if contacts.iter().any(|pair| pair.tied && (on_body(&pair.slave) || on_body(&pair.master))) {
+            continue;
+        }
         let what = if touches {
             "only contact can hold it, and nothing holds it until it touches"
         } else {

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use slipstick_model::model::OffsetPoint;
 
 pub use slipstick_contact::enforcement::StiffnessScaling;
 pub use slipstick_contact::kinematics::MultiplierShape;
@@ -13,8 +14,21 @@ pub struct Contact {
     pub slave: String,
     /// The other surface.
     pub master: String,
-    /// Coefficient of friction μ ≥ 0.
+    /// Coefficient of friction μ ≥ 0; 0 for tied surfaces.
     pub friction: f64,
+    /// Whether the surfaces are tied: they neither separate nor slide.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub tied: bool,
+    /// Largest shear stress that friction transmits; `None`: no bound. \[F/L²\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_limit: Option<f64>,
+    /// Distance by which the surfaces touch before their meshes do: waypoints, linear in between,
+    /// from 0 at t = 0 if the first is later, and constant after the last.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub offset: Vec<OffsetPoint>,
+    /// Pseudo-times from and to which the surfaces interact.
+    #[serde(skip_serializing_if = "Contact::always")]
+    pub active: [f64; 2],
     /// Shape functions of the multipliers.
     pub multiplier_shape: MultiplierShape,
     /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
@@ -38,6 +52,12 @@ impl Contact {
     pub const FEATURE_ANGLE: f64 = 45.0;
     /// Default of [`edge_cover`](Self::edge_cover).
     pub const EDGE_COVER: f64 = 0.5;
+    /// Default of [`active`](Self::active): the whole load path.
+    pub const ALWAYS: [f64; 2] = [0.0, 1.0];
+
+    fn always(active: &[f64; 2]) -> bool {
+        *active == Self::ALWAYS
+    }
 }
 
 /// Numbers of points of the triangle rules that `cell_rule` may name; exact to degree 1, 2, 4,

@@ -1,0 +1,89 @@
+//! A contact pair: its geometry, and how its surfaces interact along the load path.
+
+use super::{Enforcement, course};
+use schemars::JsonSchema;
+use serde::Serialize;
+use slipstick_contact::friction::Friction;
+use slipstick_contact::kinematics::NodeKinematics;
+use slipstick_contact::{ContactInterface, InterfaceError};
+use std::sync::Arc;
+
+/// An interface with the data that the model adds to its geometry.
+#[derive(Debug, Clone)]
+pub struct ModelInterface {
+    /// Names of the slave and the master surface.
+    pub surfaces: [String; 2],
+    /// Geometry.
+    pub interface: ContactInterface,
+    /// Coefficient of friction μ.
+    pub friction: f64,
+    /// Largest shear stress that friction transmits; infinite: no bound. \[F/L²\]
+    pub shear_limit: f64,
+    /// Distance by which the surfaces touch before their meshes do, along the load path.
+    pub offset: Vec<OffsetPoint>,
+    /// Pseudo-times from and to which the surfaces interact.
+    pub active: [f64; 2],
+    /// The fixed mortar rows of bonded surfaces; `None`: the surfaces may separate and slide.
+    pub bond: Option<Arc<Vec<NodeKinematics>>>,
+    /// Fraction of the area around a slave node below which its contact condition is compliant,
+    /// [`compliance`](slipstick_contact::enforcement::NodeMeasures::compliance).
+    pub edge_cover: f64,
+    /// How contact and friction are enforced.
+    pub enforcement: Enforcement,
+}
+
+/// A waypoint of the offset of a contact pair.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct OffsetPoint {
+    /// Pseudo-time, 0 ≤ t ≤ 1, increasing.
+    pub t: f64,
+    /// Distance by which the surfaces touch before their meshes do; below 0, the meshes may overlap
+    /// by this much before they touch. \[L\]
+    pub offset: f64,
+}
+
+/// Pseudo-times that differ by less are equal.
+const SAME_TIME: f64 = 1e-12;
+
+impl ModelInterface {
+    /// The rows of a bond, at the reference `coordinates` (3 per node).
+    ///
+    /// # Errors
+    /// If the surfaces are folded.
+    pub fn bond_of(interface: &ContactInterface, coordinates: &[f64]) -> Result<Vec<NodeKinematics>, InterfaceError> {
+        let mut rows = Vec::new();
+        interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows)?;
+        Ok(rows)
+    }
+
+    /// Whether the surfaces are bonded.
+    pub fn is_bonded(&self) -> bool {
+        self.bond.is_some()
+    }
+
+    /// Coulomb's law with the bound of the shear stress.
+    pub(super) fn law(&self) -> Friction {
+        Friction { coefficient: self.friction, shear_limit: self.shear_limit }
+    }
+
+    /// The offset at a pseudo-time: linear between its waypoints, from 0 at t = 0 if the first is
+    /// later, and constant after the last. \[L\]
+    pub fn offset_at(&self, time: f64) -> f64 {
+        let (_, t) = course::place(time);
+        let mut last = OffsetPoint { t: 0.0, offset: 0.0 };
+        for &next in &self.offset {
+            if t < next.t {
+                return last.offset + (t - last.t) / (next.t - last.t) * (next.offset - last.offset);
+            }
+            last = next;
+        }
+        last.offset
+    }
+
+    /// Whether the surfaces interact in a load step that ends at a pseudo-time, and, if they do
+    /// from the start, at rest.
+    pub(super) fn is_active(&self, time: f64) -> bool {
+        let ([from, to], (_, t)) = (self.active, course::place(time));
+        (from == 0.0 || t > from + SAME_TIME) && t <= to + SAME_TIME
+    }
+}

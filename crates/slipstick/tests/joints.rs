@@ -1,0 +1,198 @@
+//! Joints: friction with a largest shear stress, offsets, pairs that act during a part of the load
+//! path, and tied surfaces. Gradients are compared with central differences (order 4) of the whole
+//! forward analysis; expected forces are computed by hand.
+
+mod common;
+
+use common::scene::*;
+use common::*;
+use slipstick::build::Problem;
+
+/// The bound of all comparisons.
+const BOUND: f64 = 1e-7;
+
+/// A scene whose pair has further keys.
+fn joined(scene: &Scene, keys: &str) -> String {
+    let text = scene.text();
+    let friction = format!("friction = {:?}\n", scene.friction);
+    assert!(text.contains(&friction));
+    text.replace(&friction, &if keys.contains("tied") { keys.to_owned() } else { format!("{friction}{keys}") })
+}
+
+fn methods() -> [(&'static str, String); 3] {
+    [("Lagrange", LAGRANGE.into()), ("penalty", penalty(2e4)), ("augmented", augmented(1e4, 1e-11))]
+}
+
+fn check(name: &str, mut problem: Problem) -> Vec<String> {
+    let density = random_density(&problem, 7);
+    let check = check_gradient(&mut problem, &density);
+    println!("{name}: error {:.1e}, {:?}", check.error, check.statuses);
+    assert!(check.error < BOUND, "{name}: the gradient is off by {:e}; statuses {:?}", check.error, check.statuses);
+    check.statuses
+}
+
+/// Nodes stick, slip on Coulomb's cone, and slip at the largest shear stress, one after the other.
+#[test]
+fn gradient_with_a_largest_shear_stress() {
+    for (method, enforcement) in methods() {
+        for shape in ["standard", "dual"] {
+            let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".into();
+            let scene = Scene { friction: 0.5, motion, enforcement: enforcement.clone(), shape, ..Scene::default() };
+            let limited = check(&format!("{method} {shape}"), problem(&joined(&scene, "shear_limit = 25.0\n")));
+            let free = check(&format!("{method} {shape}, Coulomb"), problem(&scene.text()));
+            assert!(limited.iter().any(|s| s.contains('t') && s.contains('l')), "{limited:?}");
+            assert_ne!(limited, free);
+        }
+    }
+}
+
+/// The offset grows while the block is held, presses the surfaces together, and decreases again
+/// while they slide.
+#[test]
+fn gradient_with_an_offset() {
+    let offset = "offset = [{ t = 0, offset = -0.025 }, { t = 0.5, offset = 0.08 }, { t = 1, offset = 0.05 }]\n";
+    for (method, enforcement) in methods() {
+        for shape in ["standard", "dual"] {
+            let motion = "[{ t = 0.5, u = [0, 0, 0] }, { t = 1.0, u = [0.1, 0, 0.03] }]".into();
+            let scene = Scene { motion, enforcement: enforcement.clone(), shape, ..Scene::default() };
+            let statuses = check(&format!("{method} {shape}"), problem(&joined(&scene, offset)));
+            assert_eq!(statuses[0], "oooo");
+            assert!(statuses[5].chars().all(|s| s != 'o') && statuses[9].contains('l'), "{statuses:?}");
+        }
+    }
+}
+
+/// The pair acts from t = 0.2 to t = 0.7, over a motion that presses and slides throughout.
+#[test]
+fn gradient_of_a_pair_that_acts_during_a_part_of_the_path() {
+    for (method, enforcement) in methods() {
+        let motion = "[{ t = 1.0, u = [0.2, -0.1, 0.03] }]".into();
+        let scene = Scene { motion, enforcement: enforcement.clone(), observed: "\"all\"", ..Scene::default() };
+        let statuses = check(method, problem(&joined(&scene, "active = [0.2, 0.7]\n")));
+        for (step, status) in (1..).zip(&statuses) {
+            assert_eq!(status == "oooo", step <= 2 || step > 7, "{statuses:?}");
+        }
+    }
+}
+
+/// Tied blocks are pulled, sheared and turned.
+#[test]
+fn gradient_of_tied_blocks() {
+    for shape in ["standard", "dual"] {
+        for (slab, block) in [([4, 1, 1], [1, 1, 1]), ([3, 1, 2], [2, 1, 2])] {
+            let scene = Scene {
+                slab,
+                block,
+                shape,
+                motion: "[{ t = 1.0, u = [0.1, 0.15, 0.05], angle = 20 }]".into(),
+                drive: "rotation = { point = [1, 1, 0.5], direction = [0.2, 1, 0.1] }".into(),
+                ..Scene::default()
+            };
+            let statuses = check(shape, problem(&joined(&scene, "tied = true\n")));
+            assert!(statuses.iter().all(|s| s.chars().all(|s| s == 't')), "{statuses:?}");
+        }
+    }
+}
+
+/// Two blocks with ν = 0 and non-matching meshes; the upper one is pressed by 0.004 and drawn across
+/// the lower one. Without Poisson's effect and with a driven face, the pressure is nearly uniform.
+fn drawn(keys: &str) -> (f64, f64) {
+    let text = Scene {
+        slab: [8, 1, 2],
+        block: [2, 1, 3],
+        friction: 1.0,
+        motion: "[{ t = 0.2, u = [0, -0.004, 0] }, { t = 1.0, u = [0.2, -0.004, 0] }]".into(),
+        ..Scene::default()
+    }
+    .text()
+    .replace("poisson_ratio = 0.3", "poisson_ratio = 0.0");
+    let mut problem = problem(&text.replace("friction = 1.0\n", &format!("friction = 1.0\n{keys}")));
+    let density = slipstick::design::ElementValues::from(vec![1.0; problem.initial_density().len()]);
+    let run = forward(&mut problem, &density);
+    let last = contact_path(&mut problem, &run).pop().unwrap();
+    let force = |c: usize| last.iter().map(|node| node.covered_area * node.global_multiplier[c]).sum::<f64>();
+    (force(0).abs(), last.iter().map(|node| node.covered_area).sum())
+}
+
+/// Where all nodes slip at the largest shear stress, the force is that stress times the area of
+/// contact, whatever the pressure. (The slab is hardly deformed, so normals are vertical.)
+#[test]
+fn the_largest_shear_stress_times_the_area_is_the_force() {
+    let (force, area) = drawn("shear_limit = 0.2\n");
+    assert!((area - 0.64).abs() < 0.01, "{area}");
+    assert!((force / (0.2 * area) - 1.0).abs() < 1e-2, "{force} on {area}");
+    // Coulomb's law alone would transmit much more
+    assert!(drawn("").0 > 2.0 * force);
+}
+
+/// Tied blocks with non-matching meshes under uniaxial strain, pulled apart: the displacement is
+/// linear and the stress that of the law, P = 2c (λ − J^(−2β)/λ) with J = λ, up to round-off.
+#[test]
+fn a_uniform_stress_passes_through_a_tie() {
+    for (shape, slave, master) in [
+        ("standard", "upper_ymin", "lower_ymax"),
+        ("dual", "upper_ymin", "lower_ymax"),
+        ("standard", "lower_ymax", "upper_ymin"),
+    ] {
+        let wall = |component: &str, face: &str| {
+            let of = |body: &str| format!("[[dirichlet]]\nset = '{body}_{face}'\ncomponents = ['{component}']\n");
+            of("lower") + &of("upper")
+        };
+        let walls =
+            [("x", "xmin"), ("x", "xmax"), ("z", "zmin"), ("z", "zmax")].map(|(c, face)| wall(c, face)).concat();
+        let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+        let text = format!(
+            "[[body]]\nname = 'lower'\nbox = {{ min = [0, 0, 0], max = [1, 1, 1], elements = [2, 2, 2], grading = [2, 1, 1] }}\n\
+             {material}\n\
+             [[body]]\nname = 'upper'\nbox = {{ min = [0, 1, 0], max = [1, 2, 1], elements = [3, 1, 3] }}\n{material}\n\
+             [[contact]]\nslave = '{slave}'\nmaster = '{master}'\ntied = true\nmultiplier_shape = '{shape}'\n\
+             [[dirichlet]]\nset = 'lower_ymin'\ncomponents = ['y']\n\
+             [[dirichlet]]\nset = 'upper_ymax'\ncomponents = ['y']\nmotion = [{{ t = 1.0, u = [0, 0.6, 0] }}]\n{walls}\
+             [load_path]\nsteps = 2\ntolerance = {{ relative = 1e-13 }}\n"
+        );
+        let mut problem = problem(&text);
+        let density = problem.initial_density().clone();
+        let run = forward(&mut problem, &density);
+        let stretch: f64 = 1.3;
+        let d = &run.path.states.last().unwrap().state.unknowns;
+        for (n, x) in problem.mesh.nodes.iter().enumerate() {
+            let expected = [0.0, (stretch - 1.0) * x[1], 0.0];
+            (0..3).for_each(|c| assert!((d[3 * n + c] - expected[c]).abs() < 1e-11, "{shape}: node {n}"));
+        }
+        let (c, beta): (f64, f64) = (1000.0 / 5.2, 0.3 / 0.4);
+        let stress = 2.0 * c * (stretch - stretch.powf(-2.0 * beta) / stretch);
+        for node in contact_path(&mut problem, &run).pop().unwrap() {
+            // the traction acts on the area, which does not change; tension is negative
+            assert!((node.multiplier[0] + stress).abs() < 1e-9 * stress, "{shape}: {} {stress}", node.multiplier[0]);
+        }
+    }
+}
+
+/// What is tied neither separates nor slides, under forces along and across the surface.
+#[test]
+fn a_tied_block_does_not_move_on_the_slab() {
+    let scene = Scene { motion: "[{ t = 1.0, u = [0.1, 0.1, 0.05] }]".into(), ..Scene::default() };
+    let mut problem = problem(&joined(&scene, "tied = true\n"));
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    for node in contact_path(&mut problem, &run).pop().unwrap() {
+        assert!(node.gap.unwrap().abs() < 1e-12 && node.slip.iter().all(|s| s.abs() < 1e-12), "{node:?}");
+    }
+}
+
+/// A growing offset does the work that is stored in the bodies: a block between a slab and a held
+/// face is compressed by a growing offset, in many small steps and without friction.
+#[test]
+fn the_work_of_an_offset_is_stored() {
+    let keys = "offset = [{ t = 1, offset = 0.05 }]\n";
+    let held = "[{ t = 1.0, u = [0, 0, 0] }]".to_owned();
+    let scene = Scene { friction: 0.0, motion: held, steps: 40, ..Scene::default() };
+    let mut problem = problem(&joined(&scene, keys));
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let found = slipstick::quantities::quantities(&problem, &run.path);
+    let last = |name: &str| *found.get(name).unwrap().last().unwrap();
+    assert!(last("strain_energy") > 0.0 && last("external_work") == 0.0);
+    // the trapezoidal rule over 40 steps of a nearly quadratic function
+    assert!((last("offset_work") / last("strain_energy") - 1.0).abs() < 1e-3, "{}", last("energy_balance"));
+}

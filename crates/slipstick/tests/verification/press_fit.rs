@@ -1,0 +1,89 @@
+//! A shaft pressed into a hub, and pulled out: Lamé and Coulomb.
+
+use crate::chapter::Chapter;
+use crate::finding::Finding;
+use crate::solved::{Scene, Solved, neo_hooke};
+use std::f64::consts::PI;
+
+pub fn chapter() -> Chapter {
+    Chapter {
+        key: "press_fit",
+        title: "Press fit: hub on shaft",
+        about: "
+A hub (radius 10 … 20) sits on a hollow shaft (radius 4 … 10), both 2.5 high, E = 200000, ν = 0.3,
+with an interference δ = 0.01 of the radii. Lamé's solution for plane stress gives the pressure
+p = δ E/a / [(b² + a²)/(b² − a²) + (a² + c²)/(a² − c²)] with a = 10, b = 20, c = 4. The interference
+is given in two ways: the meshes touch, and `offset` grows from 0 to δ; or the shaft is meshed with
+the radius a + δ, so that the meshes overlap, and `offset` grows from −δ to 0. Pressure is the normal
+force over the covered area. Then, with μ = 0.2, the shaft is pulled by its upper end until it slides
+everywhere, while the lower end of the hub is held; the force is compared with that of Coulomb's law
+at the pressure of Lamé, μ p 2πa h. The meshes have 64 elements around.",
+        remarks: "
+The pressure is that of polygons with 64 sides. The pull stretches the shaft and compresses the hub,
+so both become thinner, and the pressure decreases slightly while the shaft is pulled out.",
+        quick: true,
+        run: || Some(run()),
+    }
+}
+
+const INNER: f64 = 4.0;
+const FIT: f64 = 10.0;
+const OUTER: f64 = 20.0;
+const HEIGHT: f64 = 2.5;
+const INTERFERENCE: f64 = 0.01;
+const MODULUS: f64 = 200_000.0;
+
+fn run() -> Vec<Finding> {
+    let ratio = |outer: f64, inner: f64| (outer * outer + inner * inner) / (outer * outer - inner * inner);
+    let lame = INTERFERENCE * MODULUS / FIT / (ratio(OUTER, FIT) + ratio(FIT, INNER));
+    let mut findings = Vec::new();
+    let growing = "offset = [{ t = 0.5, offset = 0.01 }]\n";
+    let overlapping = "offset = [{ t = 0, offset = -0.01 }, { t = 0.5, offset = 0 }]\n";
+    for (name, radius, offset) in
+        [("offset from 0 to δ", FIT, growing), ("overlapping meshes", FIT + INTERFERENCE, overlapping)]
+    {
+        let mut solved = Scene::from(text(radius, offset, 0.0, "")).solve();
+        findings.push(Finding::value(format!("pressure, {name}"), lame, 0.01, pressure(&mut solved, 2)));
+    }
+    let pull = "motion = [{ t = 0.5, u = [0, 0, 0] }, { t = 1.0, u = [0, 0.01, 0] }]\n";
+    let mut solved = Scene::from(text(FIT, growing, 0.2, pull)).solve();
+    let last = solved.steps();
+    let force: f64 = solved.contact(last).iter().map(|node| node.covered_area * node.global_multiplier[1].abs()).sum();
+    findings.push(Finding::value("pull-out force", 0.2 * lame * 2.0 * PI * FIT * HEIGHT, 0.02, force));
+    let normal = normal_force(&mut solved, last).0;
+    findings.push(Finding::value("pull-out force over normal force", 0.2, 1e-3, force / normal));
+    findings
+}
+
+/// Normal force and covered area.
+fn normal_force(solved: &mut Solved, step: usize) -> (f64, f64) {
+    let add = |(force, area): (f64, f64), node: &slipstick::model::NodalContact| {
+        (force + node.multiplier[0] * node.covered_area, area + node.covered_area)
+    };
+    solved.contact(step).iter().fold((0.0, 0.0), add)
+}
+
+fn pressure(solved: &mut Solved, step: usize) -> f64 {
+    let (force, area) = normal_force(solved, step);
+    force / area
+}
+
+/// The hub is held at its lower end; without a motion, so is the shaft.
+fn text(radius: f64, offset: &str, friction: f64, motion: &str) -> String {
+    let material = neo_hooke(MODULUS, 0.3);
+    let end = if motion.is_empty() { "bottom" } else { "top" };
+    format!(
+        "[[body]]\nname = 'hub'\nhollow_cylinder = {{ inner_radius = {FIT:?}, outer_radius = {OUTER:?}, \
+         height = {HEIGHT:?}, elements = [6, 64, 1] }}\n{material}\n\
+         [[body]]\nname = 'shaft'\nhollow_cylinder = {{ inner_radius = {INNER:?}, outer_radius = {radius:?}, \
+         height = {HEIGHT:?}, elements = [5, 64, 1] }}\n{material}\n\
+         [[set]]\nname = 'on_x'\nplane = {{ point = [0, 0, 0], normal = [1, 0, 0] }}\n\
+         [[set]]\nname = 'on_z'\nplane = {{ point = [0, 0, 0], normal = [0, 0, 1] }}\n\
+         [[dirichlet]]\nset = 'on_x'\ncomponents = ['x']\n\
+         [[dirichlet]]\nset = 'on_z'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'hub_bottom'\ncomponents = ['y']\n\
+         [[dirichlet]]\nset = 'shaft_{end}'\ncomponents = ['y']\n{motion}\
+         [[contact]]\nslave = 'hub_inner'\nmaster = 'shaft_outer'\nfriction = {friction:?}\n{offset}\
+         [load_path]\nsteps = 4\ntolerance = {{ relative = 1e-10 }}\n"
+    )
+}
