@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the studies of the seal, the gripper finger and the snap-fit, and puts their numbers between the marks of the
+# Runs the studies of the seal, the gripper finger, the snap-fit and the snap-through, and puts their numbers between the marks of the
 # pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it for single cases.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -58,8 +58,24 @@ detent() {
     put cases/detent/README.md force "$work/force.md"
 }
 
-for case in ${*:-seal gripper detent}; do
+snap() {
+    local study=cases/snap/study
+    {
+        echo "| viscosity [N/mm⁴] | Newton iterations | viscous work [N mm] | strain energy [N mm] | force [N] |"
+        echo "|--:|--:|--:|--:|--:|"
+        for run in more_viscous=3e-3 start=3e-4 less_viscous=3e-5; do
+            awk -F, -v c="${run#*=}" -v n="$(awk -F, -v run="${run%=*}" '$1 == run && $2 == "newton_iterations" { print $3 + 0 }' $study/numbers.csv)" '
+                NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+                { work = $at["viscous_work"]; stored = $at["strain_energy"]; force = -$at["push"] }
+                END { printf "| %s | %d | %.3f | %.2f | %.2f |\n", c, n, work, stored, force }' "$study/${run%=*}/quantities.csv"
+        done
+    } > "$work/viscosity.md"
+    put cases/snap/README.md viscosity "$work/viscosity.md"
+    "$program" render $study/more_viscous $study/start $study/less_viscous --curve time push -o docs/figures/snap_force.png
+}
+
+for case in ${*:-seal gripper detent snap}; do
     "$program" study "cases/$case/study.toml"
     "$case"
-    numbers "$case"
+    [ "$case" = snap ] || numbers "$case"
 done

@@ -26,7 +26,7 @@ use slipstick_model::model::course;
 use slipstick_model::model::prescribed::Prescribed;
 use slipstick_model::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loads, Method,
-    ModelInterface, ModelParts, Share, Uzawa, Workspace,
+    ModelInterface, ModelParts, Share, Uzawa, Viscosity, Workspace,
 };
 pub use slipstick_model::problem::Problem;
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
@@ -120,7 +120,8 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     };
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
-    let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
+    let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, prescribed.fixed());
+    let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, viscosity };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);
     let variations = variation::variations(case, &mesh, &model, &mirrored)?;
     let Requested { quantities, objective, constraints } = quantities::requested(case, &mesh, &model)?;

@@ -18,7 +18,8 @@
 //! | `external_work` | everything | F L | work of loads and supports since the start of the load case |
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
 //! | `offset_work` | everything, if a pair has an offset | F L | work of the offsets of contact pairs since the start of the load case, Σ ∫ F_n dd |
-//! | `energy_balance` | everything | F L | external work + offset work − strain energy − friction work |
+//! | `viscous_work` | everything, with viscosity | F L | energy that viscous forces have dissipated since the start of the load case |
+//! | `energy_balance` | everything | F L | external work + offset work − strain energy − friction work − viscous work |
 //!
 //! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
 //! under their own names.
@@ -182,6 +183,8 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
             let both = earlier.iter().zip(&pressed);
             sums.offset += both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
             sums.add_own(recorder.own, &own);
+            let span = at.time - path.states[index - 1].time;
+            sums.viscous += model.viscosity().work(&state.unknowns, &now.unknowns, span);
         }
         if let Some(step) = step {
             result.rows.push(QuantityRow {
@@ -266,6 +269,7 @@ impl Support {
 struct Sums {
     external: f64,
     offset: f64,
+    viscous: f64,
     contact: f64,
     /// Of each pair.
     friction: Vec<f64>,
@@ -345,7 +349,8 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
     }
     let offset = has_offset(model).then_some("offset_work");
     let work = ["strain_energy", "friction_work", "external_work", "contact_work"].into_iter();
-    for name in work.chain(offset).chain(["energy_balance"]) {
+    let viscous = (!model.viscosity().is_none()).then_some("viscous_work");
+    for name in work.chain(offset).chain(viscous).chain(["energy_balance"]) {
         push(Subject::Whole, name.into(), name.into(), "F L");
     }
     names
@@ -418,7 +423,8 @@ impl Recorder<'_> {
         let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
         values.extend([stored, dissipated, sums.external, sums.contact]);
         values.extend(has_offset(self.model).then_some(sums.offset));
-        values.push(sums.external + sums.offset - stored - dissipated);
+        values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
+        values.push(sums.external + sums.offset - stored - dissipated - sums.viscous);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
         // −0 is written as 0

@@ -375,7 +375,8 @@ impl Increment<'_> {
     ) -> Result<Accepted<P>, StepFailure> {
         let &Self { path, time, step, options, guide, .. } = self;
         let problem = solver.problem;
-        let previous = &path.states.last().expect("holds the start").state;
+        let last = path.states.last().expect("holds the start");
+        let (previous, span) = (&last.state, [last.time, time]);
         let as_failure = |e: StateError| StepFailure {
             kind: e.into(),
             iterations: vec![],
@@ -396,7 +397,7 @@ impl Increment<'_> {
                 }
             };
             let from = geometry.insert(from);
-            let begun = problem.begin(previous, from, time, solver.workspace).map_err(as_failure)?;
+            let begun = problem.begin(previous, from, span, solver.workspace).map_err(as_failure)?;
             let start = match starts.next() {
                 Some(unknowns) if starts.peek().is_some() => Start { unknowns, geometry: None, at_start: false },
                 _ => Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },

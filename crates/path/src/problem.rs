@@ -228,8 +228,8 @@ pub trait StepProblem: Sized {
         workspace: &mut Self::Workspace,
     ) -> Result<Self::Geometry, StateError>;
 
-    /// The step to pseudo-time `time` from the previous state, whose geometry is given; for the
-    /// adjoint, with derivatives.
+    /// The step from the previous state, whose geometry is given; for the adjoint, with derivatives.
+    /// `span`: the pseudo-times at which it starts and ends.
     ///
     /// # Errors
     /// If no step can begin there.
@@ -237,7 +237,7 @@ pub trait StepProblem: Sized {
         &self,
         previous: &StepState,
         geometry: &Self::Geometry,
-        time: f64,
+        span: [f64; 2],
         workspace: &mut Self::Workspace,
     ) -> Result<Self::Step, StateError>;
 

@@ -131,7 +131,13 @@ impl StepProblem for Slider {
         Ok(())
     }
 
-    fn begin(&self, previous: &StepState, (): &(), time: f64, _: &mut BlockMatrix) -> Result<Pull, StateError> {
+    fn begin(
+        &self,
+        previous: &StepState,
+        (): &(),
+        [_, time]: [f64; 2],
+        _: &mut BlockMatrix,
+    ) -> Result<Pull, StateError> {
         Ok(Pull { previous: previous.clone(), time })
     }
 

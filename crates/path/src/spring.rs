@@ -63,7 +63,7 @@ impl Spring {
 
     /// ∂F/∂y at `y`.
     pub fn tangent_at<'w>(&self, y: [f64; 6], matrix: &'w mut BlockMatrix) -> &'w BlockMatrix {
-        let step = self.begin(&Self::rest(), &(), 1.0, matrix).unwrap();
+        let step = self.begin(&Self::rest(), &(), [0.0, 1.0], matrix).unwrap();
         let at = self.evaluate(&step, &y, None, Iteration::default(), Wanted::Both, matrix).unwrap();
         self.tangent(&step, &at, matrix).unwrap()
     }
@@ -110,7 +110,13 @@ impl StepProblem for Spring {
         Ok(())
     }
 
-    fn begin(&self, previous: &StepState, (): &(), time: f64, _: &mut BlockMatrix) -> Result<Self::Step, StateError> {
+    fn begin(
+        &self,
+        previous: &StepState,
+        (): &(),
+        [_, time]: [f64; 2],
+        _: &mut BlockMatrix,
+    ) -> Result<Self::Step, StateError> {
         Ok((previous.clone(), (self.load)(time)))
     }
 

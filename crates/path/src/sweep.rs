@@ -230,6 +230,7 @@ struct RightHandSide {
 impl<P: StepProblem> Run<'_, '_, P> {
     fn step_back(&mut self, index: usize, previous: &StepState, state: &StepState) -> Result<(), StepFailureKind> {
         let here = &self.path.states[index];
+        let span = [self.path.states[index - 1].time, here.time];
         let problem = self.solver.problem;
         self.solver.linear.check_interrupt()?;
         let geometry = self.geometry.take();
@@ -240,7 +241,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         }
         let Solver { workspace, .. } = &mut *self.solver;
         let from = problem.geometry(&previous.unknowns, Wanted::Derivatives, workspace)?;
-        let step = problem.begin(previous, &from, here.time, workspace)?;
+        let step = problem.begin(previous, &from, span, workspace)?;
         let (iteration, wanted) = (Iteration::default(), Wanted::Derivatives);
         let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;
         self.geometry = Some(from);

@@ -144,7 +144,7 @@ fn converged_tangent(problem: &mut Problem, density: &ElementValues) -> Result<(
     let Analysis { design, workspace, .. } = &mut problem.analysis;
     let wanted = Wanted::Derivatives;
     let geometry = design.geometry(&previous.state.unknowns, wanted, workspace)?;
-    let step = design.begin(&previous.state, &geometry, last.time, workspace)?;
+    let step = design.begin(&previous.state, &geometry, [previous.time, last.time], workspace)?;
     let at = design.evaluate(&step, &last.state.unknowns, None, Iteration::default(), wanted, workspace)?;
     let tangent = design.tangent(&step, &at, workspace)?;
     let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);

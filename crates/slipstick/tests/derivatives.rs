@@ -140,7 +140,7 @@ impl Generic {
     /// The step from the previous state, with derivatives.
     fn step(&self, workspace: &mut Workspace) -> Step {
         let geometry = self.design().geometry(&self.previous.unknowns, Wanted::Derivatives, workspace).unwrap();
-        self.design().begin(&self.previous, &geometry, TIME, workspace).unwrap()
+        self.design().begin(&self.previous, &geometry, [0.0, TIME], workspace).unwrap()
     }
 
     /// The equations at `y`, with derivatives.
@@ -432,7 +432,7 @@ fn a_step_beyond_the_search_radius_is_refused() {
     let reach = design.model().interfaces()[0].interface.reach();
     let rest = design.model().rest();
     let geometry = design.geometry(&rest.unknowns, Wanted::Residual, &mut workspace).unwrap();
-    let step = design.begin(&rest, &geometry, TIME, &mut workspace).unwrap();
+    let step = design.begin(&rest, &geometry, [0.0, TIME], &mut workspace).unwrap();
     let mut after = |u: [f64; 3]| {
         let mut y = rest.unknowns.clone();
         block.clone().for_each(|n| y[3 * n..3 * n + 3].copy_from_slice(&u));

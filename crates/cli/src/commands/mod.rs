@@ -83,7 +83,13 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     }
     let [work, stored, friction] =
         ["external_work", "strain_energy", "friction_work"].map(|what| value(&Subject::Whole, what));
-    lines.push(("energy".into(), format!("external work {work}, stored {stored}, friction {friction}")));
+    let further = [("offset_work", "work of offsets"), ("viscous_work", "viscous")].into_iter();
+    let has = |what: &str| quantities.names.iter().any(|name| name.subject == Subject::Whole && name.what == what);
+    let more: String = further
+        .filter(|(what, _)| has(what))
+        .map(|(what, name)| format!(", {name} {}", value(&Subject::Whole, what)))
+        .collect();
+    lines.push(("energy".into(), format!("external work {work}, stored {stored}, friction {friction}{more}")));
     for (name, found) in named().filter(|(name, _)| name.subject == Subject::Case) {
         lines.push((name.name.clone(), digits(*found)));
     }

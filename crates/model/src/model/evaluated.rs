@@ -14,6 +14,7 @@ use slipstick_solid::model::Scatter;
 use std::sync::Arc;
 
 use super::pattern::PatternInUse;
+use super::viscosity::Rate;
 
 /// Mortar rows and frames of all slave nodes at some positions.
 #[derive(Debug, Default)]
@@ -35,6 +36,8 @@ pub struct Step {
     pub(super) history: Vec<f64>,
     /// Pseudo-time at its end.
     pub(super) time: f64,
+    /// What the viscous forces are measured from.
+    pub(super) rate: Rate,
 }
 
 impl Step {
@@ -45,7 +48,7 @@ impl Step {
             false => PreviousRow::from(now),
         };
         let rows = previous.nodes.iter().zip(&model.slaves).map(of).collect();
-        Self { previous, rows, history: history.to_vec(), time }
+        Self { previous, rows, history: history.to_vec(), time, rate: Rate::default() }
     }
 
     /// Tangential traction of the penalty method at node j, at the end of the previous step.

@@ -42,6 +42,7 @@ mod results;
 mod share;
 mod step;
 mod variation;
+mod viscosity;
 
 pub use design::Design;
 pub use element_fields::ElementFields;
@@ -64,6 +65,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 pub use variation::Variation;
+pub use viscosity::Viscosity;
 
 /// Constant data of a slave node.
 #[derive(Debug, Clone, Copy)]
@@ -108,6 +110,7 @@ pub struct ContactModel {
     uzawa: Option<Uzawa>,
     prescribed: Prescribed,
     loads: Loads,
+    viscosity: Viscosity,
     slaves: Vec<SlaveData>,
     /// Elements at each slave node's facets, and at each interface's master facets, for E_eff.
     slave_elements: Vec<Vec<u32>>,
@@ -140,6 +143,8 @@ pub struct ModelParts {
     pub prescribed: Prescribed,
     /// Loads.
     pub loads: Loads,
+    /// Viscous forces.
+    pub viscosity: Viscosity,
 }
 
 /// Lower bounds of the [`Scales`](slipstick_path::Scales), derived from the problem's data, because
@@ -164,7 +169,8 @@ impl ContactModel {
     /// default stiffness. `largest_motion` is the largest prescribed displacement on the path;
     /// together with the loads, it sets the tolerances of a start at rest.
     pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
-        let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads } = parts;
+        let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, viscosity } =
+            parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let (slaves, slave_elements, master_elements) = slave_data(mesh, &interfaces);
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
@@ -201,6 +207,7 @@ impl ContactModel {
             uzawa,
             prescribed,
             loads,
+            viscosity,
             slaves,
             slave_elements,
             master_elements,
@@ -309,6 +316,11 @@ impl ContactModel {
     /// Prescribed motion.
     pub fn prescribed(&self) -> &Prescribed {
         &self.prescribed
+    }
+
+    /// Viscous forces.
+    pub fn viscosity(&self) -> &Viscosity {
+        &self.viscosity
     }
 
     /// Whether loads act on the bodies, in addition to prescribed motions.

@@ -51,12 +51,13 @@ impl StepProblem for Design {
         &self,
         previous: &StepState,
         geometry: &Arc<Kinematics>,
-        time: f64,
+        span: [f64; 2],
         workspace: &mut Workspace,
     ) -> Result<Step, StateError> {
         self.model.share.check_same(&previous.unknowns)?;
         workspace.pattern.begin_step();
-        Ok(Step::new(&self.model, geometry.clone(), &previous.history, time))
+        let rate = self.model.rate(&previous.unknowns, span);
+        Ok(Step { rate, ..Step::new(&self.model, geometry.clone(), &previous.history, span[1]) })
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).
@@ -133,6 +134,7 @@ impl StepProblem for Design {
         if !model.loads.is_empty() && model.share.has_rest() {
             model.loads.add_tangent(step.time, &model.positions(y), matrix);
         }
+        model.add_viscous_tangent(step, matrix);
         workspace.timings.end(Phase::Solid, begin);
         let begin = workspace.timings.begin();
         let matrix = workspace.matrix.as_mut().expect("made above");
@@ -221,6 +223,7 @@ impl StepProblem for Design {
             unknowns: vec![0.0; model.unknowns.count()],
             history: vec![0.0; model.unknowns.history],
         };
+        model.pull_back_viscous_force(step, lambda, &mut out.unknowns);
         let x = model.positions(&at.unknowns);
         for (j, now, node) in at.state.own() {
             let weights = self.law_weights(j, now, &node.law, lambda, eta);
@@ -341,6 +344,7 @@ impl Design {
         if !model.loads.is_empty() && model.share.has_rest() {
             model.loads.add_residual(step.time, &model.positions(y), &mut out);
         }
+        model.add_viscous_force(step, y, &mut out);
         out.resize(model.unknowns.count(), 0.0);
         for (j, now, node) in contact.own() {
             let value = node.law.value();

@@ -280,13 +280,14 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         true => joint(seed, &friction, &enforcement),
         false => format!("{friction}enforcement = {enforcement}\n"),
     };
+    let viscosity = if seed >= FIRST_OF_JOINTS && seed.is_multiple_of(3) { "viscosity = 50.0\n" } else { "" };
     let method = if interaction.starts_with("tied") { "tied" } else { method };
     let text = format!(
         "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\n\
          multiplier_shape = \"{}\"\n{interaction}\
          [[dirichlet]]\nset = \"slab_ymin\"\n\
          [[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\nrotation = {{ point = {pivot:?}, direction = {axis:?} }}\n\
-         [load_path]\nsteps = {}\nstart_values = \"{}\"\nmax_cutbacks = 4\n\
+         [load_path]\n{viscosity}steps = {}\nstart_values = \"{}\"\nmax_cutbacks = 4\n\
          [design]\nbodies = {}\ninitial = 0.5\nsimp = {{ p = {:?}, min = {:?} }}\n{}\
          [objective]\ncontact_force = {{ steps = \"{}\" }}\n",
         slaves[0],

@@ -19,7 +19,14 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     let start_values = StartValues::PreviousDesign;
     root.require("load_path", "for instance [load_path] with steps = 10");
     let Some(table) = root.table("load_path") else {
-        return LoadPath { steps: UNKNOWN_STEPS, tolerance, max_newton_iterations: 25, max_cutbacks: 8, start_values };
+        return LoadPath {
+            steps: UNKNOWN_STEPS,
+            tolerance,
+            max_newton_iterations: 25,
+            max_cutbacks: 8,
+            start_values,
+            viscosity: 0.0,
+        };
     };
     let steps = table
         .integer("steps")
@@ -55,8 +62,12 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
             ],
         )
         .or(start_values);
+    let viscosity = table
+        .number("viscosity")
+        .check(CaseCode::OutOfRange, |&c| c >= 0.0, "must not be negative", "0 is none")
+        .or(0.0);
     table.finish();
-    LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks, start_values }
+    LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks, start_values, viscosity }
 }
 
 pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Dirichlet> {

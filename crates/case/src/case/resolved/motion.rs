@@ -20,6 +20,15 @@ pub struct LoadPath {
     pub max_cutbacks: usize,
     /// Initial guess of Newton's iteration.
     pub start_values: StartValues,
+    /// Viscous force per volume and velocity in pseudo-time, ≥ 0. \[F/L⁴\]
+    #[serde(skip_serializing_if = "LoadPath::is_quasi_static")]
+    pub viscosity: f64,
+}
+
+impl LoadPath {
+    fn is_quasi_static(viscosity: &f64) -> bool {
+        *viscosity == 0.0
+    }
 }
 
 /// Initial guess of Newton's iteration in a step. The solution does not depend on it, up to the

@@ -1,0 +1,91 @@
+//! Viscous forces that carry a path through instabilities, such as the snap of a curved strip.
+//!
+//! ```text
+//! R_i = … + c V_i (d_i − d_i,n−1)/Δt       at free displacements i, with the volume V_i around the node
+//! ```
+//!
+//! The velocity is that in pseudo-time: while bodies follow the motion of their supports, it is of the
+//! order of that motion; during a snap it is as large as the viscosity lets it be. The density has no
+//! effect on viscous forces, and prescribed displacements have none, so that reactions keep their
+//! meaning.
+
+use super::{ContactModel, Step};
+use slipstick_linalg::BlockMatrix;
+use slipstick_mesh::Mesh;
+
+/// The viscosity at all displacements.
+#[derive(Debug, Clone, Default)]
+pub struct Viscosity {
+    /// c V_i for each displacement unknown; zero at prescribed ones. Empty: none. \[F/L\]
+    damping: Vec<f64>,
+}
+
+impl Viscosity {
+    /// Viscosity `coefficient` c ≥ 0 \[F/L⁴\] of a mesh; `fixed` marks the prescribed displacements.
+    pub fn new(coefficient: f64, mesh: &Mesh, fixed: &[bool]) -> Self {
+        if coefficient == 0.0 {
+            return Self::default();
+        }
+        let mut volumes = vec![0.0; mesh.nodes.len()];
+        for (element, volume) in mesh.elements.iter().zip(mesh.element_volumes()) {
+            let nodes = element.nodes();
+            nodes.iter().for_each(|&node| volumes[node as usize] += volume / nodes.len() as f64);
+        }
+        let of = |(i, &fixed): (usize, &bool)| if fixed { 0.0 } else { coefficient * volumes[i / 3] };
+        Self { damping: fixed.iter().enumerate().map(of).collect() }
+    }
+
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        self.damping.is_empty()
+    }
+
+    /// Work that the viscous forces take from the bodies in a step of length `span` from
+    /// displacements `before` to `now`. \[F L\]
+    pub fn work(&self, before: &[f64], now: &[f64], span: f64) -> f64 {
+        self.damping.iter().zip(before.iter().zip(now)).map(|(c, (a, b))| c * (b - a) * (b - a)).sum::<f64>() / span
+    }
+}
+
+/// The state from which the viscous forces of a step are measured.
+#[derive(Debug, Default)]
+pub(super) struct Rate {
+    /// Displacements before the step; empty without viscosity.
+    before: Vec<f64>,
+    /// Length of the step in pseudo-time.
+    span: f64,
+}
+
+impl ContactModel {
+    pub(super) fn rate(&self, before: &[f64], [from, to]: [f64; 2]) -> Rate {
+        if self.viscosity.is_none() {
+            return Rate::default();
+        }
+        Rate { before: before[..self.displacement_count()].to_vec(), span: to - from }
+    }
+
+    /// Displacements of this rank with their damping over the length of the step.
+    fn damped(&self, step: &Step) -> impl Iterator<Item = (usize, f64)> {
+        let span = step.rate.span;
+        let own = |(i, _): &(usize, &f64)| self.share.has_node((i / 3) as u32);
+        self.viscosity.damping.iter().enumerate().filter(own).map(move |(i, c)| (i, c / span))
+    }
+
+    /// Adds the viscous forces at `y`.
+    pub(super) fn add_viscous_force(&self, step: &Step, y: &[f64], out: &mut [f64]) {
+        self.damped(step).for_each(|(i, c)| out[i] += c * (y[i] - step.rate.before[i]));
+    }
+
+    /// Adds their derivative with respect to the displacements.
+    pub(super) fn add_viscous_tangent(&self, step: &Step, matrix: &mut BlockMatrix) {
+        let mut blocks = vec![[0.0; 9]; if self.viscosity.is_none() { 0 } else { self.displacement_count() / 3 }];
+        self.damped(step).for_each(|(i, c)| blocks[i / 3][4 * (i % 3)] = c);
+        let filled = blocks.iter().enumerate().filter(|(_, block)| **block != [0.0; 9]);
+        filled.for_each(|(node, block)| matrix.add(node, node, block));
+    }
+
+    /// Adds λᵀ times their derivative with respect to the displacements before the step.
+    pub(super) fn pull_back_viscous_force(&self, step: &Step, lambda: &[f64], out: &mut [f64]) {
+        self.damped(step).for_each(|(i, c)| out[i] -= c * lambda[i]);
+    }
+}
