@@ -92,6 +92,8 @@ pub struct ContactInterface {
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
     reach: f64,
+    /// Whether both surfaces are the same one, which touches itself.
+    with_itself: bool,
     /// The master facets at the reference coordinates.
     tree: FacetTree,
 }
@@ -109,10 +111,11 @@ pub struct InterfaceWorkspace {
 impl ContactInterface {
     /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise
     /// from outside), triangles and quadrilaterals in any mixture, at the reference `coordinates`
-    /// (3 per node).
+    /// (3 per node). If both are the same, the surface touches itself: every facet is slave and
+    /// master, except of its neighbours, and each side carries half of the traction.
     ///
     /// # Errors
-    /// If a surface is empty, or a node lies on both surfaces.
+    /// If a surface is empty, or a node lies on both of two different surfaces.
     pub fn new(
         slave_facets: Vec<FacetNodes>,
         master_facets: Vec<FacetNodes>,
@@ -128,7 +131,9 @@ impl ContactInterface {
         let slave_nodes = slave_topology(&slave_facets, coordinates, feature_angle);
         let mut master: Vec<u32> = master_facets.iter().flatten().copied().collect();
         master.sort_unstable();
-        if let Some(shared) = slave_nodes.iter().find(|s| master.binary_search(&s.node).is_ok()) {
+        let with_itself = slave_facets == master_facets;
+        let shared = slave_nodes.iter().find(|s| master.binary_search(&s.node).is_ok());
+        if let Some(shared) = shared.filter(|_| !with_itself) {
             return Err(InterfaceError::SharedNode { node: shared.node });
         }
         let mut sharp = vec![[false; 4]; slave_facets.len()];
@@ -136,7 +141,8 @@ impl ContactInterface {
             sharp[*facet as usize][usize::from(*corner)] = true;
         }
         let tree = FacetTree::build(&master_facets, coordinates);
-        Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule: rule.points(), reach, tree })
+        let rule = rule.points();
+        Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule, reach, with_itself, tree })
     }
 
     /// Buffers for evaluating the slave nodes that `has` selects by their global numbers.
@@ -171,6 +177,11 @@ impl ContactInterface {
     /// The facets of the master surface.
     pub fn master_facets(&self) -> &[FacetNodes] {
         &self.master_facets
+    }
+
+    /// Whether the surface touches itself.
+    pub fn is_with_itself(&self) -> bool {
+        self.with_itself
     }
 
     /// The search distance along the slave normal. \[L\]
@@ -208,7 +219,8 @@ impl ContactInterface {
             let margin = settings.reach + radius + 2.0 * largest;
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
-            let candidates = hits.iter().map(|&h| masters[h as usize]);
+            let neighbour = |master: &FacetNodes| self.with_itself && master.iter().any(|node| facet.contains(node));
+            let candidates = hits.iter().map(|&h| masters[h as usize]).filter(|master| !neighbour(master));
             coupling.evaluate(facet, *sharp, candidates, settings)
         });
         // the first in the order of the facets, regardless of which thread finishes first

@@ -243,3 +243,81 @@ fn viscous_work_by_hand() {
     let missed: f64 = [1.0, 2.0, 3.0].iter().map(|x| 0.5 * 0.1 * 1e-3 * (0.1 * x) * (x / 4.0)).sum();
     assert!((last("energy_balance") + missed).abs() < 1e-3 * missed, "{}", last("energy_balance"));
 }
+
+/// A half ring whose ends are pushed together from outside, and a little past each other, until its
+/// inner surface touches itself. `legs`: two parts of that surface as a pair, instead of the whole
+/// surface with itself.
+fn squeezed(enforcement: &str, legs: bool, around: usize) -> String {
+    let end = |name: &str, sign: f64| {
+        let (a, b) = (1.2 * sign, 2.0 * sign);
+        format!(
+            "[[set]]\nname = '{name}'\nwithin = 'ring_outer'\n\
+             boxes = [{{ min = [{:?}, -0.3, -1], max = [{:?}, 1, 1] }}]\n\
+             [[dirichlet]]\nset = '{name}'\ncomponents = ['x', 'z']\n\
+             motion = [{{ t = 1.0, u = [{:?}, 0, {:?}] }}]\n",
+            a.min(b),
+            a.max(b),
+            -1.01 * sign,
+            0.03 * sign
+        )
+    };
+    let leg = |name: &str, min: f64, max: f64| {
+        format!(
+            "[[surface]]\nname = '{name}'\nbody = 'ring'\nwithin = 'ring_inner'\n\
+             boxes = [{{ min = [{min:?}, -0.75, -1], max = [{max:?}, 1, 1] }}]\n"
+        )
+    };
+    let (surfaces, pair) = match legs {
+        true => (leg("left", -2.0, 0.0) + &leg("right", 0.0, 2.0), ["left", "right"]),
+        false => (String::new(), ["ring_inner"; 2]),
+    };
+    format!(
+        "[[body]]\nname = 'ring'\nhalf_ring = {{ inner_radius = 1.0, outer_radius = 1.3, width = 0.5, elements = [{around}, 2, 1] }}\n\
+         material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
+         [[set]]\nname = 'bottom'\nwithin = 'ring_outer'\nboxes = [{{ min = [-0.05, -2, -1], max = [0.05, -1, 1] }}]\n\
+         [[dirichlet]]\nset = 'bottom'\n{}{}{surfaces}\
+         [[contact]]\nslave = '{}'\nmaster = '{}'\nfriction = 0.3\nsearch_radius = 0.6\nenforcement = {enforcement}\n\
+         [load_path]\nsteps = 12\ntolerance = {{ relative = 1e-12 }}\n\
+         [design]\nbodies = ['ring']\ninitial = 0.8\n[objective]\ncontact_force = {{ steps = 'all' }}\n",
+        end("left_end", -1.0),
+        end("right_end", 1.0),
+        pair[0],
+        pair[1],
+    )
+}
+
+/// A surface that touches itself, and two parts of a surface as a pair of one body.
+#[test]
+fn gradient_of_a_body_in_contact_with_itself() {
+    for (name, text) in [
+        ("itself", squeezed("{ penalty = { stiffness = 8e3 } }", false, 12)),
+        ("parts", squeezed("{ lagrange = {} }", true, 12)),
+    ] {
+        let statuses = check(name, problem(&text));
+        assert!(statuses[0].chars().all(|s| s == 'o') && statuses[11].contains('l'), "{name}: {statuses:?}");
+    }
+}
+
+/// Both sides of a surface that touches itself carry a stiffness ε, so its force is that of a pair
+/// with 2 ε where ε is so large that it hardly matters which side the gap is measured on; and pressures
+/// add up to it.
+#[test]
+fn both_sides_of_a_surface_that_touches_itself_carry_the_force() {
+    let last = |text: &str| {
+        let mut problem = problem(text);
+        let density = problem.initial_density().clone();
+        let run = forward(&mut problem, &density);
+        let found = slipstick::quantities::quantities(&problem, &run.path);
+        let [.., before, end] = &run.path.states[..] else { panic!("a path") };
+        let results = problem.analysis.design.contact_results(&before.state, &end.state, end.time).unwrap();
+        let name = if text.contains("slave = 'left'") { "left_normal_force" } else { "ring_inner_normal_force" };
+        (*found.get(name).unwrap().last().unwrap(), results)
+    };
+    let (itself, results) = last(&squeezed("{ penalty = { stiffness = 4e5 } }", false, 64));
+    let (pair, other) = last(&squeezed("{ penalty = { stiffness = 8e5 } }", true, 64));
+    assert!((itself / pair - 1.0).abs() < 0.02, "{itself} {pair}");
+    let balance = |c: usize| results.force.iter().skip(c).step_by(3).sum::<f64>();
+    (0..3).for_each(|c| assert!(balance(c).abs() < 1e-9 * itself));
+    let peak = |results: &slipstick::model::ContactResults| results.pressure.iter().copied().fold(0.0, f64::max);
+    assert!((peak(&results) / peak(&other) - 1.0).abs() < 0.1, "{} {}", peak(&results), peak(&other));
+}

@@ -62,9 +62,13 @@ impl CaseCode {
             }
             Friction => "Give Coulomb's coefficient, 0 or more; 0 is frictionless.",
             SameSurface => {
-                "Name two different surfaces that face each other; contact of a surface with itself is not supported."
+                "Name two different surfaces that face each other. A surface may touch itself with the penalty method: \
+                 then both sides carry half of the traction, where two sets of multipliers would contradict each other."
             }
-            SameBody => "Name surfaces of two different bodies; contact of a body with itself is not supported.",
+            SameBody => {
+                "Name surfaces of two different bodies. Surfaces of one body may touch if its mesh comes from a file; \
+                 a surface of any body may touch itself."
+            }
             CellRule => "Use 1, 3, 6, 7 or 12 points. The default of 7 is accurate enough for bilinear facets.",
             MotionTime => {
                 "The times of the waypoints must increase; the first is greater than 0, the last is at most 1."

@@ -82,17 +82,19 @@ impl ContactState {
         let nodes: Vec<NodalContact> = self.own().map(|(_, now, node)| NodalContact::of(now, node)).collect();
         let mut force = vec![0.0; x.len()];
         let (mut traction, mut pressure) = (vec![0.0; x.len()], vec![0.0; x.len() / 3]);
-        for (at, (_, now, _)) in nodes.iter().zip(self.own()) {
+        for (at, (j, now, _)) in nodes.iter().zip(self.own()) {
+            // the other side of a surface that touches itself is a slave too
+            let with_itself = model.pair(&model.slaves[j]).interface.is_with_itself();
             for (s, (&node, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
                 for (c, z) in at.global_multiplier.iter().enumerate() {
                     // minus: b z is the force of the slave's surroundings on the contact
                     force[3 * node as usize + c] -= b * z;
-                    if s < now.ring {
+                    if s < now.ring || with_itself {
                         traction[3 * node as usize + c] -= b * z;
                     }
                 }
-                if s < now.ring {
-                    pressure[node as usize] += b * at.multiplier[0];
+                if s < now.ring || with_itself {
+                    pressure[node as usize] += if s < now.ring { *b } else { -b } * at.multiplier[0];
                 }
             }
         }

@@ -237,7 +237,11 @@ fn unknown_names_get_a_suggestion() {
 #[test]
 fn names_given_twice_or_badly() {
     use CaseCode::*;
-    one(17, "plate_ymax", "ball_dome", SameSurface, "\"ball_dome\"");
+    let help = one(17, "plate_ymax", "ball_dome", SameSurface, "\"ball_dome\"");
+    assert!(help.contains("penalty"), "{help}");
+    let with_itself =
+        GOOD.replace("plate_ymax\"\nfriction", "ball_dome\"\nfriction").replace("lagrange = {}", "penalty = {}");
+    assert!(parse_case(&with_itself, "case.toml").is_ok());
     one(28, "[\"plate\"]", "[\"plate\", \"plate\"]", DuplicateName, "\"plate\"]");
     one(23, "ball_flat", "feet", ConflictingDirichlet, "\"feet\"");
     // Nothing follows from a name that cannot be read: the surfaces named after it are not reported

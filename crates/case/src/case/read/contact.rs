@@ -3,7 +3,7 @@
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    CELL_RULES, Contact, Enforcement, MultiplierShape, Stiffness, StiffnessScaling, ToleranceScaling,
+    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Shape, Stiffness, StiffnessScaling, ToleranceScaling,
 };
 use super::super::typed::Table;
 use super::{CaseCode, motion};
@@ -15,12 +15,12 @@ const LAGRANGE: Enforcement = Enforcement::Lagrange {
     scaling: StiffnessScaling::Area,
 };
 
-pub(super) fn contacts(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Contact> {
+pub(super) fn contacts(root: &Table<'_>, names: &Names, bodies: &[Body], steps: usize) -> Vec<Contact> {
     let mut contacts: Vec<Contact> = Vec::new();
     for table in root.tables("contact") {
         let reader = table.reader;
         let path = table.path().to_owned();
-        let contact = contact(table, names, steps);
+        let contact = contact(table, names, bodies, steps);
         let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
         if !contact.slave.is_empty() && contacts.iter().any(same) {
             reader.error(
@@ -44,25 +44,19 @@ pub(super) fn contacts(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Con
     contacts
 }
 
-fn contact(table: Table<'_>, names: &Names, steps: usize) -> Contact {
+fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Contact {
     let slave = surface(&table, "slave", names);
     let master = surface(&table, "master", names);
-    if slave == master && !slave.is_empty() {
-        table.reader.error(
-            &table.path_of("master"),
-            CaseCode::SameSurface,
-            format!("`{slave}` is both slave and master"),
-            "contact of a surface with itself is not supported: name two different surfaces",
-        );
-    }
     let bodies = [&slave, &master].map(|name| names.find(name).and_then(|(_, body)| body));
-    if slave != master && bodies[0].is_some() && bodies[0] == bodies[1] {
-        // No two faces of a shape face each other.
+    let shape = bodies[0].and_then(|body| shapes.get(body)).filter(|body| !matches!(body.shape, Shape::Mesh(_)));
+    let is_face = |body: &Body| [&slave, &master].iter().all(|name| name.starts_with(&format!("{}_", body.name)));
+    if slave != master && bodies[0] == bodies[1] && shape.is_some_and(is_face) {
+        // No two faces of a shape face each other; parts of them, listed as surfaces, may.
         table.reader.error(
             &table.path_of("master"),
             CaseCode::SameBody,
-            format!("`{slave}` and `{master}` are faces of the same body"),
-            "name a surface of another body; contact of a body with itself is not supported",
+            format!("`{slave}` and `{master}` are faces of the same body, and never face each other"),
+            "name a surface of another body, or parts of the faces by [[surface]] tables",
         );
     }
     let tied = table.boolean("tied").or(false);
@@ -110,6 +104,14 @@ fn contact(table: Table<'_>, names: &Names, steps: usize) -> Contact {
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     if tied {
         refuse_with_tied(&table);
+    }
+    if slave == master && !slave.is_empty() && (tied || !matches!(enforcement, Enforcement::Penalty { .. })) {
+        table.reader.error(
+            &table.path_of("master"),
+            CaseCode::SameSurface,
+            format!("`{slave}` is both slave and master"),
+            "for a surface that touches itself, use `enforcement = { penalty = {} }`; otherwise name two surfaces",
+        );
     }
     if tied && !matches!(enforcement, Enforcement::Lagrange { .. }) {
         table.reader.error(

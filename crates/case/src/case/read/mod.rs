@@ -31,7 +31,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let sets = sets::sets(&root, &mut names);
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
-    let contacts = contact::contacts(&root, &names, load_path.steps);
+    let contacts = contact::contacts(&root, &names, &bodies, load_path.steps);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &load_cases, load_path.steps);
     let loads = load::loads(&root, &names, &load_cases, load_path.steps);
