@@ -162,7 +162,8 @@ fn a_resolved_case_is_a_case_file() {
         case.units = Units { length: Some("mm".into()), force: None };
         let body = case.bodies[0].name.clone();
         let normal = Some(NormalCone { direction: [0.0, 1.0, 0.0], degrees: 30.0 });
-        case.surfaces = vec![SurfaceSet { name: "up".into(), body, within: None, boxes: vec![], normal }];
+        case.surfaces =
+            vec![SurfaceSet { name: "up".into(), body: Some(body), of: vec![], within: None, boxes: vec![], normal }];
         let plane = Some(Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0], tolerance: None });
         let cylinder = Some(Cylinder { start: [0.0; 3], end: [1.0, 0.0, 0.0], radius: 2.0 });
         let (name, within, nearest) = ("one".into(), Some("up".into()), Some([1.0, 2.0, 3.0]));
@@ -189,7 +190,7 @@ fn keys_of_selections_and_units_are_read() {
     let case = parse(&text).case;
     assert_eq!(case.units.bracket(Dimension::STRESS), " [N/cm²]");
     let top = &case.surfaces[0];
-    assert_eq!((top.body.as_str(), top.boxes.len(), &top.within), ("ball", 1, &None));
+    assert_eq!((top.body.as_deref().unwrap(), top.boxes.len(), &top.within), ("ball", 1, &None));
     assert_eq!(top.normal, Some(NormalCone { direction: [0.0, -1.0, 0.0], degrees: 45.0 }), "by default");
     let disc = case.sets.last().expect("a set");
     assert_eq!(disc.within.as_deref(), Some("top"), "a surface that the case selects is one");

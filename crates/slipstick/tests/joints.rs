@@ -290,8 +290,8 @@ fn squeezed(enforcement: &str, legs: bool, around: usize) -> String {
 #[test]
 fn gradient_of_a_body_in_contact_with_itself() {
     for (name, text) in [
-        ("itself", squeezed("{ penalty = { stiffness = 8e3 } }", false, 12)),
-        ("parts", squeezed("{ lagrange = {} }", true, 12)),
+        ("itself", squeezed("{ penalty = { stiffness = 8e3 } }", false, 16)),
+        ("parts", squeezed("{ lagrange = {} }", true, 16)),
     ] {
         let statuses = check(name, problem(&text));
         assert!(statuses[0].chars().all(|s| s == 'o') && statuses[11].contains('l'), "{name}: {statuses:?}");
@@ -320,4 +320,39 @@ fn both_sides_of_a_surface_that_touches_itself_carry_the_force() {
     (0..3).for_each(|c| assert!(balance(c).abs() < 1e-9 * itself));
     let peak = |results: &slipstick::model::ContactResults| results.pressure.iter().copied().fold(0.0, f64::max);
     assert!((peak(&results) / peak(&other) - 1.0).abs() < 0.1, "{} {}", peak(&results), peak(&other));
+}
+
+/// A block stands on two slabs side by side, which are one surface for it: by symmetry, each carries
+/// half of the force; and while the block slides, its nodes move from one to the other.
+#[test]
+fn a_block_on_two_slabs() {
+    let text = |u: f64| {
+        let body = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3]| {
+            format!(
+                "[[body]]\nname = '{name}'\nbox = {{ min = {min:?}, max = {max:?}, elements = {elements:?} }}\n\
+                 material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n"
+            )
+        };
+        body("left", [0.0; 3], [1.0; 3], [2, 1, 1])
+            + &body("right", [1.0, 0.0, 0.0], [2.0, 1.0, 1.0], [2, 1, 1])
+            + &body("block", [0.55, 1.0, 0.1], [1.45, 1.8, 0.9], [3, 1, 1])
+            + &format!(
+                "[[surface]]\nname = 'floor'\nof = ['left_ymax', 'right_ymax']\n\
+                 [[contact]]\nslave = 'block_ymin'\nmaster = 'floor'\nfriction = 0.3\n\
+                 [[dirichlet]]\nset = 'left_ymin'\n[[dirichlet]]\nset = 'right_ymin'\n\
+                 [[dirichlet]]\nset = 'block_ymax'\n\
+                 motion = [{{ t = 0.5, u = [0, -0.05, 0] }}, {{ t = 1.0, u = [{u:?}, -0.05, 0.02] }}]\n\
+                 [load_path]\nsteps = 8\ntolerance = {{ relative = 1e-12 }}\n\
+                 [design]\nbodies = ['left', 'right', 'block']\ninitial = 0.8\n\
+                 [objective]\ncontact_force = {{ steps = 'all' }}\n"
+            )
+    };
+    let mut pressed = problem(&text(0.0));
+    let density = pressed.initial_density().clone();
+    let run = forward(&mut pressed, &density);
+    let found = slipstick::quantities::quantities(&pressed, &run.path);
+    let force = |set: &str| found.get(&format!("reaction_{set}_ymin_y")).unwrap()[4];
+    assert!(force("left") > 0.0 && (force("left") / force("right") - 1.0).abs() < 1e-9);
+    let statuses = check("two slabs", problem(&text(0.25)));
+    assert!(statuses[7].contains('l'), "{statuses:?}");
 }

@@ -76,13 +76,14 @@ pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, 
 
 /// Boundary facets of a body that meet all conditions of a surface.
 fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
-    let body = mesh.bodies.iter().position(|body| body.name == surface.body).ok_or_else(|| {
-        BuildError::new(format!("{path}.body"), format!("there is no body `{}`", surface.body), "name one of the case")
+    let Some(name) = &surface.body else { return union(mesh, &surface.of, path) };
+    let body = mesh.bodies.iter().position(|body| body.name == *name).ok_or_else(|| {
+        BuildError::new(format!("{path}.body"), format!("there is no body `{name}`"), "name one of the case")
     })?;
     let mut selected = match &surface.within {
         None => mesh.boundary(body),
-        Some(name) => mesh.surfaces.get(name).cloned().ok_or_else(|| {
-            let message = format!("there is no surface `{name}`");
+        Some(within) => mesh.surfaces.get(within).cloned().ok_or_else(|| {
+            let message = format!("there is no surface `{within}`");
             BuildError::new(format!("{path}.within"), message, "name a surface of the body")
         })?,
     };
@@ -97,11 +98,29 @@ fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<
             && surface.normal.as_ref().is_none_or(|cone| near(facet, cone))
     });
     if selected.facets.is_empty() {
-        let message = format!("no facet of `{}` fits surface `{}`", surface.body, surface.name);
+        let message = format!("no facet of `{name}` fits surface `{}`", surface.name);
         let help = "facets lie in a box with all their nodes, at positions after placement; widen the conditions";
         return Err(BuildError::new(path, message, help));
     }
     Ok(selected)
+}
+
+/// The facets of several surfaces, each once.
+fn union(mesh: &Mesh, of: &[String], path: &str) -> Result<Surface, BuildError> {
+    let mut all = Surface { facets: Vec::new() };
+    for (i, name) in of.iter().enumerate() {
+        let part = mesh.surfaces.get(name).ok_or_else(|| {
+            BuildError::new(
+                format!("{path}.of[{i}]"),
+                format!("there is no surface `{name}`"),
+                "name surfaces of the case",
+            )
+        })?;
+        let new = part.facets.iter().filter(|facet| !all.facets.contains(facet));
+        let new: Vec<mesh::Facet> = new.cloned().collect();
+        all.facets.extend(new);
+    }
+    Ok(all)
 }
 
 /// Angle between two directions, in degrees.

@@ -261,6 +261,16 @@ fn duplicate_bodies_sets_and_pairs() {
     only_error(&format!("{GOOD}{pair}"), CaseCode::DuplicateName, (42, 1));
 }
 
+#[test]
+fn joined_surfaces() {
+    use CaseCode::*;
+    let with = |of: &str| format!("[[surface]]\nname = \"all\"\nof = {of}\n[[contact]]");
+    one(15, "[[contact]]", &with("[]"), Empty, "[]");
+    one(15, "[[contact]]", &with("[\"plate_ymax\", \"ball\"]"), UnknownSet, "\"ball\"");
+    one(15, "[[contact]]", &with("[\"plate_ymax\", \"plate_ymax\"]"), DuplicateName, "\"plate_ymax\"]");
+    one(15, "[[contact]]", &with("[\"plate_ymax\"]\nbody = \"plate\""), UnknownKey, "body");
+}
+
 /// What pairs may do besides Coulomb friction.
 #[test]
 fn joints() {

@@ -55,10 +55,10 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
     gone.retain(|name| designed(name) && left(name).is_none());
     let mut reselected = Vec::new();
     part.surfaces.retain(|surface| !gone.contains(&surface.name));
-    for surface in &mut part.surfaces {
+    for surface in part.surfaces.iter_mut().filter(|surface| surface.of.is_empty()) {
         if let Some((body, face)) = left(&surface.name) {
             let (name, body, within) = (surface.name.clone(), body.name.clone(), Some(face.group.clone()));
-            *surface = SurfaceSet { name, body, within, boxes: Vec::new(), normal: None };
+            *surface = SurfaceSet { name, body: Some(body), of: Vec::new(), within, boxes: Vec::new(), normal: None };
         }
     }
     for set in &mut part.sets {
@@ -138,7 +138,8 @@ fn uses(case: &Case) -> Vec<(String, String)> {
         need(&load.surface, "a load".into());
     }
     for surface in &case.surfaces {
-        surface.within.iter().for_each(|within| need(within, format!("the surface `{}`", surface.name)));
+        let parts = surface.within.iter().chain(&surface.of);
+        parts.for_each(|part| need(part, format!("the surface `{}`", surface.name)));
     }
     for set in &case.sets {
         set.within.iter().for_each(|within| need(within, format!("the set `{}`", set.name)));

@@ -17,6 +17,14 @@ pub(super) fn surfaces(root: &Table<'_>, names: &mut Names) -> Vec<SurfaceSet> {
 
 fn surface(table: Table<'_>, names: &mut Names) -> SurfaceSet {
     let name = name(&table);
+    let word = |value: &toml::Spanned<toml::de::DeValue<'_>>, path: String| table.reader.string(value, &path);
+    let of = table
+        .list("of", word)
+        .check(CaseCode::Empty, |list| !list.is_empty(), "lists no surface", "for instance of = [\"left\", \"right\"]")
+        .or(Vec::new());
+    if table.has("of") {
+        return union(table, names, name, of);
+    }
     let body = table.string("body").required(String::new(), "the body whose boundary facets are selected");
     names.check_body(table.reader, &table.path_of("body"), &body);
     let within = table.string("within").optional();
@@ -42,7 +50,29 @@ fn surface(table: Table<'_>, names: &mut Names) -> SurfaceSet {
     conditions(&table, "a surface", &["boxes", "normal", "within"], boxes.is_empty());
     names.add_surface(table.reader, table.path(), &name, names.body(&body));
     table.finish();
-    SurfaceSet { name, body, within, boxes, normal }
+    SurfaceSet { name, body: Some(body), of: Vec::new(), within, boxes, normal }
+}
+
+/// A surface that consists of others.
+fn union(table: Table<'_>, names: &mut Names, name: String, of: Vec<String>) -> SurfaceSet {
+    for (i, part) in of.iter().enumerate() {
+        let path = format!("{}[{i}]", table.path_of("of"));
+        names.check_surface(table.reader, &path, part);
+        if of[..i].contains(part) {
+            table.reader.error(
+                &path,
+                CaseCode::DuplicateName,
+                format!("`{part}` is listed twice"),
+                "remove one of them",
+            );
+        }
+    }
+    let bodies: Vec<Option<usize>> = of.iter().map(|part| names.find(part).and_then(|(_, body)| body)).collect();
+    let first = bodies.first().copied().flatten();
+    let body = first.filter(|_| bodies.iter().all(|body| *body == first));
+    names.add_surface(table.reader, table.path(), &name, body);
+    table.finish();
+    SurfaceSet { name, body: None, of, within: None, boxes: Vec::new(), normal: None }
 }
 
 pub(super) fn sets(root: &Table<'_>, names: &mut Names) -> Vec<NodeSet> {

@@ -11,8 +11,12 @@ use super::BoxRegion;
 pub struct SurfaceSet {
     /// Unique name, different from the names of all other surfaces and sets.
     pub name: String,
-    /// The body.
-    pub body: String,
+    /// The body; `None`: `of` lists surfaces, of any bodies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// The surfaces of which this one consists, without a body.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
     /// Only facets of this surface of the body; `None`: of its whole boundary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<String>,
