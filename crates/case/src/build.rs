@@ -89,12 +89,12 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
-    let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
+    let sections = case.bodies.iter().map(section).collect();
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, machine.ranks());
     let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
     let linear = machine.linear(&case.solver, share.owners(), &mesh, &slaves)?;
-    let solid = SolidModel::part(&mesh, sections?, |element| share.has_element(element))
+    let solid = SolidModel::part(&mesh, sections, |element| share.has_element(element))
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
@@ -148,13 +148,9 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     Ok(problem)
 }
 
-/// Material and element formulation of body `b`.
-fn section((b, body): (usize, &case::Body)) -> Result<Section, BuildError> {
-    let case::Material { law, youngs_modulus, poisson_ratio } = body.material;
-    let material = law.with_constants(youngs_modulus, poisson_ratio).map_err(|e| {
-        BuildError::new(format!("body[{b}].material"), e, "give a positive modulus and -1 < ratio < 0.5")
-    })?;
-    Ok(Section { material, formulation: body.element })
+/// Material and element formulation of a body.
+fn section(body: &case::Body) -> Section {
+    Section { material: body.material, formulation: body.element }
 }
 
 /// How the stiffness of an element depends on its density.

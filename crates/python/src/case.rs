@@ -111,6 +111,23 @@ impl Case {
         detached(py, || serde_json::to_string(&self.resolved.case).map_err(|error| Error::Internal(error.to_string())))
     }
 
+    /// The constants of a body's material that change when Young's modulus of its small-strain
+    /// limit gets this value, as entries of the case.
+    fn moduli(&self, py: Python<'_>, body: usize, youngs_modulus: f64) -> PyResult<Vec<(String, String)>> {
+        detached(py, || {
+            let material = &self.resolved.case.bodies[body].material;
+            let wrong = |error: slipstick::solid::MaterialError| Error::input(error.to_string(), error.help);
+            let changed = material.with_youngs_modulus(youngs_modulus).map_err(wrong)?;
+            let law = changed.kind().word();
+            let entry = |(constant, value): (&slipstick::solid::Constant, slipstick::solid::Value)| {
+                let key = format!("body[{body}].material.{law}.{}", constant.key);
+                let value = serde_json::to_string(&value).map_err(|error| Error::Internal(error.to_string()))?;
+                Ok((key, value))
+            };
+            changed.constants().filter(|(constant, _)| constant.is_modulus()).map(entry).collect()
+        })
+    }
+
     /// Builds and inspects the problem; returns it and the warnings as JSON.
     fn build(&self, py: Python<'_>) -> PyResult<(Problem, String)> {
         detached(py, || {

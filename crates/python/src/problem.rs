@@ -171,7 +171,7 @@ impl Problem {
             let (kind, place) = name_of(case, parameter);
             let value = match parameter {
                 Parameter::Friction { interface } => case.contacts[interface].friction,
-                Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus,
+                Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus(),
                 Parameter::Amplitude { .. } | Parameter::Load { .. } => 1.0,
             };
             (kind, place, value)
@@ -189,7 +189,7 @@ impl Problem {
                 let of = |parameter: &&Parameter| name_of(&self.resolved.case, **parameter) == (&kind, place.clone());
                 let parameter = names.iter().find(of);
                 let parameter = parameter.ok_or_else(|| Error::Internal(format!("no parameter {kind} of {place}")))?;
-                set_parameter(&mut resolved.case, *parameter, value);
+                set_parameter(&mut resolved.case, *parameter, value)?;
             }
             let map = &resolved.source_map;
             let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
@@ -474,10 +474,14 @@ pub(crate) fn add_quantity(problem: &mut slipstick::build::Problem, quantity: De
 }
 
 /// Sets a parameter in a case. An amplitude multiplies the motion or the load.
-fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) {
+fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) -> Result<(), Error> {
     match parameter {
         Parameter::Friction { interface } => case.contacts[interface].friction = value,
-        Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus = value,
+        Parameter::YoungsModulus { body } => {
+            let material = &mut case.bodies[body].material;
+            *material =
+                material.with_youngs_modulus(value).map_err(|error| Error::input(error.to_string(), error.help))?;
+        }
         Parameter::Amplitude { motion } => {
             for waypoint in &mut case.dirichlet[motion].motion {
                 waypoint.u = waypoint.u.map(|u| value * u);
@@ -488,6 +492,7 @@ fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) {
             case.loads[load].amplitude.iter_mut().for_each(|point| point.factor *= value);
         }
     }
+    Ok(())
 }
 
 /// The exception of a quantity that was defined in Python.

@@ -197,6 +197,24 @@ def test_parameters_are_those_of_a_case_with_these_values(
     assert again.solve(density).objective == problem.solve(density).objective
 
 
+
+def test_modulus_of_rubber() -> None:
+    """A law without Young's modulus among its constants: all its moduli change by one factor."""
+    text = ss.Case.template("cube-on-cuboid").text
+    rubber = "{ ogden = { mu = [600.0, -40.0], alpha = [1.3, -2.0], bulk_modulus = 4000.0 } }"
+    steel = "{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }"
+    problem = ss.Case.from_text(text.replace(steel, rubber)).build()
+    modulus = {p.name: value for p, value in problem.parameters.items()}["cube.youngs_modulus"]
+    shear = 0.5 * (600.0 * 1.3 + 40.0 * 2.0)
+    assert modulus == pytest.approx(9 * 4000.0 * shear / (3 * 4000.0 + shear), rel=1e-14)
+    changed = problem.with_parameters({"cube.youngs_modulus": 2.0 * modulus})
+    bodies = {body["name"]: body["material"]["ogden"] for body in changed.case.resolved["body"]}
+    assert bodies["cube"]["mu"] == pytest.approx([1200.0, -80.0], rel=1e-14)
+    assert bodies["cube"]["alpha"] == [1.3, -2.0]
+    assert bodies["cube"]["bulk_modulus"] == pytest.approx(8000.0, rel=1e-14)
+    assert bodies["cuboid"]["mu"] == [600.0, -40.0]
+
+
 PARAMETERS = {"contact[0].friction": 0.25, "slab.youngs_modulus": 900.0, "dirichlet[1].motion": 0.9}
 
 

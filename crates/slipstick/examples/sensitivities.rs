@@ -38,7 +38,8 @@ pub fn case(numbers: Numbers) -> Result<Case, Box<dyn Error>> {
     if let Shape::Box { elements, .. } = &mut case.bodies[cuboid].shape {
         *elements = [8, 2, 2];
     }
-    case.bodies[cube].material.youngs_modulus = numbers.modulus;
+    let material = &mut case.bodies[cube].material;
+    *material = material.with_youngs_modulus(numbers.modulus)?;
     case.contacts[0].friction = numbers.friction;
     for waypoint in &mut case.dirichlet[1].motion {
         waypoint.u = waypoint.u.map(|u| numbers.amplitude * u);

@@ -1,6 +1,7 @@
 //! Case files without errors: meaning, defaults, templates, round trip, warnings, places.
 
 use slipstick::case::*;
+use slipstick::solid::Orthotropic;
 
 fn parse(text: &str) -> Resolved {
     parse_case(text, "case.toml").unwrap_or_else(|errors| panic!("{errors}"))
@@ -42,10 +43,7 @@ fn values_and_defaults_are_as_documented() {
     let case = half_ball().case;
     assert_eq!(case.bodies[1].shape, Shape::HalfBall { radius: 1.2, elements: [10, 2, 1] });
     assert_eq!(case.bodies[1].place.translate, [-0.5, 1.2, -0.25]);
-    assert_eq!(
-        case.bodies[0].material,
-        Material { law: LawKind::NeoHooke, youngs_modulus: 1000.0, poisson_ratio: 0.3 }
-    );
+    assert_eq!(case.bodies[0].material, LawKind::NeoHooke.like(1000.0, 0.3).expect("constants"));
     assert_eq!(case.contacts[0].enforcement, lagrange(Some(2.0), None, StiffnessScaling::Area));
     assert_eq!(case.dirichlet[0].components, [Component::X, Component::Y, Component::Z]);
     assert!(case.dirichlet[0].motion.is_empty());
@@ -96,10 +94,37 @@ fn materials_and_elements_are_read() {
     let text = text.replace("neo_hooke", "st_venant_kirchhoff").replace("[[body]]", "[[body]]\nelement = \"f_bar\"");
     let case = parse(&text).case;
     assert!(case.bodies.iter().all(|body| body.element == Formulation::FBar));
-    let expected = Material { law: LawKind::StVenantKirchhoff, youngs_modulus: 1000.0, poisson_ratio: 0.3 };
-    assert_eq!(case.bodies[0].material, expected);
+    assert_eq!(case.bodies[0].material, LawKind::StVenantKirchhoff.like(1000.0, 0.3).expect("constants"));
     let written = toml::to_string(&case).expect("writable");
     assert_eq!(parse(&written).case, case, "{written}");
+}
+
+/// Every law with its own constants, as Rust writes and as a case writes them; constants that have a
+/// default may be omitted.
+#[test]
+fn every_law_is_read() {
+    let text = template("half-ball").expect("a template").text;
+    let elastic = "{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    for law in LawKind::ALL {
+        let material = law.like(700.0, 0.3).expect("constants");
+        let case = parse(&text.replace(elastic, &material.to_string())).case;
+        assert!(case.bodies.iter().all(|body| body.material == material), "{material}");
+        let written = toml::to_string(&case).expect("writable");
+        assert_eq!(parse(&written).case, case, "{written}");
+    }
+    let wood = "{ orthotropic = { e1 = 10, e2 = 1, e3 = 0.5, nu12 = 0.3, nu13 = 0.4, nu23 = 0.3, g12 = 0.8, g13 = 0.7, \
+                g23 = 0.1 } }";
+    let Material::Orthotropic(found) = parse(&text.replace(elastic, wood)).case.bodies[0].material else {
+        panic!("an orthotropic material")
+    };
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let expected = Orthotropic::new([10.0, 1.0, 0.5], [0.3, 0.4, 0.3], [0.8, 0.7, 0.1], axes);
+    assert_eq!(Ok(found), expected);
+    // rubber locks too; the message names the constant that makes it incompressible
+    let rubber = text.replace(elastic, "{ yeoh = { c10 = 1, c20 = 0, c30 = 0, bulk_modulus = 1000 } }");
+    let warnings = parse(&rubber).warnings;
+    assert_eq!((warnings.len(), warnings[0].code()), (2, CaseCode::Locking));
+    assert!(warnings[0].to_string().contains("a Poisson's ratio of 0.499"), "{}", warnings[0]);
 }
 
 fn lagrange(factor: Option<f64>, stiffness: Option<Stiffness>, scaling: StiffnessScaling) -> Enforcement {

@@ -144,11 +144,13 @@ fn gradient_of_other_materials_and_elements() {
     for (method, enforcement) in methods() {
         let text = Scene { friction: 0.3, enforcement, motion: motion.clone(), ..Scene::default() }.text();
         let f_bar = text.replace("poisson_ratio = 0.3 } }", "poisson_ratio = 0.49 } }\nelement = \"f_bar\"");
-        let laws = LawKind::WORDS[1..].iter().map(|law| (*law, text.replace("neo_hooke", law)));
+        let laws = LawKind::ALL[1..].iter().map(|law| (law.word(), of_law(&text, *law)));
         let others = laws.chain([("F-bar", f_bar)]);
         let plain = check(method, &mut problem(&text), 3).value;
         for (name, text) in others {
-            let checked = check(&format!("{method}, {name}"), &mut problem(&text), 3);
+            // with the penalty, a node of the orthotropic block changes its status at design 3
+            let design = if (method, name) == ("penalty", LawKind::Orthotropic.word()) { 4 } else { 3 };
+            let checked = check(&format!("{method}, {name}"), &mut problem(&text), design);
             assert!(checked.statuses.last().unwrap().contains('l'));
             assert!((checked.value / plain - 1.0).abs() > 1e-6, "{name} makes no difference: {plain}");
         }

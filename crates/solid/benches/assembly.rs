@@ -1,10 +1,11 @@
 //! Assembly on one thread of 30 × 30 × 30 hexahedra, and of six tetrahedra instead of each, with
 //! the same unknowns: `cargo bench -p slipstick-solid`. Prints the shortest of 30 times of each,
-//! because other load on the machine affects it least.
+//! because other load on the machine affects it least. Then the hexahedra with every law, relative to
+//! neo-Hooke, in both formulations.
 
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
-use slipstick_solid::{ElementScaling, NeoHooke, SolidModel};
+use slipstick_solid::{ElementScaling, Formulation, LawKind, NeoHooke, Section, SolidModel};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -17,18 +18,36 @@ fn main() {
     let hexahedra = box_mesh("block", &shape).expect("a box");
     let tetrahedra = hexahedra.divided(|_| true);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let [of_hexahedra, of_tetrahedra] = [&hexahedra, &tetrahedra].map(|mesh| pool.install(|| measure(mesh)));
+    let [of_hexahedra, of_tetrahedra] = [&hexahedra, &tetrahedra].map(|mesh| {
+        let section = NeoHooke::new(1000.0, 0.3).expect("a law").into();
+        pool.install(|| measure(mesh, section))
+    });
     println!("{:24} {:>14} {:>15} {:>7}", "one thread [ms]", "hexahedra", "tetrahedra", "ratio");
     for ((name, a), b) in OPERATIONS.iter().zip(of_hexahedra).zip(of_tetrahedra) {
         println!("{name:24} {a:>14.2} {b:>15.2} {:>7.2}", b / a);
     }
     let counts = [hexahedra.elements.len(), tetrahedra.elements.len(), 3 * hexahedra.nodes.len()];
     println!("\n{} hexahedra, {} tetrahedra, {} unknowns", counts[0], counts[1], counts[2]);
+    for formulation in [Formulation::Full, Formulation::FBar] {
+        let of = |law: &LawKind| {
+            let material = law.like(1000.0, 0.3).expect("a law");
+            pool.install(|| measure(&hexahedra, Section { material, formulation }))
+        };
+        let base = of(&LawKind::NeoHooke);
+        println!("\n{formulation:?}, microseconds per hexahedron (times neo_hooke)");
+        for law in LawKind::ALL {
+            let times = of(law);
+            let cells = times.iter().zip(base).map(|(time, base)| {
+                format!("{:>8.3} ({:>5.2})", 1e3 * time / hexahedra.elements.len() as f64, time / base)
+            });
+            println!("{:20} {}", law.word(), cells.collect::<Vec<_>>().join(" "));
+        }
+    }
 }
 
 /// The shortest time of each operation. \[ms\]
-fn measure(mesh: &Mesh) -> [f64; 4] {
-    let model = SolidModel::new(mesh, vec![NeoHooke::new(1000.0, 0.3).expect("a law")]).expect("a model");
+fn measure(mesh: &Mesh, section: Section) -> [f64; 4] {
+    let model = SolidModel::new(mesh, vec![section]).expect("a model");
     let unknowns = 3 * mesh.nodes.len();
     let amplitude = 0.05 / ELEMENTS as f64;
     let d: Vec<f64> = (0..unknowns).map(|i| amplitude * (i as f64 * 1.31).sin()).collect();

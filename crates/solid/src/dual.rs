@@ -39,4 +39,7 @@ impl<T: Real> Real for Dual<T> {
     fn exp_m1(self) -> Self {
         Self { value: self.value.exp_m1(), slope: self.slope * (self.value.exp_m1() + 1.0.into()) }
     }
+    fn value(self) -> f64 {
+        self.value.value()
+    }
 }

@@ -3,7 +3,7 @@
 //! Implement a new element here first.
 
 use crate::dual::Dual;
-use crate::law::{Real, determinant, small_strain_energy};
+use crate::law::{Real, determinant};
 use crate::{Formulation, Section};
 use std::array::from_fn;
 
@@ -60,7 +60,7 @@ pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamm
         let h_bar = if full { *h } else { plus(h, third * (mean_trace - trace(h))) };
         let ratio = |h| (third * (mean_j / j(h)).ln()).exp_m1() + one;
         let f_bar = if full || law.small_strains() { f(&h_bar) } else { f(h).map(|row| row.map(|f| ratio(h) * f)) };
-        law.energy(&f_bar) + (one - gamma * gamma) * small_strain_energy(law.constants(), &h_bar)
+        law.energy(&f_bar) + (one - gamma * gamma) * law.small_strain_energy(&h_bar)
     })
 }
 

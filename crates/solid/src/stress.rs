@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn uniaxial_strain_of_neo_hooke() {
         let (e, nu, stretch) = (1000.0, 0.3, 1.2_f64);
-        let material = LawKind::NeoHooke.with_constants(e, nu).unwrap();
+        let material = LawKind::NeoHooke.like(e, nu).unwrap();
         let stress = cauchy_stress(&material, &[[stretch, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let (mu, beta) = (e / (2.0 * (1.0 + nu)), nu / (1.0 - 2.0 * nu));
         // σ = P Fᵀ/J
@@ -370,7 +370,7 @@ mod tests {
         let weights: Vec<f64> = (0..STRESS_POINTS * n).map(|i| (i as f64 * 0.9).cos()).collect();
         for kind in LawKind::ALL {
             for formulation in [Formulation::Full, Formulation::FBar] {
-                let material = kind.with_constants(100.0, 0.35).unwrap();
+                let material = kind.like(100.0, 0.35).unwrap();
                 let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).unwrap();
                 let sum = |d: &[f64], scalings: &[ElementScaling]| -> f64 {
                     let stresses = model.cauchy_stresses(d, scalings).unwrap();

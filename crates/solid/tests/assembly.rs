@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// All laws, and F̄ elements of the first.
 fn sections() -> Vec<Section> {
-    let laws = LawKind::ALL.iter().map(|law| law.with_constants(100.0, 0.25).unwrap());
+    let laws = LawKind::ALL.iter().map(|law| law.like(100.0, 0.25).unwrap());
     let mut out: Vec<Section> = laws.map(Section::from).collect();
     out.push(Section { formulation: Formulation::FBar, ..out[0] });
     out

@@ -5,7 +5,9 @@ use slipstick_linalg::{
     BlockMatrix, BlockPattern, LinearSolver, Reduction, RobustSolver, SolverChoice, solve_verified,
 };
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
-use slipstick_solid::{ElementScaling, Formulation, NeoHooke, Section, SolidModel};
+use slipstick_solid::{
+    ElementScaling, Formulation, Material, MooneyRivlin, NeoHooke, Ogden, Section, SolidModel, Yeoh,
+};
 use std::sync::Arc;
 
 /// Thickness, length and width of the block, along x, y and z.
@@ -80,13 +82,11 @@ fn newton(model: &SolidModel, mesh: &Mesh, fixed: &[bool], mut increment: Vec<f6
 
 /// Strain energy of the bent block with `n` elements through the thickness, or twice as many wedges
 /// along a direction: its ends turn as in the exact solution.
-fn energy(formulation: Formulation, bend: f64, n: usize, wedges: Option<usize>) -> f64 {
+fn energy(material: Material, formulation: Formulation, bend: f64, n: usize, wedges: Option<usize>) -> f64 {
     let half = 0.5 * SIZE[1];
     let shape =
         BoxShape { min: [0.0, -half, 0.0], max: [SIZE[0], half, SIZE[2]], elements: [n, 2 * n, 1], grading: [1.0; 3] };
     let mesh = box_mesh("block", &shape).unwrap().divided_into_wedges(|_| wedges);
-    // μ = 1
-    let material = NeoHooke::new(2.0 * (1.0 + NU), NU).unwrap().into();
     let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).unwrap();
     let at_end = |x: &[f64; 3]| (x[1].abs() - half).abs() < 1e-12;
     // plane strain
@@ -107,7 +107,9 @@ fn error(formulation: Formulation, bend: f64, n: usize) -> f64 {
 }
 
 fn error_with(formulation: Formulation, bend: f64, n: usize, wedges: Option<usize>) -> f64 {
-    let error = energy(formulation, bend, n, wedges) / Flexure::new(bend).energy() - 1.0;
+    // μ = 1
+    let material = NeoHooke::new(2.0 * (1.0 + NU), NU).unwrap().into();
+    let error = energy(material, formulation, bend, n, wedges) / Flexure::new(bend).energy() - 1.0;
     println!("{formulation:?}, {n} elements, wedges {wedges:?}, bend {bend}: error {error:.2e}");
     error
 }
@@ -117,6 +119,29 @@ fn error_with(formulation: Formulation, bend: f64, n: usize, wedges: Option<usiz
 fn f_bar_finds_the_exact_flexure() {
     let [coarse, fine] = [4, 8].map(|n| error(Formulation::FBar, 1.0, n));
     assert!(coarse.abs() < 0.1 && fine.abs() < 0.3 * coarse.abs());
+}
+
+/// The same for laws of rubber with μ = 1 and K = 5000: in plane strain I₁ = I₂, so that Mooney-Rivlin
+/// is neo-Hookean, as are Yeoh with one term and Ogden with the exponent 2 or −2.
+#[test]
+fn f_bar_finds_the_exact_flexure_of_rubber() {
+    let laws: [Material; 4] = [
+        MooneyRivlin::new(0.3, 0.2, 5e3).unwrap().into(),
+        Yeoh::new([0.5, 0.0, 0.0], 5e3).unwrap().into(),
+        Ogden::new(&[1.0], &[2.0], 5e3).unwrap().into(),
+        Ogden::new(&[0.6, -0.4], &[2.0, -2.0], 5e3).unwrap().into(),
+    ];
+    for law in laws {
+        let exact = Flexure::new(1.0).energy();
+        let [coarse, fine] = [4, 8].map(|n| energy(law, Formulation::FBar, 1.0, n, None) / exact - 1.0);
+        println!("{law}: errors {coarse:.2e}, {fine:.2e}");
+        assert!(coarse.abs() < 0.1 && fine.abs() < 0.3 * coarse.abs(), "{law}: {coarse:e} {fine:e}");
+        // a small bend, which locks fully integrated elements
+        let [full, bar] = [Formulation::Full, Formulation::FBar]
+            .map(|formulation| energy(law, formulation, 1e-3, 4, None) / Flexure::new(1e-3).energy() - 1.0);
+        println!("{law}, small bend: errors {full:.2e}, {bar:.2e}");
+        assert!(full > 2.0 && bar.abs() < 0.1, "{law}: {full:e} {bar:e}");
+    }
 }
 
 /// Fully integrated elements store several times the energy. The bend is small: they would need a

@@ -40,7 +40,7 @@ fn inner(mesh: &Mesh) -> Vec<usize> {
 #[test]
 fn wedges_deform_uniformly() {
     let mesh = distorted();
-    let laws = LawKind::ALL.iter().map(|law| law.with_constants(100.0, 0.25).unwrap());
+    let laws = LawKind::ALL.iter().map(|law| law.like(100.0, 0.25).unwrap());
     let sections = laws.flat_map(|material| {
         [Formulation::Full, Formulation::FBar].map(|formulation| Section { material, formulation })
     });

@@ -72,6 +72,8 @@ case_codes! {
     YoungsModulus => "youngs_modulus",
     /// Poisson's ratio is outside (−1, 1/2).
     PoissonRatio => "poisson_ratio",
+    /// Constants of a material that contradict each other, or make the undeformed solid unstable.
+    MaterialConstants => "material_constants",
     /// The coefficient of friction is negative.
     Friction => "friction",
     /// Slave and master are the same surface.

@@ -60,6 +60,11 @@ impl CaseCode {
             PoissonRatio => {
                 "Give a ratio above -1 and below 1/2. Above about 0.45 use `element = \"f_bar\"`, which does not lock."
             }
+            MaterialConstants => {
+                "Each constant may be possible alone, but not with the others. Check units and signs: the shear modulus \
+                 of the undeformed solid must be positive, lists must be equally long, and the stiffness of an \
+                 orthotropic solid must be positive for every strain. The message says which condition is violated."
+            }
             Friction => "Give Coulomb's coefficient, 0 or more; 0 is frictionless.",
             SameSurface => {
                 "Name two different surfaces that face each other. A surface may touch itself with the penalty method: \

@@ -17,7 +17,8 @@ pub enum Parameter {
         /// Number of the interface, from 0.
         interface: usize,
     },
-    /// Young's modulus of a body, at the same Poisson's ratio. \[F/L²\]
+    /// Young's modulus of the small-strain limit of a body's law: a change multiplies all moduli of
+    /// the law by one factor, at the same Poisson's ratio. \[F/L²\]
     YoungsModulus {
         /// Number of the body, from 0.
         body: usize,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import warnings
@@ -623,8 +624,8 @@ def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
         elif parameter.kind == "youngs_modulus":
             names = [body["name"] for body in tables["body"]]
             body = names.index(parameter.of)
-            law = next(iter(tables["body"][body]["material"]))
-            entries[f"body[{body}].material.{law}.youngs_modulus"] = value
+            moduli = case._case.moduli(body, value)
+            entries.update({key: json.loads(modulus) for key, modulus in moduli})
         else:
             # dirichlet[1].motion or load[0]
             section, _, number = parameter.of.removesuffix(".motion").rstrip("]").partition("[")

@@ -26,6 +26,40 @@ fn bodies_and_material() {
     only_error(&text, BadShape, (8, 48));
 }
 
+/// Constants of the other laws: missing, of the wrong type, out of range, and contradictory.
+#[test]
+fn constants_of_laws() {
+    use CaseCode::*;
+    let elastic = "{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    let bad = |law: &str, code, at: &str| one(5, elastic, &format!("{{ {law} }}"), code, at);
+    let help = bad("mooney_rivlin = { c10 = 1, c01 = -2, bulk_modulus = 9 }", MaterialConstants, "1, c01");
+    assert_eq!(help, "give constants whose sum is greater than zero");
+    let help = bad("mooney_rivlin = { c10 = 1, bulk_modulus = 9 }", MissingKey, "{ c10");
+    assert_eq!(help, "the factor of the second invariant; 0 if only c10 is known");
+    bad("mooney_rivlin = { c10 = 1, c01 = 0, bulk_modulus = 0 }", OutOfRange, "0 }");
+    bad("mooney_rivlin = { c10 = 1, c1 = 0, bulk_modulus = 9 }", UnknownKey, "c1 =");
+    bad("yeoh = { c10 = 0, c20 = 0, c30 = 0, bulk_modulus = 9 }", OutOfRange, "0, c20");
+    bad("yeoh = { c10 = 1, c20 = 0, c30 = 0, youngs_modulus = 9 }", UnknownKey, "youngs_modulus");
+    bad("ogden = { mu = [1, 2], alpha = [2], bulk_modulus = 9 }", MaterialConstants, "[2]");
+    bad("ogden = { mu = [1], alpha = [-2], bulk_modulus = 9 }", MaterialConstants, "[1]");
+    bad("ogden = { mu = [1], alpha = [0], bulk_modulus = 9 }", MaterialConstants, "[0]");
+    bad("ogden = { mu = [], alpha = [2], bulk_modulus = 9 }", OutOfRange, "[]");
+    bad("ogden = { mu = [1, 1, 1, 1, 1], alpha = [2], bulk_modulus = 9 }", OutOfRange, "[1, 1");
+    bad("ogden = { mu = 1, alpha = [2], bulk_modulus = 9 }", WrongType, "1, alpha");
+    bad("ogden = { mu = [1, 'x'], alpha = [2, 2], bulk_modulus = 9 }", WrongType, "'x'");
+    let wood = "e1 = 10, e2 = 1, e3 = 1, nu12 = 0.3, nu13 = 0.3, nu23 = 0.3, g12 = 1, g13 = 1, g23 = 1";
+    let bad = |from: &str, to: &str, code, at: &str| {
+        bad(&format!("orthotropic = {{ {} }}", wood.replacen(from, to, 1)), code, at)
+    };
+    bad("g12 = 1", "g12 = -1", OutOfRange, "-1");
+    bad("nu23 = 0.3", "nu23 = 1.1", MaterialConstants, "1.1");
+    // each ratio alone is possible
+    bad("nu23 = 0.3", "nu23 = 0.999", MaterialConstants, "0.3, nu13");
+    bad("g12 = 1", "g12 = 1, axis1 = [0, 2, 0]", MaterialConstants, "{ e1");
+    bad("g12 = 1", "g12 = 1, axis2 = [2, 0, 0]", MaterialConstants, "[2, 0");
+    bad("g12 = 1", "g12 = 1, axis1 = [0, 0, 0]", OutOfRange, "[0, 0, 0]");
+}
+
 /// Selections without a condition, or with one that selects nothing in any mesh.
 #[test]
 fn surfaces_and_sets() {
@@ -103,7 +137,7 @@ fn numbers_beyond_any_unit() {
     one(24, "u = [0, -1, 0]", &format!("u = [0, -1{}, 0]", "0".repeat(60)), OutOfRange, "-1000");
     let long = GOOD.replace("1000.0", "100000000000000000000");
     let case = parse_case(&long, "case.toml").unwrap_or_else(|errors| panic!("{errors}")).case;
-    assert_eq!(case.bodies[0].material.youngs_modulus, 1e20);
+    assert_eq!(case.bodies[0].material.youngs_modulus(), 1e20);
 }
 
 /// Elements without any stiffness are allowed, but reported.

@@ -1,5 +1,7 @@
 //! Scenes of a few elements, as case texts.
 
+use slipstick::case::LawKind;
+
 /// Lagrange multipliers.
 pub const LAGRANGE: &str = "{ lagrange = {} }";
 
@@ -62,6 +64,20 @@ impl Default for Scene {
             more: String::new(),
         }
     }
+}
+
+/// A case text with another law in place of compressible neo-Hooke, with the same E and ν.
+pub fn of_law(text: &str, law: LawKind) -> String {
+    let mut parts = text.split("{ neo_hooke = { youngs_modulus = ");
+    let mut out = parts.next().expect("a text").to_owned();
+    for part in parts {
+        let (modulus, rest) = part.split_once(", poisson_ratio = ").expect("a ratio");
+        let (ratio, rest) = rest.split_once(" } }").expect("the end of the material");
+        let [modulus, ratio] = [modulus, ratio].map(|number| number.parse().expect("a number"));
+        out += &law.like(modulus, ratio).expect("constants").to_string();
+        out += rest;
+    }
+    out
 }
 
 impl Scene {

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
+use slipstick::case::LawKind;
 use slipstick::design::ElementValues;
 use std::sync::Arc;
 
@@ -67,20 +68,31 @@ fn place(rotation: &Rotation3<f64>, translate: Vector3<f64>) -> String {
     format!("{{ rotate = {{ axis = {axis:?}, degrees = {:?} }}, translate = {translate:?} }}", angle.to_degrees())
 }
 
-fn body(random: &mut Random, name: &str, size: [f64; 3], place: &str) -> String {
-    let law = if chance(random, 0.6) { "neo_hooke" } else { "st_venant_kirchhoff" };
+/// `others`: of any law for finite strains.
+fn body(random: &mut Random, name: &str, size: [f64; 3], place: &str, others: bool) -> String {
+    let law = match (chance(random, 0.6), others) {
+        (true, _) => LawKind::NeoHooke,
+        (false, false) => LawKind::StVenantKirchhoff,
+        (false, true) => one_of(random, &other_laws()),
+    };
     let f_bar = chance(random, 0.3);
     let poisson = random.within(0.0, if f_bar { 0.48 } else { 0.4 });
     let grading = [1.0, 1.0, 1.0].map(|one: f64| if chance(random, 0.3) { random.within(0.5, 2.0) } else { one });
     let max = size;
     format!(
         "[[body]]\nname = \"{name}\"\nbox = {{ min = [0, 0, 0], max = {max:?}, elements = {:?}, grading = {grading:?} }}\n\
-         place = {place}\nmaterial = {{ {law} = {{ youngs_modulus = {:?}, poisson_ratio = {poisson:?} }} }}\n\
+         place = {place}\nmaterial = {}\n\
          element = \"{}\"\n",
         elements(random),
-        random.within(500.0, 2000.0),
+        law.like(random.within(500.0, 2000.0), poisson).expect("constants"),
         if f_bar { "f_bar" } else { "full" },
     )
+}
+
+/// All laws for finite strains except neo-Hooke.
+fn other_laws() -> Vec<LawKind> {
+    let finite = |law: &LawKind| *law != LawKind::NeoHooke && *law != LawKind::LinearElastic;
+    LawKind::ALL.iter().copied().filter(finite).collect()
 }
 
 fn enforcement(random: &mut Random) -> (&'static str, String) {
@@ -124,7 +136,8 @@ pub const FIRST_OF_QUANTITIES: u64 = 1050;
 pub const FIRST_OF_SCENARIOS: u64 = 2050;
 
 /// Problems from this seed on have pairs that are tied, have an offset or a largest shear stress, or
-/// act during a part of the load path, and an objective that is drawn from all quantities.
+/// act during a part of the load path, bodies of any law, and an objective that is drawn from all
+/// quantities.
 pub const FIRST_OF_JOINTS: u64 = 3000;
 
 /// The keys of the pair of a problem with joints.
@@ -271,7 +284,8 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let slaves = if chance(r, 0.6) { ["block_ymin", "slab_ymax"] } else { ["slab_ymax", "block_ymin"] };
     let axis: [f64; 3] = (turn * direction(r).into_inner()).into();
     let pivot: [f64; 3] = (turn * (centre + Vector3::new(0.0, block[1], 0.0)) + shift).into();
-    let bodies = [body(r, "slab", slab, &places[0]), body(r, "block", block, &places[1])].concat();
+    let others = seed >= FIRST_OF_JOINTS;
+    let bodies = [body(r, "slab", slab, &places[0], others), body(r, "block", block, &places[1], others)].concat();
     let friction = if chance(r, 0.12) { 0.0 } else { r.within(0.0, 2.0) };
     // Determined by the seed and not drawn, so that the rest of a problem does not depend on it.
     let edge_cover = [0.5, 0.5, 0.05, 1.0][(seed % 4) as usize];

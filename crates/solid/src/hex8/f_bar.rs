@@ -28,7 +28,7 @@ use super::geometry::ReferenceGeometry;
 use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
 use super::kernel::{Deformation, Scratch};
 use super::moduli::{Blocks, add_blocks};
-use crate::law::{Law, Local};
+use crate::law::{Local, Stress};
 use crate::power::inverse_power;
 use crate::registers::{
     AtPoints, Matrices, Matrix, POINTS, array, contract, load, load_matrix, product, store, store_matrix,
@@ -44,7 +44,9 @@ pub(super) struct Mean {
     /// F̄ and F̄⁻¹.
     gradient: Matrices,
     inverse: Matrices,
-    /// [`Law::volumetric`] at θ.
+    /// θ.
+    determinant: AtPoints,
+    /// [`Stress::volumetric`] at θ.
     volumetric: AtPoints,
     /// P̄/μ.
     stress: Matrices,
@@ -55,8 +57,9 @@ pub(super) struct Mean {
 }
 
 /// The part of [`Deformation`] and [`Mean`] for one register.
-struct At<'a, S: Simd> {
+struct At<'a, S: Simd, L: Stress> {
     bar: Local<'a>,
+    prepared: L::Prepared<S>,
     gradient: Matrix<S>,
     inverse: Matrix<S>,
     ratio: S::f64s,
@@ -73,6 +76,7 @@ impl Mean {
             ratio: [0.0; POINTS],
             gradient: [[[0.0; POINTS]; 3]; 3],
             inverse: [[[0.0; POINTS]; 3]; 3],
+            determinant: [0.0; POINTS],
             volumetric: [0.0; POINTS],
             stress: [[[0.0; POINTS]; 3]; 3],
             work: [0.0; POINTS],
@@ -82,11 +86,12 @@ impl Mean {
 
     /// Evaluates the stresses at an admissible deformation.
     #[inline(always)]
-    fn evaluate<S: Simd>(&mut self, simd: S, law: &impl Law, at: &ReferenceGeometry, deformation: &Deformation) {
+    fn evaluate<S: Simd>(&mut self, simd: S, law: &impl Stress, at: &ReferenceGeometry, deformation: &Deformation) {
         self.volume = sum(&at.weights, &deformation.determinant);
         let theta = self.volume / at.volume();
         self.ratio = inverse_power(simd, &deformation.determinant.map(|j| j / theta), 1.0 / 3.0);
-        self.volumetric = law.volumetric(simd, &[theta; POINTS]);
+        self.determinant = [theta; POINTS];
+        self.volumetric = law.volumetric(simd, &self.determinant);
         for v in 0..POINTS / S::F64_LANES {
             let ratio = load::<S>(&self.ratio, v);
             let reciprocal = simd.div_f64s(simd.splat_f64s(1.0), ratio);
@@ -94,7 +99,8 @@ impl Mean {
             let inverse = array(|b, a| simd.mul_f64s(reciprocal, load::<S>(&deformation.inverse[b][a], v)));
             store_matrix::<S>(&mut self.gradient, v, &gradient);
             store_matrix::<S>(&mut self.inverse, v, &inverse);
-            let stress = law.stress(simd, &self.local(v));
+            let local = self.local(v);
+            let stress = law.stress(simd, &local, &law.prepare(simd, &local));
             let work = contract(simd, &stress, &gradient);
             store_matrix::<S>(&mut self.stress, v, &stress);
             store::<S>(&mut self.work, v, simd.mul_f64s(simd.splat_f64s(1.0 / 3.0), work));
@@ -104,13 +110,15 @@ impl Mean {
 
     #[inline(always)]
     fn local(&self, v: usize) -> Local<'_> {
-        Local { gradient: &self.gradient, inverse: &self.inverse, volumetric: &self.volumetric, v }
+        let Self { gradient, inverse, determinant, volumetric, .. } = self;
+        Local { gradient, inverse, determinant, volumetric, v }
     }
 
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, deformation: &Deformation, v: usize) -> At<'_, S> {
+    fn at<S: Simd, L: Stress>(&self, simd: S, law: &L, deformation: &Deformation, v: usize) -> At<'_, S, L> {
         At {
             bar: self.local(v),
+            prepared: law.prepare(simd, &self.local(v)),
             gradient: load_matrix::<S>(&deformation.gradient, v),
             inverse: load_matrix::<S>(&deformation.inverse, v),
             ratio: load::<S>(&self.ratio, v),
@@ -121,7 +129,7 @@ impl Mean {
     }
 }
 
-impl<S: Simd> At<'_, S> {
+impl<S: Simd, L: Stress> At<'_, S, L> {
     /// P_eff/μ.
     #[inline(always)]
     fn stress(&self, simd: S) -> Matrix<S> {
@@ -134,7 +142,7 @@ impl<S: Simd> At<'_, S> {
 
     /// dP_eff/μ at fixed p, and dt/μ, in the direction of dF = `change` and η = `dilation`.
     #[inline(always)]
-    fn stress_change(&self, simd: S, law: &impl Law, change: &Matrix<S>, dilation: S::f64s) -> (Matrix<S>, S::f64s) {
+    fn stress_change(&self, simd: S, law: &L, change: &Matrix<S>, dilation: S::f64s) -> (Matrix<S>, S::f64s) {
         let third = simd.splat_f64s(1.0 / 3.0);
         let relative = product(simd, &self.inverse, change);
         let trace = simd.add_f64s(simd.add_f64s(relative[0][0], relative[1][1]), relative[2][2]);
@@ -142,7 +150,7 @@ impl<S: Simd> At<'_, S> {
         let x = simd.mul_f64s(third, simd.sub_f64s(dilation, trace));
         let bar: Matrix<S> =
             array(|a, b| simd.mul_f64s(self.ratio, simd.mul_add_e_f64s(x, self.gradient[a][b], change[a][b])));
-        let stress = law.stress_change(simd, &self.bar, &bar);
+        let stress = law.stress_change(simd, &self.bar, &self.prepared, &bar);
         let work = simd.add_f64s(
             contract(simd, &stress, &load_matrix::<S>(self.bar.gradient, self.bar.v)),
             contract(simd, &self.stress, &bar),
@@ -164,7 +172,7 @@ impl<S: Simd> At<'_, S> {
 pub(super) fn internal_force<S: Simd, R>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -179,7 +187,7 @@ pub(super) fn internal_force<S: Simd, R>(
     mean.evaluate(simd, law, at, deformation);
     let modulus = factor * law.shear_modulus();
     for v in 0..POINTS / S::F64_LANES {
-        let p = mean.at(simd, deformation, v).stress(simd);
+        let p = mean.at(simd, law, deformation, v).stress(simd);
         store_scaled(simd, matrices, at, modulus, v, &p);
     }
     finite(integrate(simd, matrices), then)
@@ -190,7 +198,7 @@ pub(super) fn internal_force<S: Simd, R>(
 pub(super) fn tangent_product<S: Simd, R>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -215,7 +223,7 @@ pub(super) fn tangent_product<S: Simd, R>(
     let mut work = [0.0; POINTS];
     for v in 0..POINTS / S::F64_LANES {
         let change = displacement_gradient(simd, at, direction, v);
-        let (p, dt) = mean.at(simd, deformation, v).stress_change(simd, law, &change, simd.splat_f64s(eta));
+        let (p, dt) = mean.at(simd, law, deformation, v).stress_change(simd, law, &change, simd.splat_f64s(eta));
         store_matrix::<S>(matrices, v, &p);
         store::<S>(&mut work, v, dt);
     }
@@ -235,7 +243,7 @@ pub(super) fn tangent_product<S: Simd, R>(
 pub(super) fn tangent<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -252,7 +260,7 @@ pub(super) fn tangent<S: Simd>(
     let zero = simd.splat_f64s(0.0);
     let mut work = [0.0; POINTS];
     for v in 0..POINTS / S::F64_LANES {
-        let here = mean.at(simd, deformation, v);
+        let here = mean.at(simd, law, deformation, v);
         moduli.evaluate(
             simd,
             at,

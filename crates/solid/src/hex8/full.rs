@@ -4,7 +4,7 @@ use super::geometry::{PARENT_BY_POINT, ReferenceGeometry, pair};
 use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
 use super::kernel::{Deformation, Scratch};
 use super::moduli;
-use crate::law::{Law, Local};
+use crate::law::{Local, Stress};
 use crate::registers::{AtPoints, POINTS, array, load, product, store, store_matrix};
 use pulp::Simd;
 
@@ -12,7 +12,7 @@ impl Deformation {
     /// The deformation at the points of register `v`.
     #[inline(always)]
     fn local<'a>(&'a self, volumetric: &'a AtPoints, v: usize) -> Local<'a> {
-        Local { gradient: &self.gradient, inverse: &self.inverse, volumetric, v }
+        Local { gradient: &self.gradient, inverse: &self.inverse, determinant: &self.determinant, volumetric, v }
     }
 }
 
@@ -21,7 +21,7 @@ impl Deformation {
 pub(super) fn internal_force<S: Simd, R>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -37,7 +37,8 @@ pub(super) fn internal_force<S: Simd, R>(
     let stress = &mut scratch.matrices;
     for v in 0..POINTS / S::F64_LANES {
         let scale = simd.mul_f64s(modulus, load::<S>(&at.weights, v));
-        let p = law.stress(simd, &deformation.local(&volumetric, v));
+        let local = deformation.local(&volumetric, v);
+        let p = law.stress(simd, &local, &law.prepare(simd, &local));
         let p = array(|a, b| simd.mul_f64s(scale, p[a][b]));
         store_matrix::<S>(stress, v, &to_parent(simd, at, &p, v));
     }
@@ -49,7 +50,7 @@ pub(super) fn internal_force<S: Simd, R>(
 pub(super) fn tangent_product<S: Simd, R>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -67,7 +68,8 @@ pub(super) fn tangent_product<S: Simd, R>(
     for v in 0..POINTS / S::F64_LANES {
         let scale = simd.mul_f64s(modulus, load::<S>(&at.weights, v));
         let change = displacement_gradient(simd, at, direction, v);
-        let p = law.stress_change(simd, &deformation.local(&volumetric, v), &change);
+        let local = deformation.local(&volumetric, v);
+        let p = law.stress_change(simd, &local, &law.prepare(simd, &local), &change);
         let p = array(|a, b| simd.mul_f64s(scale, p[a][b]));
         store_matrix::<S>(stress, v, &to_parent(simd, at, &p, v));
     }
@@ -79,7 +81,7 @@ pub(super) fn tangent_product<S: Simd, R>(
 pub(super) fn tangent<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -96,7 +98,7 @@ pub(super) fn tangent<S: Simd>(
 fn by_moduli<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -111,13 +113,14 @@ fn by_moduli<S: Simd>(
     let volumetric = law.volumetric(simd, &deformation.determinant);
     for v in 0..POINTS / S::F64_LANES {
         let local = deformation.local(&volumetric, v);
+        let prepared = law.prepare(simd, &local);
         moduli.evaluate(
             simd,
             at,
             factor * law.shear_modulus(),
             v,
             #[inline(always)]
-            |change| law.stress_change(simd, &local, change),
+            |change| law.stress_change(simd, &local, &prepared, change),
         );
     }
     moduli.integrate(simd);
@@ -125,7 +128,7 @@ fn by_moduli<S: Simd>(
     Some(())
 }
 
-/// The tangent for laws with a [`Law::volumetric_exponent`] e, written out.
+/// The tangent for laws with a [`Stress::volumetric_exponent`] e, written out.
 ///
 /// With T_ia,kb = Σ w μ v g_ia g_kb the entry (a, b) of block (i, k) is e T_ia,kb + T_ib,ka + δ_ab
 /// μ ∫ G_i·G_k. The last integral does not depend on the state. The sum over points is a product of
@@ -134,7 +137,7 @@ fn by_moduli<S: Simd>(
 fn by_spatial_gradients<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    law: &impl Law,
+    law: &impl Stress,
     exponent: f64,
     at: &ReferenceGeometry,
     factor: f64,

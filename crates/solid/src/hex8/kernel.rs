@@ -10,7 +10,7 @@ use super::full;
 use super::geometry::ReferenceGeometry;
 use super::integrate::{Corners, displacement_gradient};
 use super::moduli::Moduli;
-use crate::law::{Law, with_law};
+use crate::law::{Stress, with_stress};
 use crate::registers::{AtPoints, Matrices, POINTS, invert, store, store_matrix};
 use crate::section::{Formulation, Section};
 use pulp::{Simd, WithSimd};
@@ -126,7 +126,7 @@ pub(super) fn internal_force<S: Simd, R>(
     then: impl FnOnce(&Corners) -> R,
 ) -> Option<R> {
     let formulation = section.formulation;
-    with_law!(section.material, law => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }))
+    with_stress!(&section.material, law => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }))
 }
 
 /// Product of the tangent at stiffness `factor` times that of the material with corner
@@ -143,7 +143,7 @@ pub(super) fn tangent_product<S: Simd, R>(
     then: impl FnOnce(&Corners) -> R,
 ) -> Option<R> {
     let formulation = section.formulation;
-    with_law!(section.material, law => {
+    with_stress!(&section.material, law => {
         simd.vectorize(Product { law, formulation, scratch, at, factor, d, direction, then })
     })
 }
@@ -162,7 +162,7 @@ pub(super) fn tangent<S: Simd>(
     add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
     let formulation = section.formulation;
-    with_law!(section.material, law => simd.vectorize(Tangent { law, formulation, scratch, at, factor, d, add }))
+    with_stress!(&section.material, law => simd.vectorize(Tangent { law, formulation, scratch, at, factor, d, add }))
 }
 
 struct Force<'a, L, T> {
@@ -175,7 +175,7 @@ struct Force<'a, L, T> {
     then: T,
 }
 
-impl<L: Law, R, T: FnOnce(&Corners) -> R> WithSimd for Force<'_, L, T> {
+impl<L: Stress, R, T: FnOnce(&Corners) -> R> WithSimd for Force<'_, L, T> {
     type Output = Option<R>;
 
     #[inline(always)]
@@ -202,7 +202,7 @@ struct Product<'a, L, T> {
     then: T,
 }
 
-impl<L: Law, R, T: FnOnce(&Corners) -> R> WithSimd for Product<'_, L, T> {
+impl<L: Stress, R, T: FnOnce(&Corners) -> R> WithSimd for Product<'_, L, T> {
     type Output = Option<R>;
 
     #[inline(always)]
@@ -226,7 +226,7 @@ struct Tangent<'a, L, A> {
     add: A,
 }
 
-impl<L: Law, A: FnMut(usize, usize, [f64; 9])> WithSimd for Tangent<'_, L, A> {
+impl<L: Stress, A: FnMut(usize, usize, [f64; 9])> WithSimd for Tangent<'_, L, A> {
     type Output = Option<()>;
 
     #[inline(always)]

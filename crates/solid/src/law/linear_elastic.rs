@@ -1,6 +1,7 @@
 //! Hooke's law at small strains.
 
-use super::{Constants, Law, Local, MaterialError, Real, hooke, small_strain_energy};
+use super::constants::{ELASTIC, Hooke};
+use super::{Constant, Law, Local, MaterialError, Real, Stress, Value, hooke};
 use crate::registers::{Matrix, array};
 use pulp::Simd;
 
@@ -18,8 +19,7 @@ use pulp::Simd;
 /// Reference: Hughes, The Finite Element Method (2000), section 2.7; B̄: section 4.5.2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearElastic {
-    constants: Constants,
-    mu: f64,
+    limit: Hooke,
     ratio: f64,
 }
 
@@ -29,40 +29,55 @@ impl LinearElastic {
     /// # Errors
     /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
-        Constants::new(youngs_modulus, poisson_ratio).map(Self::from)
-    }
-}
-
-impl From<Constants> for LinearElastic {
-    fn from(constants: Constants) -> Self {
-        let nu = constants.poisson_ratio;
-        Self { constants, mu: constants.shear_modulus(), ratio: 2.0 * nu / (1.0 - 2.0 * nu) }
+        Self::from_values(&[youngs_modulus.into(), poisson_ratio.into()])
     }
 }
 
 impl Law for LinearElastic {
-    fn constants(&self) -> &Constants {
-        &self.constants
+    const CONSTANTS: &'static [Constant] = ELASTIC;
+
+    fn with_constants(values: &[Value]) -> Result<Self, MaterialError> {
+        Self::like(Hooke::new(values[0].number(), values[1].number()))
+    }
+
+    fn values(&self) -> Vec<Value> {
+        vec![self.limit.youngs_modulus.into(), self.limit.poisson_ratio.into()]
+    }
+
+    fn like(limit: Hooke) -> Result<Self, MaterialError> {
+        let nu = limit.poisson_ratio;
+        Ok(Self { limit, ratio: 2.0 * nu / (1.0 - 2.0 * nu) })
+    }
+
+    fn hooke(&self) -> &Hooke {
+        &self.limit
     }
 
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T {
         let h = std::array::from_fn(|a| std::array::from_fn(|b| f[a][b] - T::from(f64::from(a == b))));
-        small_strain_energy(&self.constants, &h)
+        self.limit.energy(&h)
     }
+}
+
+impl Stress for LinearElastic {
+    type Prepared<S: Simd> = ();
 
     #[inline(always)]
     fn shear_modulus(&self) -> f64 {
-        self.mu
+        self.limit.mu
     }
 
     #[inline(always)]
-    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>) -> Matrix<S> {
+    fn prepare<S: Simd>(&self, _: S, _: &Local<'_>) {}
+
+    #[inline(always)]
+    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, (): &()) -> Matrix<S> {
         let unit = |a, b| simd.splat_f64s(f64::from(a == b));
-        self.stress_change(simd, at, &array(|a, b| simd.sub_f64s(at.gradient::<S>(a, b), unit(a, b))))
+        self.stress_change(simd, at, &(), &array(|a, b| simd.sub_f64s(at.gradient::<S>(a, b), unit(a, b))))
     }
 
     #[inline(always)]
-    fn stress_change<S: Simd>(&self, simd: S, _: &Local<'_>, change: &Matrix<S>) -> Matrix<S> {
+    fn stress_change<S: Simd>(&self, simd: S, _: &Local<'_>, (): &(), change: &Matrix<S>) -> Matrix<S> {
         hooke(simd, self.ratio, array(|a, b| simd.add_f64s(change[a][b], change[b][a])))
     }
 

@@ -2,30 +2,48 @@
 //!
 //! A law does not depend on the element. It provides its energy density at a deformation gradient
 //! F, and the first Piola–Kirchhoff stress with its derivative at eight points at once; elements
-//! integrate these. Elements do not depend on the law: they are written for any `Law`, and
-//! `with_law!` selects the law of a body.
+//! integrate these. Elements do not depend on the law: they are written for any `Stress`, and
+//! `with_stress!` selects that of a body.
 //!
-//! **To add a law**, write its file, declare it below, add a line to the list and a row to
-//! `docs/case_file.md`. Enum, dispatch, the word in case files and their JSON schema follow from
-//! the list. The tests also follow from it: they compare every law of the list, in every element,
-//! with the derivatives of its energy (`reference.rs`).
+//! **To add a law**, write its file with the list of its constants, declare it below, add a line to
+//! the list and a row to `docs/case_file.md`. Enum, dispatch, the words and keys in case files,
+//! their checks and their JSON schema follow from the lists. The tests also follow from them: they
+//! compare every law, in every element, with the derivatives of its energy (`reference.rs`).
 
+mod constants;
+mod invariants;
 mod linear_elastic;
+mod mooney_rivlin;
 mod neo_hooke;
+mod ogden;
+mod orthotropic;
+mod schema;
 mod st_venant_kirchhoff;
+mod volume;
+mod yeoh;
+
+pub use constants::{Constant, Form, Range, Value};
 
 use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
-use pulp::Simd;
+use constants::Hooke;
+use pulp::{Simd, WithSimd};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Generates `Material`, `LawKind` and `with_law!` from the list. The word in front of a law is
+/// Generates `Material`, `LawKind`, `with_law!` and `with_stress!` from the list. The kernels of elements
+/// are compiled for each of the first laws, which are faster for it; further laws share one kernel, so
+/// that a law does not lengthen the build. The word in front of a law is
 /// both the name of its file and its name in case files. `$d` is the dollar sign in the generated
 /// macro.
 macro_rules! laws {
-    ($d:tt $( #[doc = $about:literal] $word:ident: $law:ident, )+) => {
+    (
+        $d:tt
+        own kernels: $( $own:ident )+;
+        one kernel: $( $shared:ident )+;
+        $( #[doc = $about:literal] $word:ident: $law:ident, )+
+    ) => {
         $( pub use $word::$law; )+
 
-        /// The law of a body with its constants. All laws have the same small-strain limit.
+        /// The law of a body with its constants.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Material {
             $( #[doc = $about] $law($law), )+
@@ -58,15 +76,37 @@ macro_rules! laws {
                 }
             }
 
-            /// The law with Young's modulus E \[F/L²\] and Poisson's ratio ν of its small-strain
-            /// limit.
+            /// Its constants, in the order of the documentation.
+            pub fn constants(self) -> &'static [Constant] {
+                match self {
+                    $( Self::$law => $law::CONSTANTS, )+
+                }
+            }
+
+            /// The law with a value for each of its [`constants`](Self::constants).
+            ///
+            /// # Errors
+            /// If a constant is out of range, or the constants contradict each other.
+            ///
+            /// # Panics
+            /// If the number of values is wrong.
+            pub fn with_values(self, values: &[Value]) -> Result<Material, MaterialError> {
+                Ok(match self {
+                    $( Self::$law => $law::from_values(values)?.into(), )+
+                })
+            }
+
+            /// A typical material of this law, whose small-strain limit has, at least on average
+            /// over all directions, Young's modulus E \[F/L²\] and Poisson's ratio ν. For examples
+            /// and tests of all laws.
             ///
             /// # Errors
             /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
-            pub fn with_constants(self, youngs_modulus: f64, poisson_ratio: f64) -> Result<Material, MaterialError> {
-                let constants = Constants::new(youngs_modulus, poisson_ratio)?;
+            pub fn like(self, youngs_modulus: f64, poisson_ratio: f64) -> Result<Material, MaterialError> {
+                constants::check(constants::ELASTIC, &[youngs_modulus.into(), poisson_ratio.into()])?;
+                let limit = Hooke::new(youngs_modulus, poisson_ratio);
                 Ok(match self {
-                    $( Self::$law => $law::from(constants).into(), )+
+                    $( Self::$law => $law::like(limit)?.into(), )+
                 })
             }
         }
@@ -89,17 +129,124 @@ macro_rules! laws {
                 }
             };
         }
-        pub(crate) use with_law;
+
+        /// `with_stress!(&material, law => expression)`: the expression, compiled for each law with
+        /// its own kernels, and once for all others, with `law` as the body's [`Stress`].
+        macro_rules! with_stress {
+            ($d material:expr, $d bound:ident => $d body:expr) => {
+                match $d material {
+                    $( $crate::law::Material::$own(law) => {
+                        let $d bound = *law;
+                        $d body
+                    } )+
+                    $( $crate::law::Material::$shared(law) => {
+                        let $d bound = $crate::law::OneKernel::$shared(*law);
+                        $d body
+                    } )+
+                }
+            };
+        }
+        pub(crate) use with_stress;
+
+        /// The laws that share one kernel, which tells them apart at run time.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) enum OneKernel {
+            $( $shared($shared), )+
+        }
+
+        /// [`Stress::Prepared`] of the laws that share one kernel.
+        #[derive(Clone, Copy)]
+        pub(crate) enum Prepared<S: Simd> {
+            $( $shared(<$shared as Stress>::Prepared<S>), )+
+        }
+
+        impl Stress for OneKernel {
+            type Prepared<S: Simd> = Prepared<S>;
+
+            #[inline(always)]
+            fn shear_modulus(&self) -> f64 {
+                match self {
+                    $( Self::$shared(law) => law.shear_modulus(), )+
+                }
+            }
+
+            #[inline(always)]
+            fn volumetric<S: Simd>(&self, simd: S, determinant: &AtPoints) -> AtPoints {
+                match self {
+                    $( Self::$shared(law) => law.volumetric(simd, determinant), )+
+                }
+            }
+
+            #[inline(always)]
+            fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Prepared<S> {
+                match self {
+                    $( Self::$shared(law) => Prepared::$shared(once(simd, || law.prepare(simd, at))), )+
+                }
+            }
+
+            #[inline(always)]
+            fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, prepared: &Prepared<S>) -> Matrix<S> {
+                match (self, prepared) {
+                    $( (Self::$shared(law), Prepared::$shared(prepared)) => {
+                        once(simd, || law.stress(simd, at, prepared))
+                    } )+
+                    _ => unreachable!("prepared by the same law"),
+                }
+            }
+
+            #[inline(always)]
+            fn stress_change<S: Simd>(
+                &self,
+                simd: S,
+                at: &Local<'_>,
+                prepared: &Prepared<S>,
+                change: &Matrix<S>,
+            ) -> Matrix<S> {
+                match (self, prepared) {
+                    $( (Self::$shared(law), Prepared::$shared(prepared)) => {
+                        once(simd, || law.stress_change(simd, at, prepared, change))
+                    } )+
+                    _ => unreachable!("prepared by the same law"),
+                }
+            }
+        }
     };
 }
 
+/// Calls a function that is compiled for the instruction set once, instead of within every kernel.
+#[inline(never)]
+fn once<S: Simd, R>(simd: S, f: impl FnOnce() -> R) -> R {
+    simd.vectorize(Call(f))
+}
+
+struct Call<F>(F);
+
+impl<R, F: FnOnce() -> R> WithSimd for Call<F> {
+    type Output = R;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> R {
+        (self.0)()
+    }
+}
+
 laws! { $
+    own kernels: NeoHooke StVenantKirchhoff LinearElastic;
+    one kernel: MooneyRivlin Yeoh Ogden Orthotropic;
     /// Coupled compressible neo-Hooke. Paper: (100).
     neo_hooke: NeoHooke,
     /// St. Venant-Kirchhoff; softens in compression.
     st_venant_kirchhoff: StVenantKirchhoff,
     /// Hooke's law at small strains; for small displacements and rotations.
     linear_elastic: LinearElastic,
+    /// Mooney-Rivlin; rubber up to moderate stretches.
+    mooney_rivlin: MooneyRivlin,
+    /// Yeoh; filled rubber, stiffening at large stretches.
+    yeoh: Yeoh,
+    /// Ogden; rubber at any stretch, in principal stretches.
+    ogden: Ogden,
+    /// Orthotropic elasticity; printed and rolled parts at small strains and any rotation.
+    orthotropic: Orthotropic,
 }
 
 impl LawKind {
@@ -121,6 +268,8 @@ pub(crate) struct Local<'a> {
     pub gradient: &'a Matrices,
     /// F⁻¹, as `[B][a]`.
     pub inverse: &'a Matrices,
+    /// J.
+    pub determinant: &'a AtPoints,
     /// The result of [`Law::volumetric`].
     pub volumetric: &'a AtPoints,
     pub v: usize,
@@ -138,16 +287,52 @@ impl Local<'_> {
     }
 }
 
-/// An elastic law. Stresses and their changes are divided by the shear modulus.
+/// An elastic law: its constants and its energy. Its stress is [`Stress`].
 ///
 /// Tests: `stresses_are_derivatives_of_the_energy`, `kernels_agree_with_the_reference_element`.
-pub(crate) trait Law: Copy {
-    /// Constants of the small-strain limit.
-    fn constants(&self) -> &Constants;
+pub(crate) trait Law: Stress {
+    /// The constants, as keys of case files.
+    const CONSTANTS: &'static [Constant];
+
+    /// The law with these constants, each of which is in its range.
+    ///
+    /// # Errors
+    /// If they contradict each other, or the undeformed solid would not be stable.
+    fn with_constants(values: &[Value]) -> Result<Self, MaterialError>;
+
+    /// See [`LawKind::with_values`].
+    fn from_values(values: &[Value]) -> Result<Self, MaterialError> {
+        constants::check(Self::CONSTANTS, values)?;
+        Self::with_constants(values)
+    }
+
+    /// The constants with which it was built.
+    fn values(&self) -> Vec<Value>;
+
+    /// See [`LawKind::like`].
+    fn like(limit: Hooke) -> Result<Self, MaterialError>;
+
+    /// The small-strain limit; that of an anisotropic law, averaged over all directions.
+    fn hooke(&self) -> &Hooke;
 
     /// Energy density Ψ at F, det F > 0. \[F/L²\]. Generic over the type of numbers, so that its
     /// derivatives can be computed with dual numbers.
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T;
+
+    /// Energy density Ψ_L of the small-strain limit at H = ∂u/∂X: the terms of second order of Ψ.
+    /// \[F/L²\]
+    fn small_strain_energy<T: Real>(&self, h: &[[T; 3]; 3]) -> T {
+        self.hooke().energy(h)
+    }
+}
+
+/// The stress of a law, as the kernels of elements need it: divided by the shear modulus, at the points
+/// of a register.
+///
+/// Tests: as for [`Law`].
+pub(crate) trait Stress: Copy {
+    /// What the stress and its changes share at the points of a register, computed once.
+    type Prepared<S: Simd>: Copy;
 
     /// The shear modulus μ of the small-strain limit, the unit of the stresses below. \[F/L²\]
     fn shear_modulus(&self) -> f64;
@@ -158,11 +343,21 @@ pub(crate) trait Law: Copy {
         [0.0; POINTS]
     }
 
+    /// What [`stress`](Self::stress) and [`stress_change`](Self::stress_change) need at these
+    /// points.
+    fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Self::Prepared<S>;
+
     /// P/μ, where P = ∂Ψ/∂F.
-    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>) -> Matrix<S>;
+    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, prepared: &Self::Prepared<S>) -> Matrix<S>;
 
     /// Derivative of P/μ in the direction `change` of F.
-    fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, change: &Matrix<S>) -> Matrix<S>;
+    fn stress_change<S: Simd>(
+        &self,
+        simd: S,
+        at: &Local<'_>,
+        prepared: &Self::Prepared<S>,
+        change: &Matrix<S>,
+    ) -> Matrix<S>;
 
     /// The number e if, with v from [`Law::volumetric`] and A = F⁻¹ dF, the stress changes by
     /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws more
@@ -189,6 +384,8 @@ pub trait Real:
     fn ln(self) -> Self;
     /// eˣ − 1.
     fn exp_m1(self) -> Self;
+    /// The number without derivatives, for the decision when an iteration has converged.
+    fn value(self) -> f64;
 }
 
 impl Real for f64 {
@@ -199,36 +396,51 @@ impl Real for f64 {
     fn exp_m1(self) -> Self {
         self.exp_m1()
     }
+
+    fn value(self) -> f64 {
+        self
+    }
 }
 
 /// Why a material cannot be built.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum MaterialError {
-    /// Young's modulus must be positive and finite.
-    #[error("Young's modulus {0} must be positive")]
-    YoungsModulus(f64),
-    /// Poisson's ratio must lie in (−1, 0.5).
-    #[error("Poisson's ratio {0} must be greater than -1 and less than 0.5")]
-    PoissonRatio(f64),
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{problem}")]
+pub struct MaterialError {
+    /// The key of the constant.
+    pub key: &'static str,
+    /// What is wrong.
+    pub problem: String,
+    /// How to correct it; empty if that is obvious.
+    pub help: &'static str,
+}
+
+impl MaterialError {
+    fn new(key: &'static str, problem: String, help: &'static str) -> Self {
+        Self { key, problem, help }
+    }
 }
 
 impl Material {
-    /// Young's modulus E of the small-strain limit. \[F/L²\]
+    /// Young's modulus E of the small-strain limit; that of an anisotropic law, averaged over all
+    /// directions. \[F/L²\]
     pub fn youngs_modulus(&self) -> f64 {
-        self.constants().youngs_modulus
+        with_law!(self, law => law.hooke().youngs_modulus)
     }
 
-    /// Poisson's ratio ν of the small-strain limit.
+    /// Poisson's ratio ν of the small-strain limit; that of an anisotropic law, averaged over all
+    /// directions.
     pub fn poisson_ratio(&self) -> f64 {
-        self.constants().poisson_ratio
+        with_law!(self, law => law.hooke().poisson_ratio)
     }
 
-    /// The same law with Young's modulus, and so every stress, times `factor`.
-    ///
-    /// # Errors
-    /// [`MaterialError::YoungsModulus`] if the product is not positive and finite.
-    pub fn stiffened(&self, factor: f64) -> Result<Self, MaterialError> {
-        self.kind().with_constants(factor * self.youngs_modulus(), self.poisson_ratio())
+    /// The values of its [constants](LawKind::constants).
+    pub fn values(&self) -> Vec<Value> {
+        with_law!(self, law => law.values())
+    }
+
+    /// Energy density Ψ_L of the small-strain limit at H = ∂u/∂X. \[F/L²\]
+    pub fn small_strain_energy<T: Real>(&self, h: &[[T; 3]; 3]) -> T {
+        with_law!(self, law => law.small_strain_energy(h))
     }
 
     /// Energy density Ψ at deformation gradient F, det F > 0 (any F with
@@ -243,44 +455,6 @@ impl Material {
     pub fn small_strains(&self) -> bool {
         with_law!(self, law => law.small_strains())
     }
-
-    pub(crate) fn constants(&self) -> &Constants {
-        with_law!(self, law => law.constants())
-    }
-}
-
-/// Constants of the small-strain limit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Constants {
-    youngs_modulus: f64,
-    poisson_ratio: f64,
-}
-
-impl Constants {
-    fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
-        if !(youngs_modulus > 0.0 && youngs_modulus.is_finite()) {
-            return Err(MaterialError::YoungsModulus(youngs_modulus));
-        }
-        if !(poisson_ratio > -1.0 && poisson_ratio < 0.5) {
-            return Err(MaterialError::PoissonRatio(poisson_ratio));
-        }
-        Ok(Self { youngs_modulus, poisson_ratio })
-    }
-
-    /// Shear modulus μ = E/(2(1+ν)). \[F/L²\]
-    fn shear_modulus(&self) -> f64 {
-        self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
-    }
-}
-
-/// Energy density of Hooke's law, the small-strain limit of all laws, at H = ∂u/∂X. \[F/L²\]
-pub(crate) fn small_strain_energy<T: Real>(constants: &Constants, h: &[[T; 3]; 3]) -> T {
-    let Constants { youngs_modulus: e, poisson_ratio: nu } = constants;
-    let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
-    let trace = h[0][0] + h[1][1] + h[2][2];
-    let strain = |n: usize| T::from(0.5) * (h[n / 3][n % 3] + h[n % 3][n / 3]);
-    let squares = (0..9).fold(T::from(0.0), |sum, n| sum + strain(n) * strain(n));
-    T::from(0.5 * lambda) * trace * trace + T::from(constants.shear_modulus()) * squares
 }
 
 /// Hooke's law: stress divided by μ for twice a strain, `doubled`: λ/(2μ) tr(2ε) 1 + 2ε.

@@ -1,6 +1,7 @@
 //! Coupled compressible neo-Hooke.
 
-use super::{Constants, Law, Local, MaterialError, Real, determinant};
+use super::constants::{ELASTIC, Hooke};
+use super::{Constant, Law, Local, MaterialError, Real, Stress, Value, determinant};
 use crate::power::inverse_power;
 use crate::registers::{AtPoints, Matrix, array, load, load_matrix, product};
 use pulp::Simd;
@@ -14,7 +15,7 @@ use pulp::Simd;
 /// Paper: (100).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeoHooke {
-    constants: Constants,
+    limit: Hooke,
     c: f64,
     beta: f64,
 }
@@ -25,7 +26,7 @@ impl NeoHooke {
     /// # Errors
     /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
-        Constants::new(youngs_modulus, poisson_ratio).map(Self::from)
+        Self::from_values(&[youngs_modulus.into(), poisson_ratio.into()])
     }
 
     /// 2c, the factor of P. \[F/L²\]
@@ -41,17 +42,25 @@ impl NeoHooke {
     }
 }
 
-impl From<Constants> for NeoHooke {
-    fn from(constants: Constants) -> Self {
-        let Constants { youngs_modulus, poisson_ratio } = constants;
-        let c = youngs_modulus / (4.0 * (1.0 + poisson_ratio));
-        Self { constants, c, beta: poisson_ratio / (1.0 - 2.0 * poisson_ratio) }
-    }
-}
-
 impl Law for NeoHooke {
-    fn constants(&self) -> &Constants {
-        &self.constants
+    const CONSTANTS: &'static [Constant] = ELASTIC;
+
+    fn with_constants(values: &[Value]) -> Result<Self, MaterialError> {
+        Self::like(Hooke::new(values[0].number(), values[1].number()))
+    }
+
+    fn values(&self) -> Vec<Value> {
+        vec![self.limit.youngs_modulus.into(), self.limit.poisson_ratio.into()]
+    }
+
+    fn like(limit: Hooke) -> Result<Self, MaterialError> {
+        let Hooke { youngs_modulus, poisson_ratio, .. } = limit;
+        let c = youngs_modulus / (4.0 * (1.0 + poisson_ratio));
+        Ok(Self { limit, c, beta: poisson_ratio / (1.0 - 2.0 * poisson_ratio) })
+    }
+
+    fn hooke(&self) -> &Hooke {
+        &self.limit
     }
 
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T {
@@ -63,6 +72,10 @@ impl Law for NeoHooke {
         };
         T::from(self.c) * (volumetric + i1 - T::from(3.0))
     }
+}
+
+impl Stress for NeoHooke {
+    type Prepared<S: Simd> = ();
 
     #[inline(always)]
     fn shear_modulus(&self) -> f64 {
@@ -75,16 +88,19 @@ impl Law for NeoHooke {
         inverse_power(simd, determinant, self.exponent())
     }
 
+    #[inline(always)]
+    fn prepare<S: Simd>(&self, _: S, _: &Local<'_>) {}
+
     /// F − J^(−2β) F⁻ᵀ.
     #[inline(always)]
-    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>) -> Matrix<S> {
+    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, (): &()) -> Matrix<S> {
         let volumetric = load::<S>(at.volumetric, at.v);
         array(|a, b| simd.negate_mul_add_e_f64s(volumetric, at.inverse::<S>(b, a), at.gradient::<S>(a, b)))
     }
 
     /// With A = F⁻¹ dF: dF + J^(−2β) (2β tr(A) F⁻ᵀ + (A F⁻¹)ᵀ).
     #[inline(always)]
-    fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, change: &Matrix<S>) -> Matrix<S> {
+    fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, (): &(), change: &Matrix<S>) -> Matrix<S> {
         let (inverse, volumetric) = (load_matrix::<S>(at.inverse, at.v), load::<S>(at.volumetric, at.v));
         let relative = product(simd, &inverse, change);
         let trace = simd.add_f64s(simd.add_f64s(relative[0][0], relative[1][1]), relative[2][2]);

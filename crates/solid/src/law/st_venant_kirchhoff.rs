@@ -1,6 +1,7 @@
 //! St. Venant-Kirchhoff.
 
-use super::{Constants, Law, Local, MaterialError, Real, hooke};
+use super::constants::{ELASTIC, Hooke};
+use super::{Constant, Law, Local, MaterialError, Real, Stress, Value, hooke};
 use crate::registers::{Matrix, array, load_matrix, product, transpose};
 use pulp::Simd;
 
@@ -18,8 +19,7 @@ use pulp::Simd;
 /// Reference: Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StVenantKirchhoff {
-    constants: Constants,
-    mu: f64,
+    limit: Hooke,
     ratio: f64,
 }
 
@@ -29,7 +29,7 @@ impl StVenantKirchhoff {
     /// # Errors
     /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
-        Constants::new(youngs_modulus, poisson_ratio).map(Self::from)
+        Self::from_values(&[youngs_modulus.into(), poisson_ratio.into()])
     }
 
     /// λ/μ.
@@ -50,16 +50,24 @@ impl StVenantKirchhoff {
     }
 }
 
-impl From<Constants> for StVenantKirchhoff {
-    fn from(constants: Constants) -> Self {
-        let nu = constants.poisson_ratio;
-        Self { constants, mu: constants.shear_modulus(), ratio: 2.0 * nu / (1.0 - 2.0 * nu) }
-    }
-}
-
 impl Law for StVenantKirchhoff {
-    fn constants(&self) -> &Constants {
-        &self.constants
+    const CONSTANTS: &'static [Constant] = ELASTIC;
+
+    fn with_constants(values: &[Value]) -> Result<Self, MaterialError> {
+        Self::like(Hooke::new(values[0].number(), values[1].number()))
+    }
+
+    fn values(&self) -> Vec<Value> {
+        vec![self.limit.youngs_modulus.into(), self.limit.poisson_ratio.into()]
+    }
+
+    fn like(limit: Hooke) -> Result<Self, MaterialError> {
+        let nu = limit.poisson_ratio;
+        Ok(Self { limit, ratio: 2.0 * nu / (1.0 - 2.0 * nu) })
+    }
+
+    fn hooke(&self) -> &Hooke {
+        &self.limit
     }
 
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T {
@@ -74,23 +82,30 @@ impl Law for StVenantKirchhoff {
                 }
             }
         }
-        T::from(self.mu) * (T::from(0.5 * self.ratio) * trace * trace + squares)
+        T::from(self.limit.mu) * (T::from(0.5 * self.ratio) * trace * trace + squares)
     }
+}
+
+impl Stress for StVenantKirchhoff {
+    type Prepared<S: Simd> = ();
 
     #[inline(always)]
     fn shear_modulus(&self) -> f64 {
-        self.mu
+        self.limit.mu
     }
+
+    #[inline(always)]
+    fn prepare<S: Simd>(&self, _: S, _: &Local<'_>) {}
 
     /// F S/μ.
     #[inline(always)]
-    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>) -> Matrix<S> {
+    fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, (): &()) -> Matrix<S> {
         product(simd, &load_matrix::<S>(at.gradient, at.v), &self.second_stress(simd, at))
     }
 
     /// (dF S + F dS)/μ, where 2 dE = FᵀdF + (FᵀdF)ᵀ.
     #[inline(always)]
-    fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, change: &Matrix<S>) -> Matrix<S> {
+    fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, (): &(), change: &Matrix<S>) -> Matrix<S> {
         let gradient = load_matrix::<S>(at.gradient, at.v);
         let half = product(simd, &transpose::<S>(&gradient), change);
         let doubled = array(|a, b| simd.add_f64s(half[a][b], half[b][a]));

@@ -2,7 +2,7 @@
 
 use super::{Batch, LANES};
 use crate::interpolation::ElementScaling;
-use crate::law::{Law, Local, Material, with_law};
+use crate::law::{Local, Material, Stress, with_stress};
 use crate::registers::{
     AtPoints, Matrices, Matrix, array, contract, invert, load, load_matrix, product, store, store_matrix,
 };
@@ -57,7 +57,7 @@ impl Work {
     /// Evaluates the deformation at displacements `d`. The caller checks which elements are
     /// admissible.
     #[inline(always)]
-    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], law: &impl Law) {
+    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], law: &impl Stress) {
         self.modulus = [0.0; LANES];
         self.gamma = ONES;
         for (lane, &number) in batch.numbers().iter().enumerate() {
@@ -139,20 +139,22 @@ impl Work {
         scalings: &[ElementScaling],
         d: &[f64],
     ) {
-        with_law!(material, law => self.force_of(simd, law, batch, scalings, d))
+        with_stress!(material, law => self.force_of(simd, &law, batch, scalings, d))
     }
 
     #[inline(always)]
-    fn force_of<S: Simd>(&mut self, simd: S, law: &impl Law, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
+    fn force_of<S: Simd>(&mut self, simd: S, law: &impl Stress, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
         self.deform(simd, batch, scalings, d, law);
         let volumetric = law.volumetric(simd, &self.determinant);
         let rest = if self.interpolated { law.volumetric(simd, &ONES) } else { ONES };
         let [finite, linear] = self.weights(OF_FORCE);
         for v in 0..LANES / S::F64_LANES {
-            let mut p = scaled(simd, load::<S>(&finite, v), law.stress(simd, &self.local(&volumetric, v)));
+            let local = self.local(&volumetric, v);
+            let p = law.stress(simd, &local, &law.prepare(simd, &local));
+            let mut p = scaled(simd, load::<S>(&finite, v), p);
             if self.interpolated {
                 let change = load_matrix::<S>(&self.displacement, v);
-                let q = law.stress_change(simd, &at_rest(&rest, v), &change);
+                let q = change_at_rest(simd, law, &rest, &change, v);
                 p = sum(simd, &p, &scaled(simd, load::<S>(&linear, v), q));
             }
             store_matrix::<S>(&mut self.forces, v, &to_parent(simd, batch, &p, v));
@@ -170,14 +172,14 @@ impl Work {
         d: &[f64],
         direction: &[f64],
     ) {
-        with_law!(material, law => self.product_of(simd, law, batch, scalings, d, direction))
+        with_stress!(material, law => self.product_of(simd, &law, batch, scalings, d, direction))
     }
 
     #[inline(always)]
     fn product_of<S: Simd>(
         &mut self,
         simd: S,
-        law: &impl Law,
+        law: &impl Stress,
         batch: &Batch,
         scalings: &[ElementScaling],
         d: &[f64],
@@ -187,7 +189,8 @@ impl Work {
         let change = field_gradient(simd, batch, direction);
         let moduli = Moduli::new(simd, law, self);
         for v in 0..LANES / S::F64_LANES {
-            let p = moduli.stress_change(simd, law, self, &load_matrix::<S>(&change, v), v);
+            let moduli = moduli.at(simd, law, self.local(&moduli.volumetric, v));
+            let p = moduli.stress_change(simd, law, &load_matrix::<S>(&change, v));
             let q = to_parent(simd, batch, &p, v);
             store_matrix::<S>(&mut self.forces, v, &q);
         }
@@ -203,23 +206,33 @@ impl Work {
         scalings: &[ElementScaling],
         d: &[f64],
     ) {
-        with_law!(material, law => self.tangents_of(simd, law, batch, scalings, d))
+        with_stress!(material, law => self.tangents_of(simd, &law, batch, scalings, d))
     }
 
     #[inline(always)]
-    fn tangents_of<S: Simd>(&mut self, simd: S, law: &impl Law, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
+    fn tangents_of<S: Simd>(
+        &mut self,
+        simd: S,
+        law: &impl Stress,
+        batch: &Batch,
+        scalings: &[ElementScaling],
+        d: &[f64],
+    ) {
         self.deform(simd, batch, scalings, d, law);
         let moduli = Moduli::new(simd, law, self);
+        let Self { gradient, inverse, determinant, moduli: blocks, .. } = self;
         for v in 0..LANES / S::F64_LANES {
+            let local = Local { gradient, inverse, determinant, volumetric: &moduli.volumetric, v };
+            let moduli = moduli.at(simd, law, local);
             for b in 0..3 {
                 for beta in 0..3 {
                     let mut change = [[simd.splat_f64s(0.0); 3]; 3];
                     for d in 0..3 {
                         change[b][d] = load::<S>(&batch.inverse[beta][d], v);
                     }
-                    let p = moduli.stress_change(simd, law, self, &change, v);
+                    let p = moduli.stress_change(simd, law, &change);
                     let q = to_parent(simd, batch, &p, v);
-                    store_matrix::<S>(&mut self.moduli[b][beta], v, &q);
+                    store_matrix::<S>(&mut blocks[b][beta], v, &q);
                 }
             }
         }
@@ -227,7 +240,7 @@ impl Work {
 
     #[inline(always)]
     fn local<'a>(&'a self, volumetric: &'a AtPoints, v: usize) -> Local<'a> {
-        Local { gradient: &self.gradient, inverse: &self.inverse, volumetric, v }
+        Local { gradient: &self.gradient, inverse: &self.inverse, determinant: &self.determinant, volumetric, v }
     }
 
     /// V s μ times the two weights.
@@ -245,6 +258,7 @@ impl Work {
 
 /// Additional data, besides the deformation, for the derivative of the stresses.
 struct Moduli {
+    interpolated: bool,
     volumetric: AtPoints,
     volumetric_at_rest: AtPoints,
     weights: [AtPoints; 2],
@@ -252,25 +266,49 @@ struct Moduli {
 
 impl Moduli {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, law: &impl Law, work: &Work) -> Self {
+    fn new<S: Simd>(simd: S, law: &impl Stress, work: &Work) -> Self {
         Self {
+            interpolated: work.interpolated,
             volumetric: law.volumetric(simd, &work.determinant),
             volumetric_at_rest: if work.interpolated { law.volumetric(simd, &ONES) } else { ONES },
             weights: work.weights(OF_TANGENT),
         }
     }
 
-    /// Change of V P under a change of ∂u/∂X, for the elements of register `v`.
+    /// What the changes of stress in the elements of register `v` share.
     #[inline(always)]
-    fn stress_change<S: Simd>(&self, simd: S, law: &impl Law, work: &Work, change: &Matrix<S>, v: usize) -> Matrix<S> {
+    fn at<'a, S: Simd, L: Stress>(&'a self, simd: S, law: &L, local: Local<'a>) -> ModuliAt<'a, S, L> {
         let [finite, linear] = &self.weights;
-        let p = law.stress_change(simd, &work.local(&self.volumetric, v), change);
-        let p = scaled(simd, load::<S>(finite, v), p);
-        if !work.interpolated {
+        let v = local.v;
+        let rest = at_rest(&self.volumetric_at_rest, v);
+        let prepared = law.prepare(simd, &local);
+        let linear =
+            if self.interpolated { Some((rest, law.prepare(simd, &rest), load::<S>(linear, v))) } else { None };
+        ModuliAt { local, prepared, finite: load::<S>(finite, v), linear }
+    }
+}
+
+/// [`Moduli`] of one register.
+struct ModuliAt<'a, S: Simd, L: Stress> {
+    local: Local<'a>,
+    prepared: L::Prepared<S>,
+    /// V s μ γ².
+    finite: S::f64s,
+    /// With interpolated energy, the state at rest and V s μ (1 − γ²).
+    linear: Option<(Local<'a>, L::Prepared<S>, S::f64s)>,
+}
+
+impl<S: Simd, L: Stress> ModuliAt<'_, S, L> {
+    /// Change of V P under a change of ∂u/∂X.
+    #[inline(always)]
+    fn stress_change(&self, simd: S, law: &L, change: &Matrix<S>) -> Matrix<S> {
+        let p = law.stress_change(simd, &self.local, &self.prepared, change);
+        let p = scaled(simd, self.finite, p);
+        let Some((rest, prepared, weight)) = &self.linear else {
             return p;
-        }
-        let q = law.stress_change(simd, &at_rest(&self.volumetric_at_rest, v), change);
-        sum(simd, &p, &scaled(simd, load::<S>(linear, v), q))
+        };
+        let q = law.stress_change(simd, rest, prepared, change);
+        sum(simd, &p, &scaled(simd, *weight, q))
     }
 }
 
@@ -288,14 +326,14 @@ pub(crate) fn pull_back<S: Simd>(
     d: &[f64],
     adjoint: &[f64],
 ) -> AtPoints {
-    with_law!(material, law => pull_back_of(simd, work, law, batch, [scalings, slopes], d, adjoint))
+    with_stress!(material, law => pull_back_of(simd, work, &law, batch, [scalings, slopes], d, adjoint))
 }
 
 #[inline(always)]
 fn pull_back_of<S: Simd>(
     simd: S,
     work: &mut Work,
-    law: &impl Law,
+    law: &impl Stress,
     batch: &Batch,
     [scalings, slopes]: [&[ElementScaling]; 2],
     d: &[f64],
@@ -310,9 +348,11 @@ fn pull_back_of<S: Simd>(
     for v in 0..LANES / S::F64_LANES {
         let (lambda, change) = (load_matrix::<S>(&lambda, v), load_matrix::<S>(&work.displacement, v));
         let local = work.local(&volumetric, v);
-        store::<S>(&mut force, v, contract(simd, &law.stress(simd, &local), &lambda));
-        store::<S>(&mut finite, v, contract(simd, &law.stress_change(simd, &local, &change), &lambda));
-        let q = law.stress_change(simd, &at_rest(&rest, v), &change);
+        let prepared = law.prepare(simd, &local);
+        store::<S>(&mut force, v, contract(simd, &law.stress(simd, &local, &prepared), &lambda));
+        let p = law.stress_change(simd, &local, &prepared, &change);
+        store::<S>(&mut finite, v, contract(simd, &p, &lambda));
+        let q = change_at_rest(simd, law, &rest, &change, v);
         store::<S>(&mut linear, v, contract(simd, &q, &lambda));
     }
     let mut out = [0.0; LANES];
@@ -353,7 +393,14 @@ fn field_gradient<S: Simd>(simd: S, batch: &Batch, field: &[f64]) -> Matrices {
 
 #[inline(always)]
 fn at_rest(volumetric: &AtPoints, v: usize) -> Local<'_> {
-    Local { gradient: &IDENTITY, inverse: &IDENTITY, volumetric, v }
+    Local { gradient: &IDENTITY, inverse: &IDENTITY, determinant: &ONES, volumetric, v }
+}
+
+/// Derivative of P/μ at rest.
+#[inline(always)]
+fn change_at_rest<S: Simd>(simd: S, law: &impl Stress, rest: &AtPoints, change: &Matrix<S>, v: usize) -> Matrix<S> {
+    let local = at_rest(rest, v);
+    law.stress_change(simd, &local, &law.prepare(simd, &local), change)
 }
 
 /// P (∂ξ/∂X)ᵀ, as `[a][β]`.

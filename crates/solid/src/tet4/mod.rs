@@ -17,7 +17,7 @@ mod kernel;
 pub(crate) use kernel::{Work, pull_back};
 
 use crate::interpolation::ElementScaling;
-use crate::law::{Material, determinant, small_strain_energy};
+use crate::law::{Material, determinant};
 use crate::registers::{AtPoints, POINTS};
 use slipstick_mesh::{Mesh, tet_volume};
 
@@ -108,7 +108,7 @@ impl Batch {
         }
         let mut energy = material.energy(&f);
         if gamma != 1.0 {
-            energy += (1.0 - gamma * gamma) * small_strain_energy(material.constants(), &h);
+            energy += (1.0 - gamma * gamma) * material.small_strain_energy(&h);
         }
         Some(factor * self.volumes[lane] * energy)
     }

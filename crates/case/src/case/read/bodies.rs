@@ -6,6 +6,7 @@ use super::super::typed::Table;
 use super::mesh_file::{MeshFiles, mesh_file};
 use super::{CaseCode, direction, name};
 use slipstick_mesh as mesh;
+use slipstick_solid::{Constant, Form, MaterialError, Range, Value};
 
 const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring", "mesh"];
 /// Placeholder for a shape that cannot be read.
@@ -156,20 +157,69 @@ fn place(table: Table<'_>) -> Placement {
 }
 
 fn material(table: &Table<'_>) -> Material {
-    let stand_in = Material { law: LawKind::ALL[0], youngs_modulus: 1.0, poisson_ratio: 0.3 };
-    table.require(
-        "material",
-        "for instance material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }",
-    );
+    let example = example();
+    table.require("material", &format!("for instance material = {example}"));
     let Some(material) = table.table("material") else {
-        return stand_in;
+        return example;
     };
-    let read = material.choose("the material", LawKind::WORDS).and_then(|word| {
-        let (youngs_modulus, poisson_ratio) = elastic_constants(material.table(word)?);
-        Some(Material { law: LawKind::from_word(word)?, youngs_modulus, poisson_ratio })
-    });
+    let read = material
+        .choose("the material", LawKind::WORDS)
+        .and_then(|word| constants(material.table(word)?, LawKind::from_word(word)?));
     material.finish();
-    read.unwrap_or(stand_in)
+    read.unwrap_or(example)
+}
+
+/// An example of a material, also a placeholder.
+fn example() -> Material {
+    LawKind::ALL[0].like(1000.0, 0.3).expect("a positive modulus and a ratio below 1/2")
+}
+
+/// The law with its constants; `None` if one of them is missing or wrong.
+fn constants(table: Table<'_>, law: LawKind) -> Option<Material> {
+    let values: Vec<Option<Value>> = law.constants().iter().map(|constant| value(&table, constant)).collect();
+    let (reader, path) = (table.reader, table.path().to_owned());
+    table.finish();
+    let built = law.with_values(&values.into_iter().collect::<Option<Vec<_>>>()?);
+    let report = |error: MaterialError| {
+        reader.error(&format!("{path}.{}", error.key), CaseCode::MaterialConstants, error.problem, error.help);
+    };
+    built.map_err(report).ok()
+}
+
+fn value(table: &Table<'_>, constant: &Constant) -> Option<Value> {
+    let Constant { key, form, help, .. } = *constant;
+    let code = match key {
+        "youngs_modulus" => CaseCode::YoungsModulus,
+        "poisson_ratio" => CaseCode::PoissonRatio,
+        _ => CaseCode::OutOfRange,
+    };
+    let possible = |value: Value| -> Option<Value> {
+        let Some((problem, help)) = constant.problem(&value) else { return Some(value) };
+        table.reader.error(&table.path_of(key), code, format!("`{key}` {problem}"), help);
+        None
+    };
+    match form {
+        Form::Modulus(range) | Form::Number(range) => {
+            table.require(key, help);
+            let number = table.number(key);
+            let number = if range == Range::Positive { number.positive(code) } else { number };
+            possible(number.optional()?.into())
+        }
+        Form::Moduli { .. } | Form::Numbers { .. } => {
+            table.require(key, help);
+            let numbers = table.list(key, |value, path| table.reader.number(value, &format!("`{path}`")));
+            let numbers = numbers.optional()?;
+            let listed = table.value(key)?.get_ref().as_array()?.len();
+            if numbers.len() < listed { None } else { possible(Value::Numbers(numbers)) }
+        }
+        Form::Direction(default) => {
+            if !table.has(key) {
+                table.value(key);
+                return Some(Value::Numbers(default.to_vec()));
+            }
+            possible(Value::Numbers(table.vector(key).optional()?.to_vec()))
+        }
+    }
 }
 
 /// Poisson's ratio above which fully integrated elements are noticeably too stiff.
@@ -179,7 +229,7 @@ const LOCKING: f64 = 0.45;
 const UNLOCKED: &str = "mesh the body with hexahedra and use element = \"f_bar\", or use a ratio below 0.45";
 
 fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Formulation) {
-    let (law, ratio) = (material.law.word(), material.poisson_ratio);
+    let (law, ratio) = (material.kind(), material.poisson_ratio());
     let count = |is: fn(&mesh::Element) -> bool| match shape {
         Some(Shape::Mesh(file)) => file.mesh.elements.iter().filter(|&element| is(element)).count(),
         _ => 0,
@@ -195,34 +245,26 @@ fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material
         );
         warn("element", message, "keep it if the body also has hexahedra; otherwise omit it");
     }
-    let ratio_key = format!("material.{law}.poisson_ratio");
+    // the constant that makes the material nearly incompressible
+    let stiff = |constant: &&Constant| ["poisson_ratio", "bulk_modulus"].contains(&constant.key);
+    let ratio_key = match law.constants().iter().find(stiff) {
+        Some(constant) => format!("material.{}.{}", law.word(), constant.key),
+        None => format!("material.{}", law.word()),
+    };
+    let ratio_key = &ratio_key;
+    // 0.4995 rather than 0.49949999999999994
+    let shown = (1e6 * ratio).round() / 1e6;
     if ratio >= LOCKING && tetrahedra > 0 {
-        let message = format!("tetrahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
-        warn(&ratio_key, message, UNLOCKED);
+        let message = format!("tetrahedra lock at a Poisson's ratio of {shown}: they are too stiff");
+        warn(ratio_key, message, UNLOCKED);
     } else if ratio >= LOCKING && wedges > 0 {
         let message = format!(
-            "wedges lock at a Poisson's ratio of {ratio}: they are too stiff in the plane of their triangles, even \
+            "wedges lock at a Poisson's ratio of {shown}: they are too stiff in the plane of their triangles, even \
              with F\u{304}"
         );
-        warn(&ratio_key, message, UNLOCKED);
+        warn(ratio_key, message, UNLOCKED);
     } else if ratio >= LOCKING && element == Formulation::Full {
-        let message = format!("fully integrated hexahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
-        warn(&ratio_key, message, "give the body element = \"f_bar\", or a ratio below 0.45");
+        let message = format!("fully integrated hexahedra lock at a Poisson's ratio of {shown}: they are too stiff");
+        warn(ratio_key, message, "give the body element = \"f_bar\", or a ratio below 0.45");
     }
-}
-
-fn elastic_constants(table: Table<'_>) -> (f64, f64) {
-    let youngs_modulus =
-        table.number("youngs_modulus").positive(CaseCode::YoungsModulus).required(1.0, "Young's modulus of the solid");
-    let poisson_ratio = table
-        .number("poisson_ratio")
-        .check(
-            CaseCode::PoissonRatio,
-            |&nu| nu > -1.0 && nu < 0.5,
-            "must lie between -1 and 0.5, bounds excluded",
-            "above about 0.45, use element = \"f_bar\" for the body",
-        )
-        .required(0.3, "Poisson's ratio, for instance 0.3");
-    table.finish();
-    (youngs_modulus, poisson_ratio)
 }

@@ -1,13 +1,10 @@
 //! Bodies.
 
-use std::borrow::Cow;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::MeshFile;
-pub use slipstick_solid::{Formulation, LawKind};
+pub use slipstick_solid::{Formulation, LawKind, Material};
 
 /// A body: shape, placement, material.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -152,58 +149,6 @@ pub struct Rotate {
     pub axis: [f64; 3],
     /// Angle in degrees.
     pub degrees: f64,
-}
-
-/// A material: a law and the constants of its small-strain limit. In a case file the name of the
-/// law is a key, whose table holds the constants.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material {
-    /// The law.
-    pub law: LawKind,
-    /// Young's modulus E > 0. \[F/L²\]
-    pub youngs_modulus: f64,
-    /// Poisson's ratio, −1 < ν < 1/2.
-    pub poisson_ratio: f64,
-}
-
-/// The constants of every law.
-#[derive(Serialize, JsonSchema)]
-struct ElasticConstants {
-    /// Young's modulus E > 0. \[F/L²\]
-    youngs_modulus: f64,
-    /// Poisson's ratio, −1 < ν < 1/2.
-    poisson_ratio: f64,
-}
-
-/// In the format of a case file.
-impl Serialize for Material {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { law, youngs_modulus, poisson_ratio } = *self;
-        let mut map = serializer.serialize_map(Some(1))?;
-        map.serialize_entry(law.word(), &ElasticConstants { youngs_modulus, poisson_ratio })?;
-        map.end()
-    }
-}
-
-impl JsonSchema for Material {
-    fn schema_name() -> Cow<'static, str> {
-        "Material".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let constants = generator.subschema_for::<ElasticConstants>();
-        let variant = |law: &LawKind| {
-            let (word, about) = (law.word(), law.about());
-            json_schema!({
-                "description": about,
-                "type": "object",
-                "properties": { word: constants },
-                "required": [word],
-            })
-        };
-        let laws: Vec<Schema> = LawKind::ALL.iter().map(variant).collect();
-        json_schema!({ "description": "A material law.", "oneOf": laws })
-    }
 }
 
 /// An axis-aligned region of the reference configuration, bounds included. \[L\]
