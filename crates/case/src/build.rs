@@ -20,7 +20,7 @@ use quantities::Requested;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::{CellRule, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
-use slipstick_mesh::{FacetNodes, Mesh, facet_area};
+use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
 use slipstick_model::model::prescribed::Prescribed;
@@ -99,7 +99,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
-    let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
+    let interfaces = build_interfaces(case, &mesh, &mirrored, approach)?;
     let uzawa = build_uzawa(case)?;
     let variables = variables::build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -198,36 +198,42 @@ fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str
         .loads
         .iter()
         .enumerate()
-        .map(|(i, load)| facets_of(mesh, &load.surface, &format!("load[{i}].surface")))
+        .map(|(i, load)| {
+            let surface = surface_of(mesh, &load.surface, &format!("load[{i}].surface"))?;
+            Ok(mesh.faces_of_surface(surface))
+        })
         .collect();
     Ok(Loads::new(case.loads.clone(), facets?, coordinates, load_cases))
 }
 
 /// Facets of a surface that `path` names.
 fn facets_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<FacetNodes>, BuildError> {
-    let surface = mesh.surfaces.get(name).ok_or_else(|| {
+    Ok(surface_of(mesh, name, path)?.facets.iter().map(|f| f.nodes).collect())
+}
+
+/// The surface that `path` names.
+fn surface_of<'a>(mesh: &'a Mesh, name: &str, path: &str) -> Result<&'a Surface, BuildError> {
+    mesh.surfaces.get(name).ok_or_else(|| {
         let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
         let help = format!("facets are needed here; known surfaces: {}", known.join(", "));
         BuildError::new(path, format!("there is no surface `{name}`"), help)
-    })?;
-    Ok(surface.facets.iter().map(|f| f.nodes).collect())
+    })
 }
 
 fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
-    coordinates: &[f64],
     mirrored: &[[bool; 3]],
     approach: f64,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
+    let points = ContactMap::new(mesh).points(&mesh.nodes);
     let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
     for (i, contact) in case.contacts.iter().enumerate() {
         let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{i}].{key}"));
         let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
-        let size = |facets: &[FacetNodes]| {
-            facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)
-        };
+        let size =
+            |facets: &[FacetNodes]| facets.iter().map(|f| facet_area(&f.corners(&points)).sqrt()).fold(0.0, f64::max);
         let largest_offset = contact.offset.iter().map(|point| point.offset.abs()).fold(0.0, f64::max);
         // at least as far as the bodies can approach each other in one step, so that no contact is
         // missed
@@ -249,7 +255,7 @@ fn build_interfaces(
         // the averaged normals of tied surfaces only orient the components of their traction
         let feature_angle = if contact.tied { std::f64::consts::PI } else { contact.feature_angle.to_radians() };
         let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
-        let interface = ContactInterface::new(slave, master, coordinates, options)
+        let interface = ContactInterface::new(slave, master, points.as_flattened(), options)
             .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
             .with_symmetry(|node| mirrored[node as usize]);
         for slave in interface.slave_nodes() {
@@ -268,7 +274,7 @@ fn build_interfaces(
             shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
             offset: contact.offset.clone(),
             active: contact.active,
-            bond: contact.tied.then(|| bond(&interface, coordinates, i)).transpose()?.map(Arc::new),
+            bond: contact.tied.then(|| bond(&interface, points.as_flattened(), i)).transpose()?.map(Arc::new),
             edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
             interface,

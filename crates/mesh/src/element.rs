@@ -2,7 +2,7 @@
 //! quadrilaterals.
 
 use std::fmt;
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Range};
 
 /// Local node numbers of the six faces of a hex8, each counter-clockwise seen from outside.
 ///
@@ -36,7 +36,35 @@ pub const WEDGE_QUADRILATERALS: [[usize; 4]; 3] = [[0, 1, 4, 3], [1, 2, 5, 4], [
 /// Test: `a_wedge_is_a_hexahedron_with_two_edges_of_no_length`.
 pub const WEDGE_AS_HEX: [usize; 8] = [0, 1, 2, 2, 3, 4, 5, 5];
 
+/// Corners at the ends of the six edges of a tetrahedron. Node 4 + i of a tet10 lies on edge i, as in
+/// VTK and Abaqus; Gmsh swaps the last two.
+pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+
+/// Corners at the ends of the twelve edges of a hexahedron. Node 8 + i of a hex27 lies on edge i, as
+/// in VTK and Abaqus.
+pub const HEX_EDGES: [[usize; 2]; 12] =
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+
+/// The nodes of a hex27 at the centres of its faces, in the order of [`HEX_FACES`]. Node 26 is at the
+/// centre of the element. This is the numbering of VTK's triquadratic hexahedron.
+pub const HEX_FACE_CENTRES: [usize; 6] = [24, 25, 22, 21, 23, 20];
+
+/// The four linear triangles of a face with six nodes: corners 0–2, then the middles of the edges
+/// from each corner to the next.
+const SUB_TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+
+/// The four bilinear quadrilaterals of a face with nine nodes: corners 0–3, the middles of the edges
+/// from each corner to the next, the centre.
+const SUB_QUADRILATERALS: [[usize; 4]; 4] = [[0, 4, 8, 7], [4, 1, 5, 8], [8, 5, 2, 6], [7, 8, 6, 3]];
+
+/// Number of facets of a face of a second-order element.
+pub const SUB_FACETS: usize = 4;
+
 /// An element, given by its global node numbers; tetrahedra and hexahedra are numbered as in VTK.
+///
+/// The surface of a second-order element consists of linear **facets** over all its nodes, four for
+/// each face. Surfaces, contact, pictures and checks see only these. Volume, quality, stiffness and
+/// surface loads use the quadratic shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Element {
     /// Linear tetrahedron, see [`TET_FACES`].
@@ -45,6 +73,11 @@ pub enum Element {
     Wedge6([u32; 6]),
     /// Trilinear hexahedron, see [`HEX_FACES`].
     Hex8([u32; 8]),
+    /// Quadratic tetrahedron: corners as in [`Self::Tet4`], then the nodes on [`TET_EDGES`].
+    Tet10([u32; 10]),
+    /// Triquadratic hexahedron: corners as in [`Self::Hex8`], then the nodes on [`HEX_EDGES`], at
+    /// [`HEX_FACE_CENTRES`] and at the centre.
+    Hex27([u32; 27]),
 }
 
 impl Element {
@@ -54,7 +87,23 @@ impl Element {
             Self::Tet4(nodes) => nodes,
             Self::Wedge6(nodes) => nodes,
             Self::Hex8(nodes) => nodes,
+            Self::Tet10(nodes) => nodes,
+            Self::Hex27(nodes) => nodes,
         }
+    }
+
+    /// Global numbers of the corners, which are the first nodes.
+    pub fn corners(&self) -> &[u32] {
+        match self {
+            Self::Tet10(nodes) => &nodes[..4],
+            Self::Hex27(nodes) => &nodes[..8],
+            first_order => first_order.nodes(),
+        }
+    }
+
+    /// Whether the shape functions are quadratic.
+    pub fn is_second_order(&self) -> bool {
+        matches!(self, Self::Tet10(_) | Self::Hex27(_))
     }
 
     /// The same element with other node numbers.
@@ -63,22 +112,60 @@ impl Element {
             Self::Tet4(nodes) => Self::Tet4(nodes.map(number)),
             Self::Wedge6(nodes) => Self::Wedge6(nodes.map(number)),
             Self::Hex8(nodes) => Self::Hex8(nodes.map(number)),
+            Self::Tet10(nodes) => Self::Tet10(nodes.map(number)),
+            Self::Hex27(nodes) => Self::Hex27(nodes.map(number)),
         }
     }
 
     /// Number of faces.
-    pub fn sides(&self) -> usize {
+    pub fn faces(&self) -> usize {
         match self {
-            Self::Tet4(_) => TET_FACES.len(),
+            Self::Tet4(_) | Self::Tet10(_) => TET_FACES.len(),
             Self::Wedge6(_) => WEDGE_TRIANGLES.len() + WEDGE_QUADRILATERALS.len(),
-            Self::Hex8(_) => HEX_FACES.len(),
+            Self::Hex8(_) | Self::Hex27(_) => HEX_FACES.len(),
         }
     }
 
-    /// Nodes of one face, counter-clockwise seen from outside.
+    /// All nodes of one face, counter-clockwise seen from outside: corners, then the middles of the
+    /// edges from each corner to the next, then the centre.
     ///
     /// # Panics
     /// If there is no such face.
+    pub fn face(&self, face: usize) -> FaceNodes {
+        let middle = |edges: &[[usize; 2]], a: usize, b: usize| {
+            edges.iter().position(|&edge| edge == [a, b] || edge == [b, a]).expect("an edge of the face")
+        };
+        match self {
+            Self::Tet10(nodes) => {
+                let [a, b, c] = TET_FACES[face];
+                let on = |a, b| 4 + middle(&TET_EDGES, a, b);
+                FaceNodes::of(&[a, b, c, on(a, b), on(b, c), on(c, a)].map(|local| nodes[local]))
+            }
+            Self::Hex27(nodes) => {
+                let [a, b, c, d] = HEX_FACES[face];
+                let on = |a, b| 8 + middle(&HEX_EDGES, a, b);
+                let local = [a, b, c, d, on(a, b), on(b, c), on(c, d), on(d, a), HEX_FACE_CENTRES[face]];
+                FaceNodes::of(&local.map(|local| nodes[local]))
+            }
+            first_order => first_order.side(face).into(),
+        }
+    }
+
+    /// The facets of one face.
+    pub fn sides_of(&self, face: usize) -> Range<usize> {
+        let count = if self.is_second_order() { SUB_FACETS } else { 1 };
+        count * face..count * (face + 1)
+    }
+
+    /// Number of facets: one for each face, four if the element is of second order.
+    pub fn sides(&self) -> usize {
+        self.sides_of(self.faces() - 1).end
+    }
+
+    /// Nodes of one facet, counter-clockwise seen from outside.
+    ///
+    /// # Panics
+    /// If there is no such facet.
     pub fn side(&self, side: usize) -> FacetNodes {
         match self {
             Self::Tet4(nodes) => TET_FACES[side].map(|corner| nodes[corner]).into(),
@@ -87,14 +174,15 @@ impl Element {
                 _ => WEDGE_QUADRILATERALS[side - 2].map(|corner| nodes[corner]).into(),
             },
             Self::Hex8(nodes) => HEX_FACES[side].map(|corner| nodes[corner]).into(),
+            Self::Tet10(_) | Self::Hex27(_) => self.face(side / SUB_FACETS).facets()[side % SUB_FACETS],
         }
     }
 
     /// Nodes of a hexahedron with the same map: the element's own, or those of a wedge by
-    /// [`WEDGE_AS_HEX`]; `None` for a tetrahedron.
+    /// [`WEDGE_AS_HEX`]; `None` for tetrahedra and second-order elements.
     pub fn as_hex(&self) -> Option<[u32; 8]> {
         match self {
-            Self::Tet4(_) => None,
+            Self::Tet4(_) | Self::Tet10(_) | Self::Hex27(_) => None,
             Self::Wedge6(nodes) => Some(WEDGE_AS_HEX.map(|corner| nodes[corner])),
             Self::Hex8(nodes) => Some(*nodes),
         }
@@ -116,6 +204,66 @@ impl From<[u32; 6]> for Element {
 impl From<[u32; 8]> for Element {
     fn from(nodes: [u32; 8]) -> Self {
         Self::Hex8(nodes)
+    }
+}
+
+impl From<[u32; 10]> for Element {
+    fn from(nodes: [u32; 10]) -> Self {
+        Self::Tet10(nodes)
+    }
+}
+
+impl From<[u32; 27]> for Element {
+    fn from(nodes: [u32; 27]) -> Self {
+        Self::Hex27(nodes)
+    }
+}
+
+/// All nodes of a face of an element, 3, 4, 6 or 9; dereferences to a slice.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FaceNodes {
+    /// Beyond `count`: `u32::MAX`.
+    nodes: [u32; 9],
+    count: u8,
+}
+
+impl FaceNodes {
+    fn of(from: &[u32]) -> Self {
+        let mut nodes = [u32::MAX; 9];
+        nodes[..from.len()].copy_from_slice(from);
+        Self { nodes, count: from.len() as u8 }
+    }
+
+    /// The linear facets of which the face consists, in its winding.
+    pub fn facets(&self) -> Vec<FacetNodes> {
+        match **self {
+            [_, _, _, _, _, _] => SUB_TRIANGLES.map(|facet| facet.map(|local| self.nodes[local]).into()).to_vec(),
+            [_, _, _, _, _, _, _, _, _] => {
+                SUB_QUADRILATERALS.map(|facet| facet.map(|local| self.nodes[local]).into()).to_vec()
+            }
+            _ => FacetNodes::new(self).into_iter().collect(),
+        }
+    }
+}
+
+impl From<FacetNodes> for FaceNodes {
+    fn from(facet: FacetNodes) -> Self {
+        Self::of(&facet)
+    }
+}
+
+impl Deref for FaceNodes {
+    type Target = [u32];
+
+    #[inline]
+    fn deref(&self) -> &[u32] {
+        &self.nodes[..usize::from(self.count)]
+    }
+}
+
+impl fmt::Debug for FaceNodes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (**self).fmt(f)
     }
 }
 

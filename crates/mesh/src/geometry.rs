@@ -1,5 +1,8 @@
 //! Geometry of elements and facets: Jacobians, volumes, centroids, areas.
 
+use crate::second_order::{
+    hex27_jacobians, hex27_moments, hex27_scaled_jacobian, least, tet10_jacobians, tet10_moments, tet10_scaled_jacobian,
+};
 use crate::vector::{cross, dot, norm, subtract};
 use crate::{Element, Facet, FacetCorners, Mesh, Surface, WEDGE_AS_HEX};
 
@@ -235,13 +238,15 @@ fn area_elements([x0, x1, x2, x3]: &[[f64; 3]; 4]) -> [([f64; 2], f64); 4] {
 }
 
 impl Mesh {
-    /// Volume of one element, exact for the trilinear shape too; negative if it is inside
+    /// Volume of one element, exact for curved shapes too; negative if it is inside
     /// out. \[L³\]
     pub fn element_volume(&self, element: usize) -> f64 {
         match &self.elements[element] {
             Element::Tet4(nodes) => tet_volume(&self.coordinates(nodes)),
             Element::Wedge6(nodes) => hex_moments(&as_hex(&self.coordinates(nodes))).0,
             Element::Hex8(nodes) => hex_moments(&self.coordinates(nodes)).0,
+            Element::Tet10(nodes) => tet10_moments(&self.coordinates(nodes)).0,
+            Element::Hex27(nodes) => hex27_moments(&self.coordinates(nodes)).0,
         }
     }
 
@@ -250,24 +255,27 @@ impl Mesh {
         (0..self.elements.len()).map(|element| self.element_volume(element)).collect()
     }
 
-    /// Centroid ∫X dV / ∫dV of one element, exact for the trilinear shape too. \[L\]
+    /// Centroid ∫X dV / ∫dV of one element, exact for curved shapes too. \[L\]
     ///
     /// An element without positive volume has no such point; the mean of its corners is used
     /// instead, so that the result is finite. [`Mesh::check`] reports such elements.
     pub fn centroid(&self, element: usize) -> [f64; 3] {
-        if let Some(nodes) = self.elements[element].as_hex() {
-            let corners = self.coordinates(&nodes);
-            let (volume, moment) = hex_moments(&corners);
-            if volume > 0.0 {
-                return std::array::from_fn(|c| corners[0][c] + moment[c] / volume);
-            }
+        let moments = match &self.elements[element] {
+            Element::Tet4(_) => None,
+            Element::Tet10(nodes) => Some(tet10_moments(&self.coordinates(nodes))),
+            Element::Hex27(nodes) => Some(hex27_moments(&self.coordinates(nodes))),
+            hex => hex.as_hex().map(|nodes| hex_moments(&self.coordinates(&nodes))),
+        };
+        if let Some((volume, moment)) = moments.filter(|(volume, _)| *volume > 0.0) {
+            let origin = self.nodes[self.elements[element].nodes()[0] as usize];
+            return std::array::from_fn(|c| origin[c] + moment[c] / volume);
         }
         self.mean_of_corners(element)
     }
 
     /// Mean of an element's corners. \[L\]
     pub fn mean_of_corners(&self, element: usize) -> [f64; 3] {
-        let nodes = self.elements[element].nodes();
+        let nodes = self.elements[element].corners();
         std::array::from_fn(|c| nodes.iter().map(|&n| self.nodes[n as usize][c]).sum::<f64>() / nodes.len() as f64)
     }
 
@@ -277,23 +285,28 @@ impl Mesh {
     }
 
     /// Smallest scaled Jacobian of each element, see [`tet_scaled_jacobian`],
-    /// [`wedge_scaled_jacobian`] and [`hex_scaled_jacobian`]. \[–\]
+    /// [`wedge_scaled_jacobian`] and [`hex_scaled_jacobian`]; second-order elements by their tangents
+    /// at all nodes. \[–\]
     pub fn element_qualities(&self) -> Vec<f64> {
         let quality = |element: &Element| match element {
             Element::Tet4(nodes) => tet_scaled_jacobian(&self.coordinates(nodes)),
             Element::Wedge6(nodes) => wedge_scaled_jacobian(&self.coordinates(nodes)),
             Element::Hex8(nodes) => hex_scaled_jacobian(&self.coordinates(nodes)),
+            Element::Tet10(nodes) => tet10_scaled_jacobian(&self.coordinates(nodes)),
+            Element::Hex27(nodes) => hex27_scaled_jacobian(&self.coordinates(nodes)),
         };
         self.elements.iter().map(quality).collect()
     }
 
-    /// Smallest Jacobian determinant of an element over its corners and Gauss points; NaN if any is
+    /// Smallest Jacobian determinant of an element over its nodes and Gauss points; NaN if any is
     /// NaN. \[L³\]
     pub(crate) fn least_jacobian(&self, element: usize) -> f64 {
         match &self.elements[element] {
             Element::Tet4(nodes) => 6.0 * tet_volume(&self.coordinates(nodes)),
             Element::Wedge6(nodes) => wedge_least_jacobian(&self.coordinates(nodes)),
             Element::Hex8(nodes) => hex_least_jacobian(&self.coordinates(nodes)),
+            Element::Tet10(nodes) => least(&tet10_jacobians(&self.coordinates(nodes))),
+            Element::Hex27(nodes) => least(&hex27_jacobians(&self.coordinates(nodes))),
         }
     }
 

@@ -1,4 +1,4 @@
-//! Meshes of tetrahedra, wedges and hexahedra of several bodies, with named node sets and oriented
+//! Meshes of tetrahedra, wedges and hexahedra, linear or quadratic, of several bodies, with named node sets and oriented
 //! surfaces.
 //!
 //! This crate covers only geometry and topology, no physics.
@@ -37,6 +37,7 @@ mod generate;
 mod geometry;
 mod mesh;
 mod search;
+pub mod second_order;
 mod select;
 mod topology;
 pub mod vector;
@@ -44,7 +45,8 @@ pub mod vector;
 pub use assemble::{Placement, Rotation};
 pub use defect::MeshDefect;
 pub use element::{
-    Element, FacetCorners, FacetNodes, HEX_FACES, TET_FACES, WEDGE_AS_HEX, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES,
+    Element, FaceNodes, FacetCorners, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, SUB_FACETS, TET_EDGES,
+    TET_FACES, WEDGE_AS_HEX, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES,
 };
 pub use error::MeshError;
 pub use generate::{
@@ -56,4 +58,5 @@ pub use geometry::{
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use search::FacetTree;
+pub use second_order::ContactMap;
 pub use topology::NodeElements;

@@ -1,10 +1,11 @@
 //! Extracts one body from a file's mesh.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use slipstick_mesh::second_order::{hex27_jacobians, tet10_jacobians};
 use slipstick_mesh::{
-    Body, Element, FacetNodes, HEX_CORNERS, Mesh, MeshError, Surface, WEDGE_CORNERS, hex_jacobian, tet_volume,
-    wedge_jacobian,
+    Body, Element, FaceNodes, FacetNodes, HEX_CORNERS, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, Mesh, MeshError,
+    Surface, WEDGE_CORNERS, hex_jacobian, tet_volume, wedge_jacobian,
 };
 
 use crate::unusable::refuse_unusable;
@@ -37,7 +38,8 @@ impl FileMesh {
     /// Extracts a body with the given name: the tetrahedra, wedges and hexahedra of the set `part`
     /// (or of the whole file), with coordinates multiplied by `scale`.
     ///
-    /// Nodes and elements keep their order. If hexahedra or wedges are numbered inside out, bottom
+    /// Nodes and elements keep their order. Hexahedra of 20 nodes get nodes at the centres of their
+    /// faces and at their own, which follow the others; they lie on the serendipity shape. If hexahedra or wedges are numbered inside out, bottom
     /// and top are swapped; for tetrahedra, the first two nodes are swapped. An element that
     /// appears twice with the same nodes is used once. A set becomes `{name}_{set}`, or keeps its
     /// name if it already begins with `{name}_`. Sets of triangles, quadrilaterals and faces become
@@ -45,8 +47,8 @@ impl FileMesh {
     /// out, and so is a node set with the same name as a surface.
     ///
     /// # Errors
-    /// If there is no such part, if solid cells are not valid first-order tetrahedra, wedges or
-    /// hexahedra, or if a facet on the body's nodes is not on its boundary.
+    /// If there is no such part, if solid cells are not valid tetrahedra, wedges or hexahedra (wedges
+    /// only of first order), if they are of different orders, or if a facet on the body's nodes is not on its boundary.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::AsWritten)
     }
@@ -65,8 +67,8 @@ impl FileMesh {
     fn read(&self, name: &str, part: Option<&str>, scale: f64, order: Order) -> Result<ReadBody, MeshFileError> {
         let extraction = Extraction::new(self, name, part, order)?;
         let (elements, flipped) = extraction.elements()?;
-        let nodes = extraction.kept.iter().map(|&node| self.points[node as usize].map(|x| x * scale)).collect();
-        let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..extraction.kept.len() };
+        let nodes: Vec<[f64; 3]> = extraction.points.iter().map(|point| point.map(|x| x * scale)).collect();
+        let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..nodes.len() };
         let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
         let own = |set: &str| match set.strip_prefix(name) {
             Some(rest) if rest.starts_with('_') => set.to_owned(),
@@ -87,6 +89,9 @@ impl FileMesh {
             (CellKind::Hex8, "hexahedra", "bottom and top are swapped"),
             (CellKind::Wedge6, "wedges", "bottom and top are swapped"),
             (CellKind::Tet4, "tetrahedra", "two nodes are swapped"),
+            (CellKind::Hex20, "hexahedra of 20 nodes", "bottom and top are swapped"),
+            (CellKind::Hex27, "hexahedra of 27 nodes", "bottom and top are swapped"),
+            (CellKind::Tet10, "tetrahedra of 10 nodes", "two corners are swapped"),
         ] {
             let cells: Vec<u32> = flipped.iter().copied().filter(|&cell| extraction.kind(cell) == kind).collect();
             if let [first, ..] = cells[..] {
@@ -131,13 +136,27 @@ struct Extraction<'a> {
     kept: Vec<u32>,
     /// Position in `kept` of each of the file's nodes, or [`ELSEWHERE`] or [`DROPPED`].
     local: Vec<u32>,
+    /// Nodes at the centres of faces and elements with 20 nodes, by the sorted corners.
+    centres: HashMap<Vec<u32>, u32>,
+    /// Positions of the body's nodes.
+    points: Vec<[f64; 3]>,
 }
 
 impl<'a> Extraction<'a> {
     fn new(file: &'a FileMesh, body: &str, part: Option<&str>, order: Order) -> Result<Self, MeshFileError> {
         let chosen = chosen(file, part, order)?;
         refuse_unusable(file, body, part, &chosen, order)?;
-        let mut out = Self { file, order, whole: part.is_none(), chosen, kept: vec![], local: vec![] };
+        let mut out = Self {
+            file,
+            order,
+            whole: part.is_none(),
+            chosen,
+            kept: vec![],
+            local: vec![],
+            centres: HashMap::new(),
+            points: vec![],
+        };
+        out.refuse_mixed_orders()?;
         let mut local = vec![ELSEWHERE; file.points.len()];
         for &node in out.chosen.iter().flat_map(|&cell| out.nodes(cell)) {
             local[node as usize] = 0;
@@ -153,7 +172,68 @@ impl<'a> Extraction<'a> {
             }
         }
         out.local = local;
+        out.points = out.kept.iter().map(|&node| file.points[node as usize]).collect();
+        for cell in out.chosen.clone() {
+            if out.kind(cell) == CellKind::Hex20 {
+                out.complete(cell)?;
+            }
+        }
         Ok(out)
+    }
+
+    /// Elements of different orders do not fit together.
+    fn refuse_mixed_orders(&self) -> Result<(), MeshFileError> {
+        let second = |cell: &u32| self.kind(*cell).is_second_order();
+        let (Some(&linear), Some(&quadratic)) =
+            (self.chosen.iter().find(|cell| !second(cell)), self.chosen.iter().find(|cell| second(cell)))
+        else {
+            return Ok(());
+        };
+        let other = self.file.cells.number(linear as usize);
+        let message = format!("it is of second order, and element {other} of first order");
+        let cure =
+            "write all elements of the body with the same order, or use `first_order = true` in the body's `mesh`";
+        Err(self.at(quadratic, &message, cure))
+    }
+
+    /// Adds the nodes at the centres of the faces of a hexahedron of 20 nodes, unless a neighbour has
+    /// added them, and at its own centre.
+    fn complete(&mut self, cell: u32) -> Result<(), MeshFileError> {
+        let nodes = self.nodes(cell);
+        let at = |local: usize| self.file.points[nodes[local] as usize];
+        let combine = |corners: &[usize], by_corner: f64, middles: &[usize], by_middle: f64| -> [f64; 3] {
+            let sum = |of: &[usize], c: usize| of.iter().map(|&local| at(local)[c]).sum::<f64>();
+            std::array::from_fn(|c| by_corner * sum(corners, c) + by_middle * sum(middles, c))
+        };
+        let mut centres: Vec<(Vec<usize>, [f64; 3])> = Vec::with_capacity(7);
+        for corners in HEX_FACES {
+            let on = |edge: &[usize; 2]| edge.iter().all(|corner| corners.contains(corner));
+            let middles: Vec<usize> = (0..12).filter(|&edge| on(&HEX_EDGES[edge])).map(|edge| 8 + edge).collect();
+            centres.push((corners.to_vec(), combine(&corners, -0.25, &middles, 0.5)));
+        }
+        let (corners, middles): (Vec<usize>, Vec<usize>) = ((0..8).collect(), (8..20).collect());
+        let centre = combine(&corners, -0.25, &middles, 0.25);
+        centres.push((corners, centre));
+        for (corners, point) in centres {
+            let mut key: Vec<u32> = corners.iter().map(|&corner| nodes[corner]).collect();
+            key.sort_unstable();
+            let next = self.points.len() as u32;
+            if next >= DROPPED {
+                return Err(self.at(cell, "there are too many nodes", "use a coarser mesh"));
+            }
+            if let std::collections::hash_map::Entry::Vacant(entry) = self.centres.entry(key) {
+                entry.insert(next);
+                self.points.push(point);
+            }
+        }
+        Ok(())
+    }
+
+    /// A node that was added at the centre of a face or element with these corners in the file.
+    fn centre(&self, corners: &[u32]) -> Option<u32> {
+        let mut key = corners.to_vec();
+        key.sort_unstable();
+        self.centres.get(&key).copied()
     }
 
     /// Shape and order as which a cell is read.
@@ -185,14 +265,10 @@ impl<'a> Extraction<'a> {
         let mut elements = Vec::with_capacity(self.chosen.len());
         for &cell in &self.chosen {
             let mut element = self.element(cell)?;
-            match orientation(&element, &self.file.points) {
+            match orientation(&element, &self.points) {
                 Orientation::Sound => {}
                 Orientation::InsideOut => {
-                    match &mut element {
-                        Element::Tet4(nodes) => nodes.swap(0, 1),
-                        Element::Wedge6(nodes) => nodes.rotate_left(3),
-                        Element::Hex8(nodes) => nodes.rotate_left(4),
-                    }
+                    turn(&mut element);
                     flipped.push(cell);
                 }
                 Orientation::Folded => {
@@ -200,22 +276,27 @@ impl<'a> Extraction<'a> {
                         Element::Tet4(_) => ("the tetrahedron is flat", "correct its nodes, or remesh"),
                         Element::Wedge6(_) => ("the wedge is folded or flat", ANGLES),
                         Element::Hex8(_) => ("the hexahedron is folded or flat", ANGLES),
+                        Element::Tet10(_) => ("the tetrahedron of 10 nodes is folded or flat", CURVED),
+                        Element::Hex27(_) => ("the hexahedron of second order is folded or flat", CURVED),
                     };
                     return Err(self.at(cell, message, cure));
                 }
             }
-            elements.push(element.map(|node| self.local[node as usize]));
+            elements.push(element);
         }
         Ok((elements, flipped))
     }
 
-    /// A cell that must be a genuine tetrahedron, wedge or hexahedron, in the file's nodes.
+    /// A cell that must be a genuine tetrahedron, wedge or hexahedron, in the body's nodes.
     fn element(&self, cell: u32) -> Result<Element, MeshFileError> {
         let (kind, nodes) = (self.kind(cell), self.nodes(cell));
         let element = match (kind, nodes) {
             (CellKind::Tet4, &[a, b, c, d]) => Element::Tet4([a, b, c, d]),
             (CellKind::Wedge6, &[a, b, c, d, e, f]) => Element::Wedge6([a, b, c, d, e, f]),
             (CellKind::Hex8, &[a, b, c, d, e, f, g, h]) => Element::Hex8([a, b, c, d, e, f, g, h]),
+            (CellKind::Tet10, nodes) if nodes.len() == 10 => Element::Tet10(std::array::from_fn(|i| nodes[i])),
+            (CellKind::Hex27, nodes) if nodes.len() == 27 => Element::Hex27(self.centred(nodes)),
+            (CellKind::Hex20, nodes) if nodes.len() == 20 => Element::Hex27(std::array::from_fn(|i| nodes[i.min(19)])),
             _ => return Err(self.at(cell, &format!("a {} cannot be an element", kind.label()), kind.cure())),
         };
         if (1..nodes.len()).any(|i| nodes[..i].contains(&nodes[i])) {
@@ -223,7 +304,44 @@ impl<'a> Extraction<'a> {
                         type 13), or mesh with true tetrahedra, wedges and hexahedra";
             return Err(self.at(cell, "the element contains a node twice", cure));
         }
+        let mut element = element.map(|node| self.local[node as usize]);
+        if let (CellKind::Hex20, Element::Hex27(all)) = (kind, &mut element) {
+            let centre = |corners: &[usize]| {
+                let corners: Vec<u32> = corners.iter().map(|&corner| nodes[corner]).collect();
+                self.centre(&corners).expect("completed before")
+            };
+            for (face, corners) in HEX_FACES.iter().enumerate() {
+                all[HEX_FACE_CENTRES[face]] = centre(corners);
+            }
+            all[26] = centre(&[0, 1, 2, 3, 4, 5, 6, 7]);
+        }
         Ok(element)
+    }
+
+    /// A hexahedron of 27 nodes with the last seven in the order of [`Element::Hex27`]. Programs
+    /// differ here, so positions decide: each place gets the node nearest to where the other 20 nodes
+    /// put it.
+    fn centred(&self, nodes: &[u32]) -> [u32; 27] {
+        let at = |local: usize| self.file.points[nodes[local] as usize];
+        let mut out: [u32; 27] = std::array::from_fn(|i| nodes[i]);
+        let mut rest: Vec<u32> = nodes[20..].to_vec();
+        let mut place = |slot: usize, corners: &[usize]| {
+            let inside = |edge: &[usize; 2]| edge.iter().all(|corner| corners.contains(corner));
+            let middles: Vec<usize> = (0..12).filter(|&edge| inside(&HEX_EDGES[edge])).map(|edge| 8 + edge).collect();
+            let by_middle = if middles.len() == 4 { 0.5 } else { 0.25 };
+            let sum = |of: &[usize], c: usize| of.iter().map(|&local| at(local)[c]).sum::<f64>();
+            let wanted: [f64; 3] = std::array::from_fn(|c| by_middle * sum(&middles, c) - 0.25 * sum(corners, c));
+            let distance = |node: u32| -> f64 {
+                self.file.points[node as usize].iter().zip(wanted).map(|(x, y)| (x - y) * (x - y)).sum()
+            };
+            let nearest = (0..rest.len()).min_by(|&a, &b| distance(rest[a]).total_cmp(&distance(rest[b])));
+            if let Some(nearest) = nearest {
+                out[slot] = rest.remove(nearest);
+            }
+        };
+        HEX_FACES.iter().enumerate().for_each(|(face, corners)| place(HEX_FACE_CENTRES[face], corners));
+        place(26, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        out
     }
 
     /// An error at a cell: its number, position and nodes.
@@ -243,19 +361,20 @@ impl<'a> Extraction<'a> {
         self.local[node as usize] < DROPPED
     }
 
-    fn local_of(&self, nodes: FacetNodes) -> Option<FacetNodes> {
-        nodes.iter().all(|&node| self.has(node)).then(|| nodes.map(|node| self.local[node as usize]))
+    fn local_of(&self, nodes: &[u32]) -> Option<FacetNodes> {
+        let nodes = FacetNodes::new(nodes).filter(|nodes| nodes.iter().all(|&node| self.has(node)))?;
+        Some(nodes.map(|node| self.local[node as usize]))
     }
 
     /// Surfaces with at least one facet on the body.
     fn surfaces(&self, mesh: &Mesh) -> Result<BTreeMap<&'a str, Surface>, MeshFileError> {
-        let found = self.facets()?;
+        let found = self.facets(mesh)?;
         let local: Vec<FacetNodes> = found.iter().map(|facet| facet.local).collect();
         // A single call for all sets, since it sorts the faces of the whole body.
         let facets = mesh.surface_of_facets(&local).map_err(|error| match error {
             MeshError::NotOnBoundary { facet, reason, .. } => {
-                let SetFacet { set, nodes, .. } = found[facet];
-                let place = format!("surface `{set}`, facet {}", self.around(&nodes));
+                let SetFacet { set, nodes, .. } = &found[facet];
+                let place = format!("surface `{set}`, facet {}", self.around(nodes));
                 let cure = "surfaces must consist of outer faces of the body's elements: correct the set, and mesh \
                             volume and surface together";
                 MeshFileError::new(place, format!("the facet {reason}"), cure)
@@ -273,16 +392,27 @@ impl<'a> Extraction<'a> {
     }
 
     /// The facets of all sets with all their nodes on the body.
-    fn facets(&self) -> Result<Vec<SetFacet<'a>>, MeshFileError> {
+    fn facets(&self, mesh: &Mesh) -> Result<Vec<SetFacet<'a>>, MeshFileError> {
         let mut facets = Vec::new();
         let cells = &self.file.cells;
+        let faces = second_order_faces(mesh);
         for (set, members) in &self.file.cell_sets {
             for &cell in members.iter().filter(|&&cell| cells.kind(cell as usize).dimension() == 2) {
                 let (kind, nodes) = (self.kind(cell), self.nodes(cell));
                 if !self.whole && !nodes.iter().all(|&node| self.has(node)) {
                     continue;
                 }
-                let (CellKind::Triangle3 | CellKind::Quad4, Some(nodes)) = (kind, FacetNodes::new(nodes)) else {
+                let corners = &nodes[..kind.first_order().node_count()];
+                let whole = self.local_of(corners).and_then(|corners| faces.get(&corners.sorted()));
+                if let (true, Some(face)) = (kind.is_second_order(), whole) {
+                    facets.extend(face.facets().into_iter().map(|local| SetFacet {
+                        set,
+                        nodes: nodes.to_vec(),
+                        local,
+                    }));
+                    continue;
+                }
+                let (CellKind::Triangle3 | CellKind::Quad4, Some(_)) = (kind, FacetNodes::new(nodes)) else {
                     let message = format!("a {} of the surface `{set}` is not a face of an element", kind.label());
                     return Err(self.at(cell, &message, kind.cure()));
                 };
@@ -290,15 +420,18 @@ impl<'a> Extraction<'a> {
                     let message = format!("a facet of the surface `{set}` has nodes that belong to no element");
                     return Err(self.at(cell, &message, "mesh volume and surface together, and merge duplicate nodes"));
                 };
-                facets.push(SetFacet { set, nodes, local });
+                facets.push(SetFacet { set, nodes: nodes.to_vec(), local });
             }
         }
         let chosen: HashSet<u32> = self.chosen.iter().copied().collect();
         for (set, faces) in &self.file.face_sets {
             for face in faces.iter().filter(|face| chosen.contains(&face.cell)) {
                 let element = self.element(face.cell)?;
-                let nodes = element.side(usize::from(face.side).min(element.sides() - 1));
-                facets.extend(self.local_of(nodes).map(|local| SetFacet { set, nodes, local }));
+                for side in element.sides_of(usize::from(face.side).min(element.faces() - 1)) {
+                    let local = element.side(side);
+                    let nodes = local.iter().filter_map(|&node| self.kept.get(node as usize).copied()).collect();
+                    facets.push(SetFacet { set, nodes, local });
+                }
             }
         }
         Ok(facets)
@@ -322,6 +455,7 @@ impl<'a> Extraction<'a> {
             nodes.retain(|&node| node != ELSEWHERE);
             nodes.sort_unstable();
             nodes.dedup();
+            self.add_centres(nodes);
         }
         sets.retain(|_, nodes| !nodes.is_empty());
         sets.values_mut().for_each(|nodes| nodes.retain(|&node| node != DROPPED));
@@ -330,6 +464,28 @@ impl<'a> Extraction<'a> {
 }
 
 impl<'a> Extraction<'a> {
+    /// Adds the added centre of each face with all other nodes in the set.
+    fn add_centres(&self, set: &mut Vec<u32>) {
+        if self.centres.is_empty() {
+            return;
+        }
+        let mut new = Vec::new();
+        for &cell in self.chosen.iter().filter(|&&cell| self.kind(cell) == CellKind::Hex20) {
+            let nodes = self.nodes(cell);
+            let has = |local: usize| set.binary_search(&self.local[nodes[local] as usize]).is_ok();
+            for corners in HEX_FACES {
+                let on = |edge: &[usize; 2]| edge.iter().all(|corner| corners.contains(corner));
+                let middles = (0..12).filter(|&edge| on(&HEX_EDGES[edge])).map(|edge| 8 + edge);
+                if corners.into_iter().chain(middles).all(has) {
+                    new.extend(self.centre(&corners.map(|corner| nodes[corner])));
+                }
+            }
+        }
+        set.extend(new);
+        set.sort_unstable();
+        set.dedup();
+    }
+
     /// The body's elements in each set of solid cells.
     fn element_sets(&self) -> impl Iterator<Item = (&'a str, Vec<u32>)> {
         self.file.cell_sets.iter().filter_map(|(set, cells)| {
@@ -343,8 +499,32 @@ impl<'a> Extraction<'a> {
 /// A facet of a set on the body.
 struct SetFacet<'a> {
     set: &'a str,
-    nodes: FacetNodes,
+    /// Nodes in the file of the facet or of its face, for messages.
+    nodes: Vec<u32>,
     local: FacetNodes,
+}
+
+/// Faces of second-order elements by their sorted corners.
+fn second_order_faces(mesh: &Mesh) -> HashMap<FacetNodes, FaceNodes> {
+    let elements = mesh.elements.iter().filter(|element| element.is_second_order());
+    let faces = elements.flat_map(|element| (0..element.faces()).map(|face| element.face(face)));
+    let corners = |face: &FaceNodes| FacetNodes::new(&face[..if face.len() == 6 { 3 } else { 4 }]);
+    faces.filter_map(|face| Some((corners(&face)?.sorted(), face))).collect()
+}
+
+/// Turns an element that is inside out: swaps bottom and top, or two corners of a tetrahedron.
+fn turn(element: &mut Element) {
+    match element {
+        Element::Tet4(nodes) => nodes.swap(0, 1),
+        Element::Wedge6(nodes) => nodes.rotate_left(3),
+        Element::Hex8(nodes) => nodes.rotate_left(4),
+        Element::Tet10(nodes) => [[0, 1], [5, 6], [7, 8]].into_iter().for_each(|[a, b]| nodes.swap(a, b)),
+        Element::Hex27(nodes) => {
+            nodes[..8].rotate_left(4);
+            nodes[8..16].rotate_left(4);
+            nodes.swap(24, 25);
+        }
+    }
 }
 
 /// The solid cells of a part, in the file's order, without those that repeat the nodes of an
@@ -396,13 +576,16 @@ impl Order {
 const ANGLES: &str =
     "correct its nodes: they must be in the order of Gmsh and Abaqus, and all angles must be below 180°";
 
+const CURVED: &str = "correct its nodes: mid-side nodes must lie near the middle of their edges and faces; or use \
+                      `first_order = true` in the body's `mesh`";
+
 enum Orientation {
     Sound,
     InsideOut,
     Folded,
 }
 
-/// Orientation from the Jacobian determinants at the corners: all positive, all negative, or of
+/// Orientation from the Jacobian determinants at the corners (and other nodes): all positive, all negative, or of
 /// mixed sign.
 fn orientation(element: &Element, points: &[[f64; 3]]) -> Orientation {
     let at = |node: u32| points[node as usize];
@@ -410,6 +593,8 @@ fn orientation(element: &Element, points: &[[f64; 3]]) -> Orientation {
         Element::Tet4(nodes) => vec![tet_volume(&nodes.map(at))],
         Element::Wedge6(nodes) => WEDGE_CORNERS.map(|xi| wedge_jacobian(&nodes.map(at), xi)).to_vec(),
         Element::Hex8(nodes) => HEX_CORNERS.map(|xi| hex_jacobian(&nodes.map(at), xi)).to_vec(),
+        Element::Tet10(nodes) => tet10_jacobians(&nodes.map(at)),
+        Element::Hex27(nodes) => hex27_jacobians(&nodes.map(at)),
     };
     if jacobians.iter().all(|&jacobian| jacobian > 0.0) {
         Orientation::Sound

@@ -2,10 +2,9 @@
 
 macro_rules! cell_kinds {
     ($($variant:ident $name:literal $label:literal $dimension:literal $nodes:literal $corners:ident,)+) => {
-        /// The shape and order of a cell. Only [`CellKind::Tet4`], [`CellKind::Wedge6`] and
-        /// [`CellKind::Hex8`] can become elements, only [`CellKind::Triangle3`] and
-        /// [`CellKind::Quad4`] facets, and second-order cells by their corners. The others are read
-        /// so that they can be skipped or named in an error.
+        /// The shape and order of a cell. Tetrahedra, hexahedra and linear wedges can become elements,
+        /// triangles and quadrilaterals facets, and other second-order cells by their corners. The
+        /// others are read so that they can be skipped or named in an error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum CellKind {
             $(#[doc = concat!("`", $name, "`")] $variant,)+
@@ -74,7 +73,7 @@ impl CellKind {
 
     /// Whether the cell can become an element.
     pub fn is_element(self) -> bool {
-        matches!(self, Self::Tet4 | Self::Wedge6 | Self::Hex8)
+        matches!(self, Self::Tet4 | Self::Wedge6 | Self::Hex8 | Self::Tet10 | Self::Hex20 | Self::Hex27)
     }
 
     /// What to do about a cell that can become neither an element nor a facet.

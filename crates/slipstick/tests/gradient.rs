@@ -226,6 +226,58 @@ fn gradient_of_wedges() {
     }
 }
 
+/// Quadratic elements: hexahedra of 27 nodes on both sides, and tetrahedra of ten nodes on hexahedra of
+/// 27 nodes, on linear ones and under them; fully integrated and with F̄, with nearly empty elements,
+/// and with curved inner edges and surfaces.
+#[test]
+fn gradient_of_quadratic_elements() {
+    let shape = |min: [f64; 3], max: [f64; 3], elements: [usize; 3]| BoxShape { min, max, elements, grading: [1.0; 3] };
+    let linear_slab = box_mesh("slab", &shape([0.0; 3], [2.0, 1.0, 1.0], [2, 1, 1])).unwrap();
+    let linear_block = box_mesh("block", &shape([0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3])).unwrap();
+    // middles of edges are moved, so that no edge is straight; those of the contact surface less
+    let bent = |of: &[[f64; 3]]| -> [f64; 3] {
+        let size = if of.iter().all(|x| x[1] == 1.0) { 0.005 } else { 0.02 };
+        std::array::from_fn(|c| {
+            let mean = of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64;
+            mean + size * (7.0 * mean + 5.0 * c as f64).sin()
+        })
+    };
+    let quadratic = |mesh: &slipstick_mesh::Mesh| mesh.second_order(bent).unwrap();
+    let tetrahedra = |mesh: &slipstick_mesh::Mesh| mesh.divided(|_| true);
+    let pairs = [
+        (quadratic(&linear_slab), quadratic(&linear_block)),
+        (quadratic(&linear_slab), quadratic(&tetrahedra(&linear_block))),
+        (linear_slab.clone(), quadratic(&tetrahedra(&linear_block))),
+        (quadratic(&tetrahedra(&linear_slab)), linear_block),
+    ];
+    let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".to_string();
+    for (k, (slab, block)) in pairs.into_iter().enumerate() {
+        let mut all = String::new();
+        for (m, (method, enforcement)) in methods().into_iter().enumerate() {
+            let shape = ["standard", "dual"][(k + m) % 2];
+            let scene =
+                Scene { friction: 0.3, enforcement, shape, motion: motion.clone(), steps: 4, ..Scene::default() };
+            let mut text = scene.text();
+            for name in ["slab", "block"] {
+                let start = text.find("box = ").unwrap();
+                let end = start + text[start..].find('\n').unwrap();
+                text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
+            }
+            if m == 1 {
+                text = text.replace("\nmaterial", "\nelement = \"f_bar\"\nmaterial");
+            }
+            if m == 2 {
+                text = text.replace("[design]", "[design]\nenergy_interpolation = { threshold = 0.3, sharpness = 10 }");
+            }
+            let mut problem = problem_with(&text, &[("slab", slab.clone()), ("block", block.clone())]);
+            let checked = check(&format!("pair {k}, {method} {shape}"), &mut problem, 7);
+            assert!(checked.statuses.last().unwrap().contains('l'), "{:?}", checked.statuses);
+            all += &checked.statuses.concat();
+        }
+        assert!(all.contains('t'), "pair {k}: no node sticks");
+    }
+}
+
 fn spinning() -> Scene {
     Scene {
         friction: 0.2,

@@ -10,11 +10,11 @@ use slipstick::model::Parameter;
 
 /// Two boxes on top of each other between frictionless walls, with non-matching meshes, the upper
 /// one pressed by `load`.
-fn stack(load: &str, shape: &str) -> Problem {
+fn stack(load: &str, shape: &str, order: usize) -> Problem {
     let mut text = String::new();
     for (name, y, elements, modulus) in [("lower", 0, [2, 2, 2], 1000.0), ("upper", 1, [3, 1, 3], 300.0)] {
         text += &format!(
-            "[[body]]\nname = '{name}'\nbox = {{ min = [0, {y}, 0], max = [1, {}, 1], elements = {elements:?} }}\n\
+            "[[body]]\nname = '{name}'\norder = {order}\nbox = {{ min = [0, {y}, 0], max = [1, {}, 1], elements = {elements:?} }}\n\
              material = {{ neo_hooke = {{ youngs_modulus = {modulus:?}, poisson_ratio = 0.3 }} }}\n",
             y + 1
         );
@@ -46,8 +46,8 @@ fn a_load_arrives_at_the_contact() {
     for load in
         [format!("pressure = {size}"), format!("traction = [0, {}, 0]", -size), format!("force = [0, {}, 0]", -size)]
     {
-        for shape in ["standard", "dual"] {
-            let mut problem = stack(&load, shape);
+        for (shape, order) in [("standard", 1), ("dual", 1), ("standard", 2), ("dual", 2)] {
+            let mut problem = stack(&load, shape, order);
             let density = problem.initial_density().clone();
             let forward = forward(&mut problem, &density);
             for contact in contact_path(&mut problem, &forward).pop().unwrap() {
@@ -155,6 +155,15 @@ fn derivatives_under_loads_match_finite_differences() {
         check(&format!("{method}, held by contact"), &held_by_contact(&enforcement));
         let compliance = scene(&enforcement).text().replace("contact_force = {", "compliance = {");
         check(&format!("{method}, compliance"), &compliance);
+    }
+}
+
+/// The same with quadratic elements, whose loads are integrated with their own shape functions.
+#[test]
+fn derivatives_under_loads_of_quadratic_elements_match_finite_differences() {
+    for text in [scene(LAGRANGE).text(), held_by_contact(LAGRANGE)] {
+        let text = text.replace("elements = [4, 1, 1]", "elements = [2, 1, 1]");
+        check("quadratic", &text.replace("[[body]]", "[[body]]\norder = 2"));
     }
 }
 

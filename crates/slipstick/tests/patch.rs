@@ -139,24 +139,36 @@ fn uniaxial_strain(moduli: [(f64, f64); 2]) -> ([f64; 2], f64) {
     ([lower, 2.0 - PRESSED - lower], -axial(0, lower))
 }
 
-/// Deformation gradient at the centre of an element, from its corners' displacements.
-fn deformation_gradient(mesh: &Mesh, element: usize, d: &[f64]) -> Matrix3<f64> {
-    let (mut reference, mut current) = (Matrix3::zeros(), Matrix3::zeros());
+/// Deformation gradients at the centre of an element, or at the integration points of a quadratic one,
+/// from its nodes' displacements.
+fn deformation_gradients(mesh: &Mesh, element: usize, d: &[f64]) -> Vec<Matrix3<f64>> {
+    use slipstick_mesh::second_order::{HEX27_POINTS, TET10_POINTS, hex27_shapes, tet10_shapes};
     // gradients of the shape functions there, in coordinates of the parent cube or tetrahedron
     let cube = || slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 8.0)).to_vec();
-    let (gradients, nodes): (Vec<[f64; 3]>, Vec<u32>) = match mesh.elements[element] {
-        Element::Hex8(nodes) => (cube(), nodes.to_vec()),
-        Element::Wedge6(_) => (cube(), mesh.elements[element].as_hex().unwrap().to_vec()),
-        Element::Tet4(nodes) => (vec![[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], nodes.to_vec()),
+    let tetrahedron = vec![[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let (points, nodes): (Vec<Vec<[f64; 3]>>, Vec<u32>) = match mesh.elements[element] {
+        Element::Hex8(nodes) => (vec![cube()], nodes.to_vec()),
+        Element::Wedge6(_) => (vec![cube()], mesh.elements[element].as_hex().unwrap().to_vec()),
+        Element::Tet4(nodes) => (vec![tetrahedron], nodes.to_vec()),
+        Element::Tet10(nodes) => {
+            (TET10_POINTS.iter().map(|point| tet10_shapes(point.0).1.to_vec()).collect(), nodes.to_vec())
+        }
+        Element::Hex27(nodes) => {
+            (HEX27_POINTS.iter().map(|point| hex27_shapes(point.0).1.to_vec()).collect(), nodes.to_vec())
+        }
     };
-    for (gradient, node) in gradients.iter().zip(nodes) {
-        let gradient = Vector3::from(*gradient).transpose();
-        let x = Vector3::from(mesh.nodes[node as usize]);
-        let u = Vector3::from_column_slice(&d[3 * node as usize..][..3]);
-        reference += x * gradient;
-        current += (x + u) * gradient;
-    }
-    current * reference.try_inverse().unwrap()
+    let at = |gradients: &Vec<[f64; 3]>| {
+        let (mut reference, mut current) = (Matrix3::zeros(), Matrix3::zeros());
+        for (gradient, &node) in gradients.iter().zip(&nodes) {
+            let gradient = Vector3::from(*gradient).transpose();
+            let x = Vector3::from(mesh.nodes[node as usize]);
+            let u = Vector3::from_column_slice(&d[3 * node as usize..][..3]);
+            reference += x * gradient;
+            current += (x + u) * gradient;
+        }
+        current * reference.try_inverse().unwrap()
+    };
+    points.iter().map(at).collect()
 }
 
 /// Largest deviation of any element's deformation gradient from diag(x, y of the body, x).
@@ -165,7 +177,9 @@ fn check_uniform(mesh: &Mesh, d: &[f64], lateral: [f64; 2], axial: [f64; 2]) -> 
     for (b, body) in mesh.bodies.iter().enumerate() {
         let exact = Matrix3::from_diagonal(&Vector3::new(lateral[b], axial[b], lateral[b]));
         for e in body.elements.clone() {
-            worst = worst.max((deformation_gradient(mesh, e, d) - exact).amax());
+            for found in deformation_gradients(mesh, e, d) {
+                worst = worst.max((found - exact).amax());
+            }
         }
     }
     worst
@@ -278,6 +292,41 @@ fn uniaxial_strain_passes_through_wedges() {
             }
         }
     }
+}
+
+/// The same with quadratic elements on one side or on both: 27-node hexahedra and ten-node tetrahedra
+/// against each other and against linear ones, with inner nodes moved, so that inner edges are curved.
+#[test]
+fn uniaxial_strain_passes_through_quadratic_elements() {
+    let hexahedra: Divide = |mesh| distorted(mesh.second_order(mean).unwrap());
+    let tetrahedra: Divide = |mesh| distorted(mesh.divided(|_| true).second_order(mean).unwrap());
+    let linear: Divide = |mesh| mesh.divided(|_| true);
+    for (what, divided) in [
+        ("27-node under linear hexahedra", [Some(hexahedra), None]),
+        ("linear under 27-node hexahedra", [None, Some(hexahedra)]),
+        ("27-node hexahedra", [Some(hexahedra); 2]),
+        ("ten-node tetrahedra", [Some(tetrahedra); 2]),
+        ("ten-node under linear tetrahedra", [Some(tetrahedra), Some(linear)]),
+        ("linear hexahedra under ten-node tetrahedra", [None, Some(tetrahedra)]),
+        ("27-node hexahedra under ten-node tetrahedra", [Some(hexahedra), Some(tetrahedra)]),
+    ] {
+        // the second case: matching meshes
+        for (lower, upper) in [([2, 1, 2], [3, 1, 2]), ([2, 1, 2], [2, 1, 2])] {
+            for shape in ["standard", "dual"] {
+                for slave_above in [true, false] {
+                    let grading = if lower == upper { [1.0; 3] } else { [2.0, 1.0, 0.5] };
+                    let stack = Stack { lower, upper, grading, shape, slave_above, divided, ..Stack::default() };
+                    let (axial, pressure) = uniaxial_strain(stack.moduli);
+                    let name = format!("{what}, {lower:?} under {upper:?}, {shape}, slave above: {slave_above}");
+                    check(&name, &mut stack.problem(), [1.0, 1.0], axial, pressure);
+                }
+            }
+        }
+    }
+}
+
+fn mean(of: &[[f64; 3]]) -> [f64; 3] {
+    std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64)
 }
 
 /// The mesh with its inner nodes moved by up to a tenth of an element.

@@ -1,7 +1,8 @@
-//! Deformable solids: hex8, wedge6 and tet4 elements, elastic laws, SIMP-scaled stiffness.
+//! Deformable solids: hex8, wedge6, tet4, hex27 and tet10 elements, elastic laws, SIMP-scaled
+//! stiffness.
 //!
-//! Total Lagrangian formulation, 2×2×2 Gauss points in hexahedra and wedges, one in tetrahedra. The
-//! crate has no notion of time or contact; a density enters only as a scaling of each element's
+//! Total Lagrangian formulation, 2×2×2 Gauss points in hexahedra and wedges, one in tetrahedra; 3×3×3
+//! and eight in quadratic ones. The crate has no notion of time or contact; a density enters only as a scaling of each element's
 //! energy ([`simp`], [`interpolation`]).
 
 mod assembly;
@@ -13,6 +14,7 @@ pub mod law;
 pub mod load;
 pub mod model;
 mod power;
+mod quadratic;
 #[cfg(test)]
 mod reference;
 mod registers;

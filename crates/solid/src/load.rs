@@ -1,6 +1,7 @@
 //! Loads on surfaces: dead tractions per reference area, and pressure that follows the surface.
 
-use slipstick_mesh::FacetNodes;
+use slipstick_mesh::FaceNodes;
+use slipstick_mesh::second_order::face_shapes;
 
 /// Positions ξ, η and weights of the integration points of a quadrilateral, exact for N_i
 /// x,ξ × x,η.
@@ -12,34 +13,64 @@ const QUADRILATERAL: [(f64, f64, f64); 4] = {
 /// The same for a triangle, whose x,ξ × x,η is constant.
 const TRIANGLE: [(f64, f64, f64); 1] = [(1.0 / 3.0, 1.0 / 3.0, 0.5)];
 
-/// Shape functions of a facet and their slopes at an integration point.
+/// Positions and weights of the rule for a triangle with six nodes, exact for degree 4, that of
+/// N_i x,ξ × x,η. Source: D. A. Dunavant, Int. J. Numer. Methods Engrg. 21 (1985) 1129–1148.
+const TRIANGLE_6: [(f64, f64, f64); 6] = {
+    const A: f64 = 0.445_948_490_915_965;
+    const B: f64 = 0.091_576_213_509_770_74;
+    const WA: f64 = 0.5 * 0.223_381_589_678_011_46;
+    const WB: f64 = 0.5 * 0.109_951_743_655_321_87;
+    [
+        (A, A, WA),
+        (1.0 - 2.0 * A, A, WA),
+        (A, 1.0 - 2.0 * A, WA),
+        (B, B, WB),
+        (1.0 - 2.0 * B, B, WB),
+        (B, 1.0 - 2.0 * B, WB),
+    ]
+};
+
+/// The same for a quadrilateral with nine nodes: 3×3 Gauss points, exact for degree 5.
+const QUADRILATERAL_9: [(f64, f64, f64); 9] = {
+    const G: f64 = 0.774_596_669_241_483_4; // √(3/5)
+    const LINE: [(f64, f64); 3] = [(-G, 5.0 / 9.0), (0.0, 8.0 / 9.0), (G, 5.0 / 9.0)];
+    let mut out = [(0.0, 0.0, 0.0); 9];
+    let mut i = 0;
+    while i < 9 {
+        let (x, y) = (LINE[i % 3], LINE[i / 3]);
+        out[i] = (x.0, y.0, x.1 * y.1);
+        i += 1;
+    }
+    out
+};
+
+/// Shape functions of a face and their slopes at an integration point.
 struct Point {
     weight: f64,
-    value: [f64; 4],
-    by_xi: [f64; 4],
-    by_eta: [f64; 4],
+    value: [f64; 9],
+    by_xi: [f64; 9],
+    by_eta: [f64; 9],
 }
 
-/// Integration points of a facet with three or four nodes.
+/// Integration points of a face with three, four, six or nine nodes.
 fn points(nodes: usize) -> impl Iterator<Item = Point> {
-    let rule: &[(f64, f64, f64)] = if nodes == 3 { &TRIANGLE } else { &QUADRILATERAL };
+    let rule: &[(f64, f64, f64)] = match nodes {
+        3 => &TRIANGLE,
+        4 => &QUADRILATERAL,
+        6 => &TRIANGLE_6,
+        _ => &QUADRILATERAL_9,
+    };
     rule.iter().map(move |&(xi, eta, weight)| {
-        if nodes == 3 {
-            let value = [1.0 - xi - eta, xi, eta, 0.0];
-            return Point { weight, value, by_xi: [-1.0, 1.0, 0.0, 0.0], by_eta: [-1.0, 0.0, 1.0, 0.0] };
+        let mut point = Point { weight, value: [0.0; 9], by_xi: [0.0; 9], by_eta: [0.0; 9] };
+        for (i, (value, slope)) in face_shapes(nodes, [xi, eta]).into_iter().enumerate() {
+            (point.value[i], point.by_xi[i], point.by_eta[i]) = (value, slope[0], slope[1]);
         }
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        Point {
-            weight,
-            value: corners.map(|(a, b)| 0.25 * (1.0 + a * xi) * (1.0 + b * eta)),
-            by_xi: corners.map(|(a, b)| 0.25 * a * (1.0 + b * eta)),
-            by_eta: corners.map(|(a, b)| 0.25 * (1.0 + a * xi) * b),
-        }
+        point
     })
 }
 
-/// Σ w_k x_k of a facet's nodes.
-fn combine(facet: &FacetNodes, x: &[f64], weights: &[f64; 4]) -> [f64; 3] {
+/// Σ w_k x_k of a face's nodes.
+fn combine(facet: &FaceNodes, x: &[f64], weights: &[f64; 9]) -> [f64; 3] {
     let at = |c: usize| facet.iter().zip(weights).map(|(&n, w)| w * x[3 * n as usize + c]).sum();
     std::array::from_fn(at)
 }
@@ -50,7 +81,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 /// ∫ N_i dA of every node of the facets, ascending: the nodal forces of a unit traction on them.
 /// `x` has three coordinates per node of the mesh. \[L²\]
-pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
+pub fn nodal_areas(facets: &[FaceNodes], x: &[f64]) -> Vec<(u32, f64)> {
     let mut areas = std::collections::BTreeMap::new();
     for facet in facets {
         for point in points(facet.len()) {
@@ -67,7 +98,7 @@ pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
 /// Adds `factor` ∫ N_i n da, where n is the facets' normal on the side from which their nodes are
 /// counter-clockwise: the residual of the pressure `factor`, that is, minus the force that it
 /// exerts. `x`: positions, `out`: three entries per node. \[F/L²\] to \[F\]
-pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f64]) {
+pub fn add_pressure(facets: &[FaceNodes], x: &[f64], factor: f64, out: &mut [f64]) {
     for facet in facets {
         for point in points(facet.len()) {
             let normal = cross(combine(facet, x, &point.by_xi), combine(facet, x, &point.by_eta));
@@ -84,7 +115,7 @@ pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f6
 /// row node, column node, and the row-major block. It is not symmetric at the edge of a surface.
 ///
 /// Test: `pressure_tangent_matches_finite_differences`.
-pub fn pressure_tangent(facets: &[FacetNodes], x: &[f64], factor: f64, mut add: impl FnMut(u32, u32, &[f64; 9])) {
+pub fn pressure_tangent(facets: &[FaceNodes], x: &[f64], factor: f64, mut add: impl FnMut(u32, u32, &[f64; 9])) {
     for facet in facets {
         for point in points(facet.len()) {
             let (a, b) = (combine(facet, x, &point.by_xi), combine(facet, x, &point.by_eta));
@@ -104,15 +135,20 @@ pub fn pressure_tangent(facets: &[FacetNodes], x: &[f64], factor: f64, mut add: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipstick_mesh::{Element, FacetNodes};
+
+    fn face(nodes: &[u32]) -> FaceNodes {
+        FacetNodes::new(nodes).expect("three or four nodes").into()
+    }
 
     /// A warped quadrilateral and two triangles that together enclose a volume.
-    fn open() -> (Vec<FacetNodes>, Vec<f64>) {
-        let facets = vec![[0u32, 1, 2, 3].into(), [0, 4, 1].into(), [1, 4, 2].into()];
+    fn open() -> (Vec<FaceNodes>, Vec<f64>) {
+        let facets = vec![face(&[0, 1, 2, 3]), face(&[0, 4, 1]), face(&[1, 4, 2])];
         let x = vec![0.0, 0.1, 0.0, 1.2, 0.0, 0.1, 1.0, 0.9, -0.2, -0.1, 1.0, 0.3, 0.4, 0.5, -1.0];
         (facets, x)
     }
 
-    fn force(facets: &[FacetNodes], x: &[f64]) -> Vec<f64> {
+    fn force(facets: &[FaceNodes], x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; x.len()];
         add_pressure(facets, x, 1.7, &mut out);
         out
@@ -147,18 +183,23 @@ mod tests {
     /// hexahedron with warped faces.
     #[test]
     fn pressure_on_a_closed_surface_balances_itself() {
-        let tetrahedron: Vec<FacetNodes> =
-            vec![[0u32, 2, 1].into(), [0, 1, 3].into(), [1, 2, 3].into(), [0, 3, 2].into()];
+        let tetrahedron = vec![face(&[0, 2, 1]), face(&[0, 1, 3]), face(&[1, 2, 3]), face(&[0, 3, 2])];
         let corners = vec![0.0, 0.0, 0.0, 2.0, 0.1, 0.0, 0.3, 1.5, 0.2, 0.4, 0.3, 1.0];
-        let sides: Vec<FacetNodes> =
-            [[0u32, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-                .map(FacetNodes::from)
-                .to_vec();
+        let sides = slipstick_mesh::HEX_FACES.map(|side| face(&side.map(|corner| corner as u32))).to_vec();
         let warped = vec![
             0.0, 0.1, 0.0, 1.1, 0.0, 0.2, 1.0, 1.0, 0.0, 0.0, 1.2, 0.1, 0.1, 0.0, 1.0, 1.0, 0.2, 1.1, 1.3, 1.0, 1.0,
             0.0, 1.0, 0.9,
         ];
-        for (facets, x) in [(tetrahedron, corners), (sides, warped)] {
+        let all = |element: &Element| (0..element.faces()).map(|face| element.face(face)).collect::<Vec<_>>();
+        let (tet10, hex27) =
+            (Element::Tet10(std::array::from_fn(|i| i as u32)), Element::Hex27(std::array::from_fn(|i| i as u32)));
+        let bent = |x: &[f64; 3]| x.map(|c| c + 0.1 * (7.0 * c + x[0] - 2.0 * x[1]).sin());
+        let mut curved: Vec<[f64; 3]> = slipstick_mesh::second_order::HEX27_NODES.iter().map(bent).collect();
+        let hex = curved.as_flattened().to_vec();
+        curved = [0, 1, 3, 4, 8, 24, 11, 16, 22, 20].map(|i| curved[i]).to_vec();
+        let tet = curved.as_flattened().to_vec();
+        let cases = [(tetrahedron, corners), (sides, warped), (all(&tet10), tet), (all(&hex27), hex)];
+        for (facets, x) in cases {
             let f = force(&facets, &x);
             let (mut resultant, mut moment) = ([0.0; 3], [0.0; 3]);
             for (f, x) in f.chunks_exact(3).zip(x.chunks_exact(3)) {
@@ -187,12 +228,12 @@ mod tests {
     #[test]
     fn nodal_areas_by_hand() {
         let x = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0, 3.0];
-        let quarter = nodal_areas(&[[0u32, 1, 2, 3].into()], &x);
+        let quarter = nodal_areas(&[face(&[0, 1, 2, 3])], &x);
         assert!(
             quarter.iter().zip(0..).all(|(&(node, area), n)| node == n && (area - 1.5).abs() < 1e-15),
             "{quarter:?}"
         );
-        let third = nodal_areas(&[[0u32, 1, 2].into()], &x);
+        let third = nodal_areas(&[face(&[0, 1, 2])], &x);
         assert!(third.iter().all(|(_, area)| (area - 1.0).abs() < 1e-15), "{third:?}");
     }
 }

@@ -7,6 +7,7 @@ use crate::clusters::Clusters;
 use crate::hex8::{self, ReferenceGeometry};
 use crate::interpolation::ElementScaling;
 use crate::law::Material;
+use crate::quadratic::{Hex27, State, Tet10};
 use crate::section::Section;
 use crate::tet4::{self, Batch};
 use pulp::Arch;
@@ -39,6 +40,8 @@ pub struct SolidModel {
     /// Tetrahedra, in the order of `batch_clusters`.
     pub(crate) batches: Vec<Batch>,
     batch_clusters: Clusters,
+    pub(crate) tet10: Tet10,
+    pub(crate) hex27: Hex27,
     pub(crate) sections: Vec<Section>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
@@ -67,12 +70,14 @@ impl Hexahedron {
     }
 }
 
-/// Positions of each element's blocks, 64 for a hexahedron or wedge and 16 for a tetrahedron, in
-/// the values of a matrix, element by element in the order of the model; built once per pattern.
+/// Positions of each element's blocks, one for each pair of its nodes, in the values of a matrix,
+/// element by element in the order of the model; built once per pattern.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     positions: Vec<[u32; 64]>,
     batch_positions: Vec<[[u32; 16]; tet4::LANES]>,
+    tet10_positions: Vec<Vec<u32>>,
+    hex27_positions: Vec<Vec<u32>>,
     /// Number of blocks of the pattern.
     blocks: usize,
 }
@@ -110,11 +115,13 @@ impl SolidModel {
         for (b, body) in mesh.bodies.iter().enumerate() {
             section_of[body.elements.clone()].fill(b as u32);
         }
-        let (mut hexes, mut tets) = (Vec::new(), Vec::new());
+        let (mut hexes, mut tets, mut tet10, mut hex27) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (number, element) in (0_u32..).zip(&mesh.elements).filter(|(number, _)| has(*number as usize)) {
             match element {
                 Element::Hex8(_) | Element::Wedge6(_) => hexes.push(number),
                 Element::Tet4(_) => tets.push(number),
+                Element::Tet10(_) => tet10.push(number),
+                Element::Hex27(_) => hex27.push(number),
             }
         }
         let clusters = Clusters::new(mesh, hexes);
@@ -142,9 +149,11 @@ impl SolidModel {
             }
             batches.len() - before
         });
+        let tet10 = Tet10::new(mesh, tet10, &section_of, &mut flat);
+        let hex27 = Hex27::new(mesh, hex27, &section_of, &mut flat);
         refuse(flat)?;
         let hexahedra = hexahedra.into_iter().flatten().collect();
-        Ok(Self { hexahedra, clusters, batches, batch_clusters, sections, section_of })
+        Ok(Self { hexahedra, clusters, batches, batch_clusters, tet10, hex27, sections, section_of })
     }
 
     /// Number of elements.
@@ -173,7 +182,10 @@ impl SolidModel {
 
     /// Element volumes by the model's quadrature, Σ w. \[L³\]
     pub fn element_volumes(&self) -> Vec<f64> {
-        self.by_number(|element| element.geometry.volume(), |batch, lane| batch.volumes[lane])
+        let mut out = self.by_number(|element| element.geometry.volume(), |batch, lane| batch.volumes[lane]);
+        self.tet10.add_by_number(|cell| cell.volume(), &mut out);
+        self.hex27.add_by_number(|cell| cell.volume(), &mut out);
+        out
     }
 
     /// Assembled internal force. \[F\]. Does not depend on the number of threads, bit for bit.
@@ -194,7 +206,25 @@ impl SolidModel {
             Arch::new().dispatch(AddForces { elements, sections, d, scalings, target, inverted });
         });
         rejected.extend(self.add_batch_forces(d, scalings, None, nodes));
+        rejected.extend(self.add_quadratic_forces(d, scalings, None, nodes));
         refuse(rejected)
+    }
+
+    fn state<'a>(&'a self, d: &'a [f64], scalings: &'a [ElementScaling]) -> State<'a> {
+        State { sections: &self.sections, d, scalings }
+    }
+
+    /// The same of the second-order elements.
+    fn add_quadratic_forces(
+        &self,
+        d: &[f64],
+        scalings: &[ElementScaling],
+        direction: Option<&[f64]>,
+        nodes: &mut [[f64; 3]],
+    ) -> Vec<u32> {
+        let mut rejected = self.tet10.add_forces(self.state(d, scalings), direction, nodes);
+        rejected.extend(self.hex27.add_forces(self.state(d, scalings), direction, nodes));
+        rejected
     }
 
     /// Adds forces of the tetrahedra, or products of their tangents with a direction; returns the
@@ -228,6 +258,8 @@ impl SolidModel {
         Scatter {
             positions: self.hexahedra.par_iter().map(|element| of_hexahedron(&element.nodes)).collect(),
             batch_positions: self.batches.par_iter().map(|batch| batch.nodes.map(of_tetrahedron)).collect(),
+            tet10_positions: self.tet10.positions(pattern),
+            hex27_positions: self.hex27.positions(pattern),
             blocks: pattern.blocks(),
         }
     }
@@ -250,6 +282,12 @@ impl SolidModel {
         assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the scatter was made for a different pattern");
         let lengths = (scatter.positions.len(), scatter.batch_positions.len());
         assert_eq!(lengths, (self.hexahedra.len(), self.batches.len()), "the scatter belongs to a different model");
+        let lengths = (scatter.tet10_positions.len(), scatter.hex27_positions.len());
+        assert_eq!(
+            lengths,
+            (self.tet10.cells.len(), self.hex27.cells.len()),
+            "the scatter belongs to a different model"
+        );
         let sections = &self.sections[..];
         let mut rejected = self.clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
             let (elements, positions) = (&self.hexahedra[cluster.clone()], &scatter.positions[cluster]);
@@ -259,6 +297,9 @@ impl SolidModel {
             let (batches, positions) = (&self.batches[cluster.clone()], &scatter.batch_positions[cluster]);
             Arch::new().dispatch(AddBatchTangents { batches, positions, sections, d, scalings, target, inverted });
         }));
+        let state = self.state(d, scalings);
+        rejected.extend(self.tet10.add_tangents(state, &scatter.tet10_positions, matrix.values_mut()));
+        rejected.extend(self.hex27.add_tangents(state, &scatter.hex27_positions, matrix.values_mut()));
         refuse(rejected)
     }
 
@@ -282,6 +323,7 @@ impl SolidModel {
             Arch::new().dispatch(AddProducts { elements, sections, d, scalings, direction: v, target, inverted });
         });
         rejected.extend(self.add_batch_forces(d, scalings, Some(v), nodes));
+        rejected.extend(self.add_quadratic_forces(d, scalings, Some(v), nodes));
         refuse(rejected)
     }
 
@@ -336,7 +378,12 @@ impl SolidModel {
             });
             inverted
         }));
+        let state = self.state(d, scalings);
+        let mut quadratic = vec![0.0; self.elements()];
+        rejected.extend(self.tet10.pull_back(state, slopes, adjoint, &mut quadratic));
+        rejected.extend(self.hex27.pull_back(state, slopes, adjoint, &mut quadratic));
         refuse(rejected)?;
+        out.iter_mut().zip(quadratic).for_each(|(to, from)| *to += from);
         for (element, product) in self.hexahedra.iter().zip(products) {
             out[element.number()] += product;
         }
@@ -369,7 +416,10 @@ impl SolidModel {
             let scaling = scalings[batch.numbers()[lane] as usize];
             batch.energy(lane, &self.sections[batch.section].material, scaling, d).unwrap_or(f64::NAN)
         };
-        let energies = self.by_number(of_hexahedron, of_tetrahedron);
+        let mut energies = self.by_number(of_hexahedron, of_tetrahedron);
+        let state = self.state(d, scalings);
+        self.tet10.add_by_number(|cell| self.tet10.energy(cell, state).unwrap_or(f64::NAN), &mut energies);
+        self.hex27.add_by_number(|cell| self.hex27.energy(cell, state).unwrap_or(f64::NAN), &mut energies);
         refuse((0_u32..).zip(&energies).filter(|(_, w)| !w.is_finite()).map(|(e, _)| e).collect())?;
         Ok(energies)
     }
@@ -377,13 +427,16 @@ impl SolidModel {
     /// Smallest J of each element, regardless of its scaling: an element with interpolated energy
     /// may have J ≤ 0.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
-        self.by_number(
+        let mut out = self.by_number(
             |element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)),
             |batch, lane| batch.determinant(lane, d),
-        )
+        );
+        self.tet10.add_by_number(|cell| self.tet10.smallest_determinant(cell, d), &mut out);
+        self.hex27.add_by_number(|cell| self.hex27.smallest_determinant(cell, d), &mut out);
+        out
     }
 
-    /// One number per element, in the order of the mesh.
+    /// One number per element of first order, in the order of the mesh; 0 for the others.
     fn by_number(
         &self,
         of_hexahedron: impl Fn(&Hexahedron) -> f64 + Sync,
@@ -411,7 +464,7 @@ impl SolidModel {
 fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> {
     let nodes = |number: &u32| match mesh.elements[*number as usize] {
         Element::Tet4(nodes) => Some((*number, nodes)),
-        Element::Wedge6(_) | Element::Hex8(_) => None,
+        _ => None,
     };
     let elements: Vec<(u32, [u32; 4])> = numbers.iter().filter_map(nodes).collect();
     Batch::new(mesh, &elements, section as usize)

@@ -16,6 +16,9 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
         let path = format!("body[{b}].{}", body.shape.key());
         let fail = |e: mesh::MeshError| BuildError::new(&path, e, "change the shape or its element counts");
         let mut part = generate(body).map_err(fail)?;
+        if body.order == 2 && !part.has_second_order() {
+            part = part.second_order(|of| middle(&body.shape, of)).map_err(fail)?;
+        }
         let rotate = body.place.rotate.map(|r| mesh::Rotation { axis: r.axis, degrees: r.degrees });
         part.transform(&mesh::Placement { rotate, translate: body.place.translate }).map_err(|e| {
             BuildError::new(format!("body[{b}].place"), e, "give finite numbers and an axis that is not zero")
@@ -66,6 +69,28 @@ fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
     }
 }
 
+/// The position of a new node between others of a shape: their mean, but on circles and spheres with
+/// their mean radius.
+fn middle(shape: &case::Shape, of: &[[f64; 3]]) -> [f64; 3] {
+    let count = of.len() as f64;
+    let mut mean: [f64; 3] = std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / count);
+    // coordinates that are perpendicular to the axis
+    let (across, sphere): (&[usize], _) = match *shape {
+        case::Shape::HalfBall { radius, .. } => (&[0, 1, 2], Some(radius)),
+        case::Shape::HollowCylinder { .. } => (&[0, 2], None),
+        case::Shape::HalfRing { .. } => (&[0, 1], None),
+        case::Shape::Box { .. } | case::Shape::Mesh(_) => return mean,
+    };
+    let size = |x: &[f64; 3]| across.iter().map(|&c| x[c] * x[c]).sum::<f64>().sqrt();
+    // inside a half-ball, edges are straight
+    if sphere.is_some_and(|radius| of.iter().any(|x| (size(x) - radius).abs() > 1e-9 * radius)) {
+        return mean;
+    }
+    let factor = of.iter().map(size).sum::<f64>() / count / size(&mean);
+    across.iter().for_each(|&c| mean[c] *= factor);
+    mean
+}
+
 /// The nodes of a set or surface; `path` is where the case names it.
 pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, BuildError> {
     mesh.set_nodes(name).map(|n| n.into_owned()).ok_or_else(|| {
@@ -97,6 +122,7 @@ fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<
         (surface.boxes.is_empty() || surface.boxes.iter().any(|region| inside(&facet.nodes, region)))
             && surface.normal.as_ref().is_none_or(|cone| near(facet, cone))
     });
+    let selected = mesh.whole_faces(selected);
     if selected.facets.is_empty() {
         let message = format!("no facet of `{name}` fits surface `{}`", surface.name);
         let help = "facets lie in a box with all their nodes, at positions after placement; widen the conditions";

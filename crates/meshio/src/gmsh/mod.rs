@@ -88,8 +88,25 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     finish(parts)
 }
 
+/// Gmsh's places of the nodes on the edges of a tetrahedron, in the order of the other formats.
+const TET10_EDGES: [usize; 6] = [0, 1, 2, 3, 5, 4];
+
+/// The same of a hexahedron. Gmsh: edges 0–1, 0–3, 0–4, 1–2, 1–5, 2–3, 2–6, 3–7, 4–5, 4–7, 5–6, 6–7.
+const HEX_EDGES: [usize; 12] = [0, 3, 5, 1, 8, 10, 11, 9, 2, 4, 6, 7];
+
 fn finish(parts: Parts) -> Result<FileMesh, MeshFileError> {
     let (mut mesh, _) = parts.builder.finish()?;
+    for cell in 0..mesh.cells.kinds.len() {
+        let first = mesh.cells.offsets[cell];
+        let edges: &[usize] = match mesh.cells.kinds[cell] {
+            CellKind::Tet10 => &TET10_EDGES,
+            CellKind::Hex20 | CellKind::Hex27 => &HEX_EDGES,
+            _ => continue,
+        };
+        let nodes = &mut mesh.cells.nodes[first + if edges.len() == 6 { 4 } else { 8 }..][..edges.len()];
+        let before = nodes.to_vec();
+        nodes.iter_mut().zip(edges).for_each(|(node, &place)| *node = before[place]);
+    }
     for (key, cells) in parts.groups {
         let name = parts.names.get(&key).cloned().unwrap_or_else(|| key.1.to_string());
         mesh.cell_sets.entry(name).or_default().extend(cells);

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_linalg::BlockMatrix;
+use slipstick_mesh::ContactMap;
 
 /// A slave node with the data for its blocks.
 struct Prepared<'a> {
@@ -25,7 +26,7 @@ struct Prepared<'a> {
 /// The term that a node adds to a block row: the force on the `support`-th node, or its own C.
 #[derive(Clone, Copy)]
 enum Term {
-    Force { node: u32, support: u32 },
+    Force { node: u32, support: u32, weight: f64 },
     Condition { node: u32 },
 }
 
@@ -54,7 +55,7 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
             Some(Prepared { now, node, row: nodes + j, traction })
         })
         .collect();
-    let (offsets, terms) = by_rows(&prepared, matrix.pattern().rows());
+    let (offsets, terms) = by_rows(&model.map, &prepared, matrix.pattern().rows());
     let pattern = matrix.pattern().clone();
     let (mut rest, mut begin) = (matrix.values_mut(), 0);
     let mut rows = Vec::new();
@@ -72,8 +73,10 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
         };
         for term in terms {
             match *term {
-                Term::Force { node, support } => prepared[node as usize].add_force_row(support as usize, &mut add),
-                Term::Condition { node } => prepared[node as usize].add_condition_row(&mut add),
+                Term::Force { node, support, weight } => {
+                    prepared[node as usize].add_force_row(&model.map, support as usize, weight, &mut add);
+                }
+                Term::Condition { node } => prepared[node as usize].add_condition_row(&model.map, &mut add),
             }
         }
     });
@@ -81,13 +84,16 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
 
 /// The terms of each block row, in the order of the nodes, and the position where each row's terms
 /// begin.
-fn by_rows(prepared: &[Prepared<'_>], rows: usize) -> (Vec<usize>, Vec<Term>) {
+fn by_rows(map: &ContactMap, prepared: &[Prepared<'_>], rows: usize) -> (Vec<usize>, Vec<Term>) {
     let terms = || {
         prepared.iter().zip(0_u32..).flat_map(|(at, node)| {
             let multiplier = matches!(at.node.law, NodeLaw::Multiplier { .. }) || at.traction.is_none();
             let support: &[u32] = if at.traction.is_some() { &at.now.support } else { &[] };
-            let forces = support.iter().zip(0_u32..);
-            let forces = forces.map(move |(&row, support)| (row as usize, Term::Force { node, support }));
+            let forces = support.iter().zip(0_u32..).flat_map(move |(&point, support)| {
+                let mut rows = Vec::with_capacity(1);
+                map.each(point, |row, weight| rows.push((row as usize, Term::Force { node, support, weight })));
+                rows
+            });
             forces.chain(multiplier.then_some((at.row, Term::Condition { node })))
         })
     };
@@ -104,8 +110,9 @@ fn by_rows(prepared: &[Prepared<'_>], rows: usize) -> (Vec<usize>, Vec<Term>) {
 }
 
 impl Prepared<'_> {
-    /// ∂f_sc/∂x_t = ∂b_js/∂x_t z_c + b_js ∂z_c/∂x_t, and ∂f_s/∂ζ = b_js (frame).
-    fn add_force_row(&self, s: usize, add: &mut impl FnMut(usize, [f64; 9])) {
+    /// ∂f_sc/∂x_t = ∂b_js/∂x_t z_c + b_js ∂z_c/∂x_t, and ∂f_s/∂ζ = b_js (frame), times `weight`; x are
+    /// the points of the contact surfaces, of which `map` gives the nodes.
+    fn add_force_row(&self, map: &ContactMap, s: usize, weight: f64, add: &mut impl FnMut(usize, [f64; 9])) {
         let Self { now, node, row, traction } = self;
         let Some((z, slope)) = traction else { return };
         let (own, columns) = (3 * now.support.len(), 3 * node.step.support.len());
@@ -122,15 +129,19 @@ impl Prepared<'_> {
                     }
                 }
             }
-            add(column as usize, block);
+            map.each(column, |column, by_node| {
+                let factor = weight * by_node;
+                add(column as usize, block.map(|entry| factor * entry));
+            });
         }
         if let NodeLaw::Multiplier { .. } = node.law {
+            let coefficient = weight * coefficient;
             add(*row, std::array::from_fn(|e| coefficient * now.frame.basis[(e % 3, e / 3)]));
         }
     }
 
     /// ∂C/∂ζ, and ∂C/∂x through gap, slip and area. C = ζ for a node that contributes nothing else.
-    fn add_condition_row(&self, add: &mut impl FnMut(usize, [f64; 9])) {
+    fn add_condition_row(&self, map: &ContactMap, add: &mut impl FnMut(usize, [f64; 9])) {
         let NodeLaw::Multiplier { equation, .. } = &self.node.law else {
             return add(self.row, IDENTITY);
         };
@@ -143,7 +154,9 @@ impl Prepared<'_> {
             return;
         }
         for (t, &node) in self.node.step.support.iter().enumerate() {
-            add(node as usize, std::array::from_fn(|e| rows[e / 3][3 * t + e % 3]));
+            map.each(node, |node, weight| {
+                add(node as usize, std::array::from_fn(|e| weight * rows[e / 3][3 * t + e % 3]));
+            });
         }
     }
 }

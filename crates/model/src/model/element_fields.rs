@@ -2,7 +2,7 @@
 
 use super::Design;
 use slipstick_mesh::Mesh;
-use slipstick_solid::stress::{STRESS_POINTS, von_mises};
+use slipstick_solid::stress::{stress_points, von_mises};
 
 /// Fields of the bodies at a state, for output.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -46,7 +46,7 @@ impl Design {
         let contact_force = if contact_force.is_empty() { &none[..] } else { contact_force };
         let (mut stress, mut sizes) = (Vec::new(), Vec::new());
         for ((of, scaling), element) in stresses.iter().zip(&self.scalings).zip(&mesh.elements) {
-            let points = if element.nodes().len() == 4 { 1 } else { STRESS_POINTS };
+            let points = stress_points(element);
             let mean = |a: usize, b: usize| of[..points].iter().map(|s| s[a][b]).sum::<f64>() / points as f64;
             let places = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
             stress.extend(places.map(|(a, b)| scaling.factor * mean(a, b)));

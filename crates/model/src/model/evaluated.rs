@@ -166,7 +166,7 @@ impl ContactModel {
         out: &mut Kinematics,
     ) -> Result<(), StateError> {
         out.with_gradient = with_gradient;
-        let x = &self.positions(d);
+        let (x, d) = (&self.contact_positions(d), &self.contact_vector(d));
         // each interface fills its part of the nodes and reuses their memory
         let mut rest = std::mem::take(&mut out.nodes);
         for (model, workspace) in self.interfaces.iter().zip(workspaces) {
@@ -201,7 +201,7 @@ impl Design {
         own: &[bool],
     ) -> ContactState {
         let model = &*self.model;
-        let (x, fixed) = (model.positions(y), model.prescribed.fixed());
+        let (x, fixed) = (model.contact_positions(y), model.contact_fixed());
         let steering = self.steering(iteration);
         let of = |(j, (now, previous)): (usize, (&NodeKinematics, &PreviousRow))| {
             own[j].then(|| {
@@ -242,7 +242,8 @@ impl Design {
         Ok(self.contact(&step, y, at(y)?, iteration, &vec![true; model.slaves.len()]))
     }
 
-    /// How λᵀF + ηᵀG depends on slip, friction and history of node j.
+    /// How λᵀF + ηᵀG depends on slip, friction and history of node j; `lambda` is
+    /// [mapped](ContactModel::contact_vector).
     pub(super) fn law_weights(
         &self,
         j: usize,

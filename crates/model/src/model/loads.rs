@@ -3,7 +3,7 @@
 use super::motion::{Load, LoadKind};
 use super::{Share, course};
 use slipstick_linalg::BlockMatrix;
-use slipstick_mesh::FacetNodes;
+use slipstick_mesh::FaceNodes;
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
 
 /// The loads of a model.
@@ -33,18 +33,18 @@ enum Action {
     /// Forces on nodes at factor 1. \[F\]
     Dead(Vec<(u32, [f64; 3])>),
     /// Pressure at factor 1. \[F/L²\]
-    Pressure(Vec<FacetNodes>, f64),
+    Pressure(Vec<FaceNodes>, f64),
 }
 
 impl Loads {
     /// `facets[i]` are the facets on which `loads[i]` acts; `coordinates` has three entries per
     /// node; `cases` are the names of the load cases.
-    pub fn new(loads: Vec<Load>, facets: Vec<Vec<FacetNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
-        let dead = |facets: &[FacetNodes], traction: [f64; 3]| {
+    pub fn new(loads: Vec<Load>, facets: Vec<Vec<FaceNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
+        let dead = |facets: &[FaceNodes], traction: [f64; 3]| {
             let areas = nodal_areas(facets, coordinates);
             Action::Dead(areas.into_iter().map(|(node, area)| (node, traction.map(|t| t * area))).collect())
         };
-        let apply = |(load, facets): (Load, Vec<FacetNodes>)| {
+        let apply = |(load, facets): (Load, Vec<FaceNodes>)| {
             let action = match load.kind {
                 LoadKind::Pressure(pressure) => Action::Pressure(facets, pressure),
                 LoadKind::Traction(traction) => dead(&facets, traction),

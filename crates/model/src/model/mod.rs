@@ -58,7 +58,7 @@ pub use place::{PairState, Unknown};
 use prescribed::Prescribed;
 pub use results::{ContactResults, NodalContact};
 pub use share::Share;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
 use std::borrow::Cow;
@@ -105,6 +105,10 @@ pub struct ContactModel {
     rest: Vec<f64>,
     /// Elements of each body.
     bodies: Vec<Range<usize>>,
+    /// The points of the contact surfaces.
+    map: ContactMap,
+    /// Which coordinates of these points are prescribed, if they are not those of the nodes.
+    mapped_fixed: Vec<bool>,
     interfaces: Vec<ModelInterface>,
     /// Uzawa's iteration, if a pair has the augmented Lagrangian.
     uzawa: Option<Uzawa>,
@@ -172,8 +176,11 @@ impl ContactModel {
         let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, viscosity } =
             parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
-        let (slaves, slave_elements, master_elements) = slave_data(mesh, &interfaces);
+        let map = ContactMap::new(mesh);
+        let (slaves, slave_elements, master_elements) = slave_data(mesh, &map, &interfaces);
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
+        let masters = masters.map(|facet| map.parents(facet.iter().copied()));
+        let mapped_fixed = mapped_fixed(&map, prescribed.fixed());
         let bulk = if share.is_part() {
             loads.couple(mesh.node_neighbours_in(|e| share.has_element(e)), &share)
         } else {
@@ -203,6 +210,8 @@ impl ContactModel {
             coordinates,
             rest: Vec::new(),
             bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
+            map,
+            mapped_fixed,
             interfaces,
             uzawa,
             prescribed,
@@ -372,6 +381,63 @@ impl ContactModel {
     fn positions(&self, y: &[f64]) -> Vec<f64> {
         self.coordinates.iter().zip(y).map(|(x, d)| x + d).collect()
     }
+
+    /// Current positions x̂ = T x of the points of the contact surfaces, [`ContactMap`].
+    fn contact_positions(&self, y: &[f64]) -> Vec<f64> {
+        let x = self.positions(y);
+        if self.map.is_identity() { x } else { self.map.apply(&x) }
+    }
+
+    /// T v of a nodal vector, or of unknowns.
+    fn contact_vector<'a>(&self, v: &'a [f64]) -> Cow<'a, [f64]> {
+        if self.map.is_identity() { Cow::Borrowed(v) } else { Cow::Owned(self.map.apply(v)) }
+    }
+
+    /// Adds to `out` what `add` adds to the entries of the points of the contact surfaces: Tᵀ of it.
+    fn add_from_contact(&self, out: &mut [f64], add: impl FnOnce(&mut [f64])) {
+        if self.map.is_identity() {
+            return add(out);
+        }
+        let mut part = vec![0.0; out.len()];
+        add(&mut part);
+        out.iter_mut().zip(self.map.apply_transposed(&part)).for_each(|(to, part)| *to += part);
+    }
+
+    /// Replaces derivatives with respect to the points of the contact surfaces by those with respect
+    /// to the nodes.
+    fn pull_to_nodes(&self, v: &mut Vec<f64>) {
+        if !self.map.is_identity() {
+            *v = self.map.apply_transposed(v);
+        }
+    }
+
+    /// The nodes that the row of a slave node reaches.
+    fn support_of<'a>(&self, node: Option<&'a NodeState>) -> Cow<'a, [u32]> {
+        let support = node.map_or(&[][..], |node| &node.step.support);
+        if self.map.is_identity() {
+            return Cow::Borrowed(support);
+        }
+        Cow::Owned(self.map.parents(support.iter().copied()))
+    }
+
+    /// Which coordinates of the points of the contact surfaces are prescribed.
+    fn contact_fixed(&self) -> &[bool] {
+        if self.map.is_identity() { self.prescribed.fixed() } else { &self.mapped_fixed }
+    }
+}
+
+/// A point is prescribed along an axis if all nodes that it depends on are.
+fn mapped_fixed(map: &ContactMap, fixed: &[bool]) -> Vec<bool> {
+    if map.is_identity() {
+        return Vec::new();
+    }
+    let mut out = fixed.to_vec();
+    for node in 0..fixed.len() / 3 {
+        map.each(node as u32, |parent, _| {
+            (0..3).for_each(|c| out[3 * node + c] &= fixed[3 * parent as usize + c]);
+        });
+    }
+    out
 }
 
 impl std::fmt::Debug for ContactModel {
@@ -392,7 +458,8 @@ pub(crate) fn inverted(error: InvertedElements) -> StateError {
 type SlaveTables = (Vec<SlaveData>, Vec<Vec<u32>>, Vec<Vec<u32>>);
 
 /// Reference areas, sizes and adjacent elements of all slave nodes.
-fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
+fn slave_data(mesh: &Mesh, map: &ContactMap, interfaces: &[ModelInterface]) -> SlaveTables {
+    let points = map.points(&mesh.nodes);
     let touching = mesh.node_elements();
     let elements_at = |nodes: &mut dyn Iterator<Item = u32>| {
         let mut all: Vec<u32> = nodes.flat_map(|n| touching.of(n as usize).iter().copied()).collect();
@@ -404,7 +471,7 @@ fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
     for (i, model) in interfaces.iter().enumerate() {
         let interface = &model.interface;
         let areas: Vec<f64> =
-            interface.slave_facets().iter().map(|f| slipstick_mesh::facet_area(&f.corners(&mesh.nodes))).collect();
+            interface.slave_facets().iter().map(|f| slipstick_mesh::facet_area(&f.corners(&points))).collect();
         for slave in interface.slave_nodes() {
             let around: f64 = slave.facets.iter().map(|&(f, _)| areas[f as usize]).sum();
             let share = |f: u32| areas[f as usize] / interface.slave_facets()[f as usize].len() as f64;

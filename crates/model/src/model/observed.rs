@@ -66,7 +66,7 @@ impl Design {
     ) {
         let model = &*self.model;
         let split = model.displacement_count();
-        let x = model.positions(&at.unknowns);
+        let x = model.contact_positions(&at.unknowns);
         let mut unknowns = vec![0.0; to.unknowns.len()];
         let mut previous =
             PreviousPullBack { unknowns: vec![0.0; to.unknowns.len()], history: vec![0.0; model.unknowns.history] };
@@ -93,6 +93,8 @@ impl Design {
             weights.by_slip += Vector2::from(by.slip);
             self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut previous);
         }
+        model.pull_to_nodes(&mut unknowns);
+        model.pull_to_nodes(&mut previous.unknowns);
         model.share.sum(&mut [&mut unknowns, &mut previous.unknowns, &mut previous.history, &mut by_parameters]);
         let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
         add(to.unknowns, &unknowns);

@@ -125,8 +125,9 @@ impl Design {
         eta: &[f64],
         out: &mut [f64],
     ) {
+        let lambda = self.model.contact_vector(lambda);
         for (j, now, node) in contact.own() {
-            let weights = self.law_weights(j, now, &node.law, lambda, eta);
+            let weights = self.law_weights(j, now, &node.law, &lambda, eta);
             self.pull_back_law_parameters(step, j, &weights, out);
         }
     }

@@ -2,7 +2,6 @@
 //! contact.
 
 use slipstick_linalg::BlockPattern;
-use slipstick_mesh::FacetNodes;
 use std::sync::Arc;
 
 /// The data from which patterns are built.
@@ -51,18 +50,19 @@ pub struct Coupling<'a> {
 }
 
 impl ContactPattern {
-    /// `bulk`: node neighbours in the mesh; `masters`: facets of all master surfaces; `own`: for
+    /// `bulk`: node neighbours in the mesh; `masters`: nodes that each facet of all master surfaces
+    /// depends on; `own`: for
     /// every slave node, whether this rank evaluates it; `multipliers`: whether each has a block
     /// row.
-    pub fn new<'a>(
+    pub fn new(
         bulk: Vec<Vec<u32>>,
-        masters: impl Iterator<Item = &'a FacetNodes>,
+        masters: impl Iterator<Item = Vec<u32>>,
         own: Vec<bool>,
         multipliers: bool,
     ) -> Self {
         let mut ring = vec![Vec::new(); bulk.len()];
         for facet in masters {
-            facet.iter().for_each(|&n| ring[n as usize].extend_from_slice(facet));
+            facet.iter().for_each(|&n| ring[n as usize].extend_from_slice(&facet));
         }
         for around in &mut ring {
             around.sort_unstable();

@@ -108,10 +108,8 @@ impl ContactModel {
                 Freedom::Gap { .. } | Freedom::None => 0,
             };
             state.conditions += 1 + if status == Status::Stick as u8 { slips } else { 0 };
-            let dofs = contact.kinematics.nodes[row]
-                .support
-                .iter()
-                .flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
+            let support = self.map.parents(contact.kinematics.nodes[row].support.iter().copied());
+            let dofs = support.into_iter().flat_map(|node| (0..3).map(move |c| 3 * node as usize + c));
             free.extend(dofs.filter(|&dof| !self.prescribed.fixed()[dof]));
         }
         free.sort_unstable();

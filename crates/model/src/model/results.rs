@@ -43,7 +43,9 @@ pub struct NodalContact {
     pub covered_area: f64,
 }
 
-/// Contact results of a state. Nodal fields cover the whole mesh and are zero away from contact.
+/// Contact results of a state. Nodal fields cover the whole mesh and are zero away from contact. With
+/// second-order elements, traction and pressure are those at the points of the contact surfaces
+/// ([`slipstick_mesh::ContactMap`]); forces act on the nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactResults {
     /// Mortar rows of all slave nodes, in the order of [`ContactModel::slave_nodes`].
@@ -72,12 +74,12 @@ impl Design {
         time: f64,
     ) -> Result<ContactResults, StateError> {
         let contact = self.contact_at(previous, &state.unknowns, time, false)?;
-        Ok(contact.results(&self.model, &self.model.positions(&state.unknowns)))
+        Ok(contact.results(&self.model, &self.model.contact_positions(&state.unknowns)))
     }
 }
 
 impl ContactState {
-    /// Contact results at positions `x`.
+    /// Contact results at positions `x` of the points of the contact surfaces.
     fn results(&self, model: &ContactModel, x: &[f64]) -> ContactResults {
         let nodes: Vec<NodalContact> = self.own().map(|(_, now, node)| NodalContact::of(now, node)).collect();
         let mut force = vec![0.0; x.len()];
@@ -102,6 +104,7 @@ impl ContactState {
             pressure[node] /= area;
             traction[3 * node..3 * node + 3].iter_mut().for_each(|t| *t /= area);
         }
+        model.pull_to_nodes(&mut force);
         ContactResults { nodes, force, traction, pressure }
     }
 }

@@ -13,6 +13,7 @@ use slipstick_path::{
     Adjoint, Attempt, Evaluated, Held, Iteration, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState,
     Unknowns, Wanted,
 };
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Nodes whose gap is below this fraction of their facet size get entries in the sparsity pattern
@@ -112,11 +113,12 @@ impl StepProblem for Design {
         let model = &*self.model;
         let (split, y) = (model.displacement_count(), &at.unknowns);
         let begin = workspace.timings.begin();
+        let supports: Vec<Cow<'_, [u32]>> = at.state.nodes.iter().map(|node| model.support_of(node.as_ref())).collect();
         let couplings = at.state.nodes.iter().enumerate().map(|(j, node)| match node {
             Some(node) => {
                 let measures = &node.measures;
                 let near = measures.covered() && measures.gap < NEAR * model.slaves[j].size * measures.area;
-                Coupling { support: &node.step.support, needed: node.law.contributes(), near }
+                Coupling { support: &supports[j], needed: node.law.contributes(), near }
             }
             None => Coupling { support: &[], needed: false, near: false },
         });
@@ -154,7 +156,7 @@ impl StepProblem for Design {
     /// multiplier could push it out again.
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
-        let x = model.positions(&at.unknowns);
+        let x = model.contact_positions(&at.unknowns);
         let mut worst: Option<(f64, u32, f64)> = None;
         let mut pushed: Option<(f64, u32)> = None;
         for (j, now, node) in at.state.own() {
@@ -197,10 +199,12 @@ impl StepProblem for Design {
         out: &mut [f64],
     ) -> Result<(), StateError> {
         self.model.share.add(out, |out| {
-            for (j, now, node) in at.state.own().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty) {
-                let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
-                node::add_traction_pull_back(now, &node.step, &node.law.traction(), &weight, out);
-            }
+            self.model.add_from_contact(out, |out| {
+                for (j, now, node) in at.state.own().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty) {
+                    let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
+                    node::add_traction_pull_back(now, &node.step, &node.law.traction(), &weight, out);
+                }
+            });
             Ok(())
         })
     }
@@ -223,12 +227,14 @@ impl StepProblem for Design {
             unknowns: vec![0.0; model.unknowns.count()],
             history: vec![0.0; model.unknowns.history],
         };
-        model.pull_back_viscous_force(step, lambda, &mut out.unknowns);
-        let x = model.positions(&at.unknowns);
+        let x = model.contact_positions(&at.unknowns);
+        let mapped = model.contact_vector(lambda);
         for (j, now, node) in at.state.own() {
-            let weights = self.law_weights(j, now, &node.law, lambda, eta);
+            let weights = self.law_weights(j, now, &node.law, &mapped, eta);
             self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
         }
+        model.pull_to_nodes(&mut out.unknowns);
+        model.pull_back_viscous_force(step, lambda, &mut out.unknowns);
         model.share.sum(&mut [&mut out.unknowns, &mut out.history]);
         out
     }
@@ -346,14 +352,16 @@ impl Design {
         }
         model.add_viscous_force(step, y, &mut out);
         out.resize(model.unknowns.count(), 0.0);
-        for (j, now, node) in contact.own() {
+        for (j, _, node) in contact.own() {
             let value = node.law.value();
             *squares += value.norm_squared();
-            node::add_force(now, &value, &mut out[..split]);
             if let NodeLaw::Multiplier { equation, .. } = &node.law {
                 out[split + 3 * j..][..3].copy_from_slice(equation.value.as_slice());
             }
         }
+        model.add_from_contact(&mut out[..split], |out| {
+            contact.own().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
+        });
         out
     }
 

@@ -14,6 +14,8 @@ use super::{OutputError, write_atomically, xml};
 /// the mesh, of the wedge and of the triangle.
 const TETRAHEDRON: u8 = 10;
 const HEXAHEDRON: u8 = 12;
+const QUADRATIC_TETRAHEDRON: u8 = 24;
+const TRIQUADRATIC_HEXAHEDRON: u8 = 29;
 const WEDGE: u8 = 13;
 const TRIANGLE: u8 = 5;
 
@@ -134,6 +136,8 @@ impl<'a> Vtu<'a> {
                 Element::Tet4(_) => (element, TETRAHEDRON),
                 Element::Wedge6(nodes) => (VTK_WEDGE.map(|corner| nodes[corner]).into(), WEDGE),
                 Element::Hex8(_) => (element, HEXAHEDRON),
+                Element::Tet10(_) => (element, QUADRATIC_TETRAHEDRON),
+                Element::Hex27(_) => (element, TRIQUADRATIC_HEXAHEDRON),
             })
             .collect();
         Self::of_cells(points, elements.iter().map(|(element, cell_type)| (element.nodes(), *cell_type)))

@@ -14,6 +14,8 @@ pub fn abaqus(mesh: &Mesh) -> String {
             Element::Tet4(_) => "C3D4",
             Element::Wedge6(_) => "C3D6",
             Element::Hex8(_) => "C3D8",
+            Element::Tet10(_) => "C3D10",
+            Element::Hex27(_) => "C3D27",
         };
         let _ = write!(text, "*ELEMENT, TYPE={name}, ELSET=body\n{}", e + 1);
         element.nodes().iter().for_each(|n| {
@@ -27,7 +29,12 @@ pub fn abaqus(mesh: &Mesh) -> String {
             let element = &mesh.elements[facet.element as usize];
             let mut sides = 0..element.sides();
             let face = sides.find(|&side| element.side(side).sorted() == facet.nodes.sorted()).expect("a face");
-            let _ = writeln!(text, "{}, S{}", facet.element + 1, face + 1);
+            let first = |face: &usize| face * element.sides() / element.faces();
+            let face = (0..element.faces()).rev().find(|at| first(at) <= face).expect("a face");
+            let line = format!("{}, S{}\n", facet.element + 1, face + 1);
+            if !text.ends_with(&line) {
+                text += &line;
+            }
         }
     }
     for (name, nodes) in &mesh.node_sets {

@@ -14,7 +14,10 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
-use problem::{FIRST_OF_JOINTS, FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, RandomProblem, random_map, random_problem};
+use problem::{
+    FIRST_OF_JOINTS, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, RandomProblem, random_map,
+    random_problem,
+};
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
 use slipstick::verify::{
@@ -234,6 +237,13 @@ fn gradients_of_random_joints() {
     suite(FIRST_OF_JOINTS..FIRST_OF_JOINTS + 25, With::Densities);
 }
 
+/// The same with hexahedra of 27 and tetrahedra of ten nodes on one side or both, with respect to
+/// densities, for objectives drawn from all quantities.
+#[test]
+fn gradients_of_random_quadratic_elements() {
+    suite(FIRST_OF_QUADRATIC..FIRST_OF_QUADRATIC + 20, With::Densities);
+}
+
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
 /// one-sided differences agree with the adjoint to second order, central ones do not. They are
 /// reported as kinks, not as errors.
@@ -276,6 +286,12 @@ fn gradients_of_two_hundred_random_load_cases() {
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_five_hundred_random_joints() {
     suite(FIRST_OF_JOINTS..FIRST_OF_JOINTS + 500, With::Densities);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_two_hundred_random_problems_with_quadratic_elements() {
+    suite(FIRST_OF_QUADRATIC..FIRST_OF_QUADRATIC + 200, With::Densities);
 }
 
 /// All seeds without load cases, or those that environment variables choose.

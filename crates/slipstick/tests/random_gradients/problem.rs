@@ -13,10 +13,10 @@ use slipstick_design::quantity::Reaction;
 use slipstick_design::{
     DensityFilter, DensityMap, ObservedSteps, PrintedBox, Projection, Reduction, Response, Term, Ties, VectorMeasure,
 };
-use slipstick_mesh::Body;
+use slipstick_mesh::{Body, BoxShape, box_mesh};
 
 use crate::common::quantities::every_quantity;
-use crate::common::{Random, designed, problem};
+use crate::common::{Random, designed, problem, problem_with};
 
 /// A problem to differentiate, generated from its seed.
 pub struct RandomProblem {
@@ -140,6 +140,10 @@ pub const FIRST_OF_SCENARIOS: u64 = 2050;
 /// quantities.
 pub const FIRST_OF_JOINTS: u64 = 3000;
 
+fn joined(seed: u64) -> bool {
+    (FIRST_OF_JOINTS..FIRST_OF_QUADRATIC).contains(&seed)
+}
+
 /// The keys of the pair of a problem with joints.
 fn joint(seed: u64, friction: &str, enforcement: &str) -> String {
     let mut random = Random::new(!seed ^ 0x5bd1);
@@ -161,6 +165,54 @@ fn joint(seed: u64, friction: &str, enforcement: &str) -> String {
         let _ = writeln!(keys, "active = [{:?}, {:?}]", r.within(0.0, 0.3), r.within(0.7, 1.0));
     }
     keys
+}
+
+/// Problems from this seed on have quadratic elements in one or both bodies, with few elements.
+pub const FIRST_OF_QUADRATIC: u64 = 5000;
+
+/// What the hexahedra of a body become.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Hex8,
+    Hex27,
+    Tet10,
+}
+
+/// The problem of a text whose bodies have quadratic elements: the boxes are replaced by meshes, with
+/// nodes between the corners moved inside the bodies.
+fn quadratic(random: &mut Random, text: &str) -> Problem {
+    let mut kinds = [Kind::Hex8; 2];
+    while kinds == [Kind::Hex8; 2] {
+        kinds = [0, 1].map(|_| one_of(random, &[Kind::Hex8, Kind::Hex27, Kind::Hex27, Kind::Tet10]));
+    }
+    let case = slipstick::case::parse_case(text, "random.toml").expect("a case").case;
+    let mut text = text.to_owned();
+    let mut meshes = Vec::new();
+    for ((body, kind), size) in case.bodies.iter().zip(kinds).zip([0.03, 0.03]) {
+        let slipstick::case::Shape::Box { min, max, elements, grading } = body.shape else { unreachable!("a box") };
+        let elements = elements.map(|n| n.min(2));
+        let shape = BoxShape { min, max, elements, grading };
+        let mesh = box_mesh(&body.name, &shape).expect("a box");
+        let bent = |of: &[[f64; 3]]| -> [f64; 3] {
+            let mean: [f64; 3] = std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64);
+            let inside = (0..3).all(|c| mean[c] > min[c] + 1e-9 && mean[c] < max[c] - 1e-9);
+            std::array::from_fn(|c| {
+                mean[c] + if inside { size * (9.0 * mean[c] + mean[(c + 1) % 3]).sin() } else { 0.0 }
+            })
+        };
+        let mesh = match kind {
+            Kind::Hex8 => mesh,
+            Kind::Hex27 => mesh.second_order(bent).expect("hexahedra"),
+            Kind::Tet10 => mesh.divided(|_| true).second_order(bent).expect("tetrahedra"),
+        };
+        let start = text.find(&format!("name = \"{}\"\nbox", body.name)).expect("a body");
+        let start = start + text[start..].find("box").expect("a box");
+        let end = start + text[start..].find('\n').expect("a line");
+        text.replace_range(start..end, &format!("mesh = {{ file = '{}' }}", body.name));
+        meshes.push((body.name.clone(), mesh));
+    }
+    let meshes: Vec<(&str, slipstick_mesh::Mesh)> = meshes.iter().map(|(name, mesh)| (&**name, mesh.clone())).collect();
+    problem_with(&text, &meshes)
 }
 
 /// Two or three load cases, and how their objectives become one. `turn` is the frame of the slab,
@@ -284,17 +336,17 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let slaves = if chance(r, 0.6) { ["block_ymin", "slab_ymax"] } else { ["slab_ymax", "block_ymin"] };
     let axis: [f64; 3] = (turn * direction(r).into_inner()).into();
     let pivot: [f64; 3] = (turn * (centre + Vector3::new(0.0, block[1], 0.0)) + shift).into();
-    let others = seed >= FIRST_OF_JOINTS;
+    let others = joined(seed);
     let bodies = [body(r, "slab", slab, &places[0], others), body(r, "block", block, &places[1], others)].concat();
     let friction = if chance(r, 0.12) { 0.0 } else { r.within(0.0, 2.0) };
     // Determined by the seed and not drawn, so that the rest of a problem does not depend on it.
     let edge_cover = [0.5, 0.5, 0.05, 1.0][(seed % 4) as usize];
     let friction = format!("friction = {friction:?}\nedge_cover = {edge_cover:?}\n");
-    let interaction = match seed >= FIRST_OF_JOINTS {
+    let interaction = match joined(seed) {
         true => joint(seed, &friction, &enforcement),
         false => format!("{friction}enforcement = {enforcement}\n"),
     };
-    let viscosity = if seed >= FIRST_OF_JOINTS && seed.is_multiple_of(3) { "viscosity = 50.0\n" } else { "" };
+    let viscosity = if joined(seed) && seed.is_multiple_of(3) { "viscosity = 50.0\n" } else { "" };
     let method = if interaction.starts_with("tied") { "tied" } else { method };
     let text = format!(
         "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\n\
@@ -325,13 +377,15 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         (over, load_cases) = scenarios(r, &turn, rotation);
         format!("{text}load_cases = {over}\n{load_cases}")
     };
-    let mut problem = problem(&text);
+    let mut problem = if seed < FIRST_OF_QUADRATIC { problem(&text) } else { quadratic(r, &text) };
     let elements = designed(&problem);
     let lowest = one_of(r, &[0.1, 0.4]);
     let mut density = ElementValues::from(vec![1.0; problem.initial_density().len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
     let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
-    if (FIRST_OF_SCENARIOS..FIRST_OF_JOINTS).contains(&seed) {
+    if seed >= FIRST_OF_QUADRATIC {
+        objective = format!("quadratic: {}", draw_objective(r, &mut problem));
+    } else if (FIRST_OF_SCENARIOS..FIRST_OF_JOINTS).contains(&seed) {
         objective = format!("load cases: {over}");
     } else if seed >= FIRST_OF_QUANTITIES {
         objective = draw_objective(r, &mut problem);

@@ -46,13 +46,19 @@ pub(crate) fn sections() -> impl Iterator<Item = Section> {
 }
 
 fn nodes() -> Vec<[f64; 3]> {
-    let moved = |i: usize| from_fn(|a| corner(i)[a] + 0.15 * ((5 * i + 2 * a) as f64 * 1.7).sin());
-    (0..8).map(moved).collect()
+    let moved = |i: usize| from_fn(|a| node_of_27(i)[a] + 0.15 * ((5 * i + 2 * a) as f64 * 1.7).sin());
+    (0..8).map(moved).chain((8..27).map(|i| from_fn(|a| moved_middle(i)[a]))).collect()
+}
+
+/// Nodes that are no corners, moved less: the element must not fold.
+fn moved_middle(i: usize) -> [f64; 3] {
+    from_fn(|a| node_of_27(i)[a] + 0.05 * ((5 * i + 2 * a) as f64 * 1.7).sin())
 }
 
 /// A vector per node, without any symmetry.
 fn field(size: f64, frequency: f64) -> Vec<[f64; 3]> {
-    (0..8).map(|i| from_fn(|a| size * ((3 * i + a) as f64 * frequency).sin())).collect()
+    let size = |i: usize| if i < 8 { size } else { 0.5 * size };
+    (0..27).map(|i| from_fn(|a| size(i) * ((3 * i + a) as f64 * frequency).sin())).collect()
 }
 
 /// Solid, scaled, grey and empty.
@@ -76,10 +82,12 @@ fn kernels_agree_with_the_reference_element() {
     let (u, v) = (field(0.15, 1.3), field(1.0, 0.77));
     // corners of the cube that make a tetrahedron, a wedge and a hexahedron, and the element of
     // these nodes
-    let elements: [(&[usize], Element); 3] = [
+    let elements: [(&[usize], Element); 5] = [
         (&[0, 1, 3, 4], [0, 1, 2, 3].into()),
         (&[0, 1, 3, 4, 5, 7], [0, 1, 2, 3, 4, 5].into()),
         (&[0, 1, 2, 3, 4, 5, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7].into()),
+        (&[0, 1, 3, 4, 8, 24, 11, 16, 22, 20], from_fn::<u32, 10, _>(|i| i as u32).into()),
+        (&from_fn::<usize, 27, _>(|i| i), from_fn::<u32, 27, _>(|i| i as u32).into()),
     ];
     for (corners, element) in elements {
         let [x, u, v] = [&nodes(), &u, &v].map(|field| corners.iter().map(|&i| field[i]).collect::<Vec<_>>());

@@ -101,6 +101,8 @@ fn eight(element: &Element) -> [u32; 8] {
         Element::Tet4([a, b, c, d]) => [a, b, c, c, d, d, d, d],
         Element::Wedge6(nodes) => WEDGE_AS_HEX.map(|corner| nodes[corner]),
         Element::Hex8(nodes) => nodes,
+        Element::Tet10([a, b, c, d, ..]) => [a, b, c, c, d, d, d, d],
+        Element::Hex27(nodes) => std::array::from_fn(|corner| nodes[corner]),
     }
 }
 

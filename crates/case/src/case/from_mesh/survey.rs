@@ -26,7 +26,8 @@ pub struct Part {
     pub name: String,
     /// The set of the file that makes up the body; `None`: the whole file.
     pub part: Option<String>,
-    /// Its second-order elements in the file, which are read without their mid-side nodes.
+    /// Its second-order elements in the file, if they are read without their mid-side nodes: some of
+    /// them are no elements of this program.
     second_order: BTreeMap<CellKind, usize>,
     /// Its mesh.
     pub mesh: Mesh,
@@ -191,6 +192,9 @@ fn proper(set: &str) -> String {
 fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, MeshFileError> {
     let mut second_order = file.solids(part.as_deref());
     second_order.retain(|kind, _| kind.is_second_order());
+    if second_order.keys().all(|kind| kind.is_element()) {
+        second_order.clear();
+    }
     let read = match second_order.is_empty() {
         true => file.body(&name, part.as_deref(), 1.0)?,
         false => file.first_order_body(&name, part.as_deref(), 1.0)?,

@@ -35,9 +35,26 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     let material = material(&table);
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar)];
     let element = table.word("element", &formulations).or(Formulation::Full);
-    warn_of_locking(&table, shape.as_ref(), &material, element);
+    let order = table
+        .integer("order")
+        .check(
+            CaseCode::OutOfRange,
+            |order| matches!(order, 1 | 2),
+            "must be 1 or 2",
+            "1: linear elements, or those of a mesh file; 2: hexahedra of 27 and tetrahedra of 10 nodes",
+        )
+        .or(1) as u8;
+    if let (2, Some(shape)) = (order, &shape)
+        && let Shape::Mesh(file) = shape
+        && file.mesh.elements.iter().any(|element| matches!(element, mesh::Element::Wedge6(_)))
+    {
+        let help = "omit `order`, or mesh the body with tetrahedra or hexahedra";
+        let message = "wedges have no elements of order 2";
+        table.reader.error(&table.path_of("order"), CaseCode::OutOfRange, message, help);
+    }
+    warn_of_locking(&table, shape.as_ref(), &material, element, order);
     table.finish();
-    Body { name, shape: shape.unwrap_or(STAND_IN), place, material, element }
+    Body { name, shape: shape.unwrap_or(STAND_IN), place, material, element, order }
 }
 
 /// The shape; `None` only if it is unknown which shape is meant, or which surfaces it has.
@@ -226,15 +243,16 @@ fn value(table: &Table<'_>, constant: &Constant) -> Option<Value> {
 const LOCKING: f64 = 0.45;
 
 /// How to avoid locking.
-const UNLOCKED: &str = "mesh the body with hexahedra and use element = \"f_bar\", or use a ratio below 0.45";
+const UNLOCKED: &str = "use element = \"f_bar\" and hexahedra, or order = 2 for tetrahedra; or a ratio below 0.45";
 
-fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Formulation) {
+fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Formulation, order: u8) {
     let (law, ratio) = (material.kind(), material.poisson_ratio());
     let count = |is: fn(&mesh::Element) -> bool| match shape {
         Some(Shape::Mesh(file)) => file.mesh.elements.iter().filter(|&element| is(element)).count(),
         _ => 0,
     };
-    let tetrahedra = count(|element| matches!(element, mesh::Element::Tet4(_)));
+    let tetrahedra = if order == 2 { 0 } else { count(|element| matches!(element, mesh::Element::Tet4(_))) };
+    let quadratic = order == 2 || count(|element| element.is_second_order()) > 0;
     let wedges = count(|element| matches!(element, mesh::Element::Wedge6(_)));
     let warn = |key: &str, message: String, help: &str| {
         table.reader.warning(&table.path_of(key), CaseCode::Locking, message, help);
@@ -264,7 +282,8 @@ fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material
         );
         warn(ratio_key, message, UNLOCKED);
     } else if ratio >= LOCKING && element == Formulation::Full {
-        let message = format!("fully integrated hexahedra lock at a Poisson's ratio of {shown}: they are too stiff");
+        let kind = if quadratic { "elements" } else { "hexahedra" };
+        let message = format!("fully integrated {kind} lock at a Poisson's ratio of {shown}: they are too stiff");
         warn(ratio_key, message, "give the body element = \"f_bar\", or a ratio below 0.45");
     }
 }

@@ -20,6 +20,10 @@ pub struct Body {
     pub material: Material,
     /// How its elements are integrated.
     pub element: Formulation,
+    /// 1: the elements of the shape, linear ones or those of the mesh file; 2: linear ones get
+    /// mid-side nodes, so that hexahedra have 27 nodes and tetrahedra 10. The new nodes of curved
+    /// shapes lie on the true shape, those of meshes from files midway.
+    pub order: u8,
 }
 
 /// The shapes that can be meshed, and meshes from files. y is up; lengths in \[L\].

@@ -1,0 +1,628 @@
+//! The integrals over one second-order element, for any law and formulation, generic over the
+//! instruction set.
+//!
+//! F̄ = (θ/J)^(1/3) F, where θ is the projection of J onto the element's modes: functions φ_m, which
+//! are constant in tetrahedra and linear in hexahedra, orthonormal under the element's integration.
+//! With the stress P̄ = P(F̄), t = P̄:F̄/3 and the projection Π[x] = Σ_m φ_m Σ_q w_q φ_m(q) x_q:
+//!
+//! ```text
+//! θ = Π[J]      p = Π[t/θ]      P_eff = κ P̄ + (p J − t) F⁻ᵀ      κ = (θ/J)^(1/3)
+//! dF̄ = κ (dF + x F)      x = (η − τ)/3      τ = F⁻ᵀ:dF      η = Π[J τ]/θ      dp = Π[(dt − t η)/θ]
+//! dP_eff = κ (x P̄ + dP̄) + (p J τ − dt) F⁻ᵀ + (t − p J) (F⁻¹ dF F⁻¹)ᵀ + dp J F⁻ᵀ
+//! ```
+//!
+//! With b_m = ∂θ_m/∂d, h_m = ∂f/∂θ_m at fixed F and p, and c_mn = Σ w φ_m φ_n ∂(t/θ)/∂θ, the tangent
+//! is the one at fixed θ and p, plus Σ_m (h_m b_mᵀ + b_m h_mᵀ) + Σ_mn c_mn b_m b_nᵀ. With one constant
+//! mode, this is the F̄ of hex8 (`hex8/f_bar.rs`).
+
+use super::{Cell, Corners, Table};
+use crate::law::{Local, Stress};
+use crate::power::inverse_power;
+use crate::registers::{
+    AtPoints, Matrices, Matrix, POINTS, array, contract, invert, load, load_matrix, product, store, store_matrix,
+};
+use pulp::{Simd, WithSimd};
+
+const ZERO: Matrices = [[[0.0; POINTS]; 3]; 3];
+
+/// Intermediate results, in memory that is reused for the next element.
+pub(crate) struct Scratch<const N: usize, const B: usize, const P: usize> {
+    gradient: [Matrices; B],
+    inverse: [Matrices; B],
+    determinant: [AtPoints; B],
+    /// [`Stress::volumetric`] at J, or at θ.
+    volumetric: [AtPoints; B],
+    /// Stresses, integrated with the gradients in the parent element.
+    matrices: [Matrices; B],
+    /// ∂v/∂X of a direction v.
+    changes: [Matrices; B],
+    bar: Bar<B>,
+    /// Σ_BD ∂ξ_α/∂X_B (∂P_aB/∂F_bD) ∂ξ_β/∂X_D times the weight, as `[b][β][a][α]`, a ≤ b.
+    moduli: [[[[[AtPoints; 3]; 3]; 3]; 3]; B],
+    /// Moduli times gradients of the shape functions, as `[point][α][k]`.
+    rows: Vec<[[f64; P]; 3]>,
+    /// K_ia,kb as `[a][b][i][k]`; only entries with a ≤ b, and k ≥ i if a = b, are used.
+    blocks: Vec<[[f64; P]; N]>,
+}
+
+struct Bar<const B: usize> {
+    theta: [AtPoints; B],
+    ratio: [AtPoints; B],
+    gradient: [Matrices; B],
+    inverse: [Matrices; B],
+    /// P̄/μ, t/μ and p/μ.
+    stress: [Matrices; B],
+    work: [AtPoints; B],
+    pressure: [AtPoints; B],
+}
+
+impl<const N: usize, const B: usize, const P: usize> Scratch<N, B, P> {
+    pub fn new() -> Box<Self> {
+        let one = [[1.0; POINTS]; B];
+        let bar = Bar {
+            theta: one,
+            ratio: one,
+            gradient: [ZERO; B],
+            inverse: [ZERO; B],
+            stress: [ZERO; B],
+            work: [[0.0; POINTS]; B],
+            pressure: [[0.0; POINTS]; B],
+        };
+        Box::new(Self {
+            gradient: [ZERO; B],
+            inverse: [ZERO; B],
+            determinant: one,
+            volumetric: one,
+            matrices: [ZERO; B],
+            changes: [ZERO; B],
+            bar,
+            moduli: [[[[[[0.0; POINTS]; 3]; 3]; 3]; 3]; B],
+            rows: vec![[[0.0; P]; 3]; POINTS * B],
+            blocks: vec![[[0.0; P]; N]; 9],
+        })
+    }
+
+    #[inline(always)]
+    fn local(&self, bar: bool, b: usize, v: usize) -> Local<'_> {
+        let (gradient, inverse, determinant) = match bar {
+            true => (&self.bar.gradient[b], &self.bar.inverse[b], &self.bar.theta[b]),
+            false => (&self.gradient[b], &self.inverse[b], &self.determinant[b]),
+        };
+        Local { gradient, inverse, determinant, volumetric: &self.volumetric[b], v }
+    }
+}
+
+/// Blocks and registers that hold points of the element.
+#[inline(always)]
+fn registers<S: Simd>(points: usize) -> impl Iterator<Item = (usize, usize)> {
+    let per_block = POINTS / S::F64_LANES;
+    (0..points.div_ceil(S::F64_LANES)).map(move |r| (r / per_block, r % per_block))
+}
+
+/// ∂u_a/∂X_B at all points, as `[a][B]`. The first node's displacement is subtracted: a translation,
+/// however large, causes no round-off in the strains.
+///
+/// This and the other parts that do not depend on the law are compiled once for all laws.
+struct Gradients<'a, const N: usize, const B: usize, const P: usize, const M: usize> {
+    table: &'a Table<N, B, P>,
+    cell: &'a Cell<N, B, M>,
+    d: &'a Corners<N>,
+    out: &'a mut [Matrices; B],
+}
+
+impl<const N: usize, const B: usize, const P: usize, const M: usize> WithSimd for Gradients<'_, N, B, P, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { table, cell, d, out } = self;
+        for (b, v) in registers::<S>(table.points()) {
+            let mut parent = [[simd.splat_f64s(0.0); 3]; 3];
+            for (d_i, gradients) in d.iter().zip(&table.by_node[b]).skip(1) {
+                for a in 0..3 {
+                    let d = simd.splat_f64s(d_i[a] - d[0][a]);
+                    for beta in 0..3 {
+                        let gradient = load::<S>(&gradients[beta], v);
+                        parent[a][beta] = simd.mul_add_e_f64s(d, gradient, parent[a][beta]);
+                    }
+                }
+            }
+            let h = product(simd, &parent, &array(|beta, c| load::<S>(&cell.inverse[b][beta][c], v)));
+            store_matrix::<S>(&mut out[b], v, &h);
+        }
+    }
+}
+
+/// Stress times `modulus` and weight, as input of [`integrate`].
+#[inline(always)]
+fn store_scaled<S: Simd, const N: usize, const B: usize, const M: usize>(
+    simd: S,
+    to: &mut [Matrices; B],
+    cell: &Cell<N, B, M>,
+    modulus: f64,
+    (b, v): (usize, usize),
+    p: &Matrix<S>,
+) {
+    let scale = simd.mul_f64s(simd.splat_f64s(modulus), load::<S>(&cell.weights[b], v));
+    let p = array(|a, c| simd.mul_f64s(scale, p[a][c]));
+    let q = product(simd, &p, &array(|c, beta| load::<S>(&cell.inverse[b][beta][c], v)));
+    store_matrix::<S>(&mut to[b], v, &q);
+}
+
+/// f_ia = Σ_p Σ_β Q_aβ ∂N_i/∂ξ_β.
+struct Integrate<'a, const N: usize, const B: usize, const P: usize> {
+    table: &'a Table<N, B, P>,
+    q: &'a [Matrices; B],
+}
+
+impl<const N: usize, const B: usize, const P: usize> WithSimd for Integrate<'_, N, B, P> {
+    type Output = Corners<N>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Corners<N> {
+        let mut out = [[0.0; P]; 3];
+        for v in 0..P / S::F64_LANES {
+            let mut sums = [[simd.splat_f64s(0.0); 3]; 3];
+            for (p, gradients) in self.table.by_point.iter().enumerate() {
+                let q = &self.q[p / POINTS];
+                for beta in 0..3 {
+                    let gradient = S::as_simd_f64s(&gradients[beta]).0[v];
+                    for a in 0..3 {
+                        let q = simd.splat_f64s(q[a][beta][p % POINTS]);
+                        sums[a][beta] = simd.mul_add_e_f64s(q, gradient, sums[a][beta]);
+                    }
+                }
+            }
+            for a in 0..3 {
+                S::as_mut_simd_f64s(&mut out[a]).0[v] =
+                    simd.add_f64s(simd.add_f64s(sums[a][0], sums[a][1]), sums[a][2]);
+            }
+        }
+        std::array::from_fn(|i| [out[0][i], out[1][i], out[2][i]])
+    }
+}
+
+/// F, F⁻¹ and J from ∂u/∂X in `gradient`.
+struct Deform<'a, const N: usize, const B: usize, const P: usize> {
+    points: usize,
+    scratch: &'a mut Scratch<N, B, P>,
+}
+
+impl<const N: usize, const B: usize, const P: usize> WithSimd for Deform<'_, N, B, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { points, scratch } = self;
+        for (b, v) in registers::<S>(points) {
+            let mut f = load_matrix::<S>(&scratch.gradient[b], v);
+            for a in 0..3 {
+                f[a][a] = simd.add_f64s(f[a][a], simd.splat_f64s(1.0));
+            }
+            let (inverse, j) = invert(simd, &f);
+            store_matrix::<S>(&mut scratch.gradient[b], v, &f);
+            store_matrix::<S>(&mut scratch.inverse[b], v, &inverse);
+            store::<S>(&mut scratch.determinant[b], v, j);
+        }
+    }
+}
+
+/// The deformation; `None` if J is not positive and finite.
+fn deform<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
+    simd: S,
+    table: &Table<N, B, P>,
+    scratch: &mut Scratch<N, B, P>,
+    cell: &Cell<N, B, M>,
+    d: &Corners<N>,
+) -> Option<()> {
+    simd.vectorize(Gradients { table, cell, d, out: &mut scratch.gradient });
+    simd.vectorize(Deform { points: table.points(), scratch: &mut *scratch });
+    admissible(&scratch.determinant).then_some(())
+}
+
+fn admissible(values: &[AtPoints]) -> bool {
+    values.as_flattened().iter().all(|&j| j >= f64::MIN_POSITIVE && j.is_finite())
+}
+
+/// The deformation, and with F̄ the averaged one with its stress.
+#[inline(always)]
+fn prepare<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
+    simd: S,
+    table: &Table<N, B, P>,
+    scratch: &mut Scratch<N, B, P>,
+    law: &impl Stress,
+    bar: bool,
+    cell: &Cell<N, B, M>,
+    d: &Corners<N>,
+) -> Option<()> {
+    deform(simd, table, scratch, cell, d)?;
+    if !bar {
+        for b in 0..B {
+            scratch.volumetric[b] = law.volumetric(simd, &scratch.determinant[b]);
+        }
+        return Some(());
+    }
+    scratch.bar.theta = cell.project(&scratch.determinant);
+    if !admissible(&scratch.bar.theta) {
+        return None;
+    }
+    for b in 0..B {
+        let mut relative = [1.0; POINTS];
+        for p in 0..POINTS {
+            relative[p] = scratch.determinant[b][p] / scratch.bar.theta[b][p];
+        }
+        scratch.bar.ratio[b] = inverse_power(simd, &relative, 1.0 / 3.0);
+        scratch.volumetric[b] = law.volumetric(simd, &scratch.bar.theta[b]);
+    }
+    for (b, v) in registers::<S>(table.points()) {
+        let ratio = load::<S>(&scratch.bar.ratio[b], v);
+        let reciprocal = simd.div_f64s(simd.splat_f64s(1.0), ratio);
+        let gradient = array(|a, c| simd.mul_f64s(ratio, load::<S>(&scratch.gradient[b][a][c], v)));
+        let inverse = array(|c, a| simd.mul_f64s(reciprocal, load::<S>(&scratch.inverse[b][c][a], v)));
+        store_matrix::<S>(&mut scratch.bar.gradient[b], v, &gradient);
+        store_matrix::<S>(&mut scratch.bar.inverse[b], v, &inverse);
+        let local = scratch.local(true, b, v);
+        let stress = law.stress(simd, &local, &law.prepare(simd, &local));
+        let work = simd.mul_f64s(simd.splat_f64s(1.0 / 3.0), contract(simd, &stress, &gradient));
+        store_matrix::<S>(&mut scratch.bar.stress[b], v, &stress);
+        store::<S>(&mut scratch.bar.work[b], v, work);
+    }
+    let Bar { theta, work, .. } = &scratch.bar;
+    let relative = std::array::from_fn(|b| std::array::from_fn(|p| work[b][p] / theta[b][p]));
+    scratch.bar.pressure = cell.project(&relative);
+    Some(())
+}
+
+/// Force at stiffness `factor` times that of the material; `None` if the element is inverted or its
+/// force is not finite.
+#[inline(always)]
+pub(super) fn internal_force<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
+    simd: S,
+    table: &Table<N, B, P>,
+    scratch: &mut Scratch<N, B, P>,
+    law: &impl Stress,
+    bar: bool,
+    cell: &Cell<N, B, M>,
+    factor: f64,
+    d: &Corners<N>,
+) -> Option<Corners<N>> {
+    if law.small_strains() {
+        return tangent_product(simd, table, scratch, law, bar, cell, factor, &[[0.0; 3]; N], d);
+    }
+    prepare(simd, table, scratch, law, bar, cell, d)?;
+    let modulus = factor * law.shear_modulus();
+    for (b, v) in registers::<S>(table.points()) {
+        let p = if bar {
+            let Bar { ratio, stress, work, pressure, .. } = &scratch.bar;
+            let volumetric = simd.sub_f64s(
+                simd.mul_f64s(load::<S>(&pressure[b], v), load::<S>(&scratch.determinant[b], v)),
+                load::<S>(&work[b], v),
+            );
+            let ratio = load::<S>(&ratio[b], v);
+            array(|a, c| {
+                let shape = simd.mul_f64s(ratio, load::<S>(&stress[b][a][c], v));
+                simd.mul_add_e_f64s(volumetric, load::<S>(&scratch.inverse[b][c][a], v), shape)
+            })
+        } else {
+            let local = scratch.local(false, b, v);
+            law.stress(simd, &local, &law.prepare(simd, &local))
+        };
+        store_scaled(simd, &mut scratch.matrices, cell, modulus, (b, v), &p);
+    }
+    finite(simd.vectorize(Integrate { table, q: &scratch.matrices }))
+}
+
+fn finite<const N: usize>(force: Corners<N>) -> Option<Corners<N>> {
+    force.as_flattened().iter().all(|f| f.is_finite()).then_some(force)
+}
+
+/// dP_eff/μ at fixed p, and dt/μ, in the direction of dF = `change` and η = `dilation`.
+#[inline(always)]
+fn bar_stress_change<S: Simd, L: Stress, const N: usize, const B: usize, const P: usize>(
+    simd: S,
+    scratch: &Scratch<N, B, P>,
+    (law, prepared): (&L, &L::Prepared<S>),
+    (b, v): (usize, usize),
+    change: &Matrix<S>,
+    dilation: S::f64s,
+) -> (Matrix<S>, S::f64s) {
+    let third = simd.splat_f64s(1.0 / 3.0);
+    let inverse = load_matrix::<S>(&scratch.inverse[b], v);
+    let gradient = load_matrix::<S>(&scratch.gradient[b], v);
+    let (ratio, work) = (load::<S>(&scratch.bar.ratio[b], v), load::<S>(&scratch.bar.work[b], v));
+    let pressure = simd.mul_f64s(load::<S>(&scratch.bar.pressure[b], v), load::<S>(&scratch.determinant[b], v));
+    let mean = load_matrix::<S>(&scratch.bar.stress[b], v);
+    let relative = product(simd, &inverse, change);
+    let trace = simd.add_f64s(simd.add_f64s(relative[0][0], relative[1][1]), relative[2][2]);
+    let turned = product(simd, &relative, &inverse);
+    let x = simd.mul_f64s(third, simd.sub_f64s(dilation, trace));
+    let bar: Matrix<S> = array(|a, c| simd.mul_f64s(ratio, simd.mul_add_e_f64s(x, gradient[a][c], change[a][c])));
+    let local = scratch.local(true, b, v);
+    let stress = law.stress_change(simd, &local, prepared, &bar);
+    let change_of_work =
+        simd.add_f64s(contract(simd, &stress, &load_matrix::<S>(local.gradient, v)), contract(simd, &mean, &bar));
+    let change_of_work = simd.mul_f64s(third, change_of_work);
+    let by_inverse = simd.sub_f64s(simd.mul_f64s(pressure, trace), change_of_work);
+    let by_turned = simd.sub_f64s(work, pressure);
+    let out = array(|a, c| {
+        let shape = simd.mul_f64s(ratio, simd.mul_add_e_f64s(x, mean[a][c], stress[a][c]));
+        let volume = simd.mul_add_e_f64s(by_inverse, inverse[c][a], shape);
+        simd.mul_add_e_f64s(by_turned, turned[c][a], volume)
+    });
+    (out, change_of_work)
+}
+
+/// Product of the tangent with nodal displacements `direction`; `None` as for [`internal_force`].
+#[inline(always)]
+pub(super) fn tangent_product<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
+    simd: S,
+    table: &Table<N, B, P>,
+    scratch: &mut Scratch<N, B, P>,
+    law: &impl Stress,
+    bar: bool,
+    cell: &Cell<N, B, M>,
+    factor: f64,
+    d: &Corners<N>,
+    direction: &Corners<N>,
+) -> Option<Corners<N>> {
+    let rest = [[0.0; 3]; N];
+    let d = if law.small_strains() { &rest } else { d };
+    prepare(simd, table, scratch, law, bar, cell, d)?;
+    let modulus = factor * law.shear_modulus();
+    simd.vectorize(Gradients { table, cell, d: direction, out: &mut scratch.changes });
+    if !bar {
+        for (b, v) in registers::<S>(table.points()) {
+            let change = load_matrix::<S>(&scratch.changes[b], v);
+            let local = scratch.local(false, b, v);
+            let p = law.stress_change(simd, &local, &law.prepare(simd, &local), &change);
+            store_scaled(simd, &mut scratch.matrices, cell, modulus, (b, v), &p);
+        }
+        return finite(simd.vectorize(Integrate { table, q: &scratch.matrices }));
+    }
+    let mut dilation = [[0.0; POINTS]; B];
+    for (b, v) in registers::<S>(table.points()) {
+        let change = load_matrix::<S>(&scratch.changes[b], v);
+        let inverse = load_matrix::<S>(&scratch.inverse[b], v);
+        let trace = contract(simd, &array(|a, c| inverse[c][a]), &change);
+        store::<S>(&mut dilation[b], v, simd.mul_f64s(trace, load::<S>(&scratch.determinant[b], v)));
+    }
+    let mut dilation = cell.project(&dilation);
+    let mut relative = [[0.0; POINTS]; B];
+    for (b, v) in registers::<S>(table.points()) {
+        let theta = load::<S>(&scratch.bar.theta[b], v);
+        let eta = simd.div_f64s(load::<S>(&dilation[b], v), theta);
+        let change = load_matrix::<S>(&scratch.changes[b], v);
+        let prepared = law.prepare(simd, &scratch.local(true, b, v));
+        let (p, dt) = bar_stress_change(simd, scratch, (law, &prepared), (b, v), &change, eta);
+        let work = simd.mul_f64s(load::<S>(&scratch.bar.work[b], v), eta);
+        store::<S>(&mut relative[b], v, simd.div_f64s(simd.sub_f64s(dt, work), theta));
+        store_matrix::<S>(&mut scratch.matrices[b], v, &p);
+    }
+    dilation = cell.project(&relative);
+    for (b, v) in registers::<S>(table.points()) {
+        let j = simd.mul_f64s(load::<S>(&dilation[b], v), load::<S>(&scratch.determinant[b], v));
+        let (p, inverse) = (load_matrix::<S>(&scratch.matrices[b], v), load_matrix::<S>(&scratch.inverse[b], v));
+        let p = array(|a, c| simd.mul_add_e_f64s(j, inverse[c][a], p[a][c]));
+        store_scaled(simd, &mut scratch.matrices, cell, modulus, (b, v), &p);
+    }
+    finite(simd.vectorize(Integrate { table, q: &scratch.matrices }))
+}
+
+/// Tangent: calls `add` with i, k and the block of every pair of nodes i ≤ k; `None`, without any
+/// call, if the element is inverted.
+#[inline(always)]
+pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
+    simd: S,
+    table: &Table<N, B, P>,
+    scratch: &mut Scratch<N, B, P>,
+    law: &impl Stress,
+    bar: bool,
+    cell: &Cell<N, B, M>,
+    factor: f64,
+    d: &Corners<N>,
+    mut add: impl FnMut(usize, usize, [f64; 9]),
+) -> Option<()> {
+    let rest = [[0.0; 3]; N];
+    let d = if law.small_strains() { &rest } else { d };
+    prepare(simd, table, scratch, law, bar, cell, d)?;
+    let modulus = factor * law.shear_modulus();
+    let zero = simd.splat_f64s(0.0);
+    for (b, v) in registers::<S>(table.points()) {
+        let scale = simd.mul_f64s(simd.splat_f64s(modulus), load::<S>(&cell.weights[b], v));
+        let prepared = law.prepare(simd, &scratch.local(bar, b, v));
+        for c in 0..3 {
+            for beta in 0..3 {
+                let mut change = [[zero; 3]; 3];
+                for e in 0..3 {
+                    change[c][e] = load::<S>(&cell.inverse[b][beta][e], v);
+                }
+                let p = if bar {
+                    bar_stress_change(simd, scratch, (law, &prepared), (b, v), &change, zero).0
+                } else {
+                    law.stress_change(simd, &scratch.local(false, b, v), &prepared, &change)
+                };
+                let p = array(|a, e| simd.mul_f64s(scale, p[a][e]));
+                let p = product(simd, &p, &array(|e, alpha| load::<S>(&cell.inverse[b][alpha][e], v)));
+                for a in 0..=c {
+                    for alpha in 0..3 {
+                        store::<S>(&mut scratch.moduli[b][c][beta][a][alpha], v, p[a][alpha]);
+                    }
+                }
+            }
+        }
+    }
+    for c in 0..3 {
+        for a in 0..=c {
+            simd.vectorize(Multiply { table, scratch: &mut *scratch, a, c });
+        }
+    }
+    if bar {
+        add_modes(simd, table, scratch, law, cell, modulus);
+    }
+    for i in 0..N {
+        for k in i..N {
+            let mut block = [0.0; 9];
+            for a in 0..3 {
+                for c in 0..3 {
+                    let blocks = &scratch.blocks;
+                    block[3 * a + c] = if a <= c { blocks[3 * a + c][i][k] } else { blocks[3 * c + a][k][i] };
+                }
+            }
+            add(i, k, block);
+        }
+    }
+    Some(())
+}
+
+/// Rows of i that share the loads of one pass.
+const ROWS: usize = 4;
+
+/// K_ia,kc = Σ_p Σ_αβ ∂N_i/∂ξ_α moduli ∂N_k/∂ξ_β.
+struct Multiply<'a, const N: usize, const B: usize, const P: usize> {
+    table: &'a Table<N, B, P>,
+    scratch: &'a mut Scratch<N, B, P>,
+    a: usize,
+    c: usize,
+}
+
+impl<const N: usize, const B: usize, const P: usize> WithSimd for Multiply<'_, N, B, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { table, scratch, a, c } = self;
+        let Scratch { moduli, rows, blocks, .. } = scratch;
+        for (p, gradients) in table.by_point.iter().enumerate() {
+            let moduli = &moduli[p / POINTS][c];
+            for alpha in 0..3 {
+                let [m0, m1, m2] = [0, 1, 2].map(|beta| simd.splat_f64s(moduli[beta][a][alpha][p % POINTS]));
+                let row = S::as_mut_simd_f64s(&mut rows[p][alpha]).0;
+                let [g0, g1, g2] = [0, 1, 2].map(|beta| S::as_simd_f64s(&gradients[beta]).0);
+                for v in 0..P / S::F64_LANES {
+                    let sum = simd.mul_f64s(m0, g0[v]);
+                    let sum = simd.mul_add_e_f64s(m1, g1[v], sum);
+                    row[v] = simd.mul_add_e_f64s(m2, g2[v], sum);
+                }
+            }
+        }
+        let block = &mut blocks[3 * a + c];
+        let width = P / S::F64_LANES;
+        for first in (0..N).step_by(ROWS) {
+            // below the diagonal, blocks with a = c are not used
+            let start = if a == c { first / S::F64_LANES } else { 0 };
+            for v in (start / 2 * 2..width).step_by(2).filter(|v| v * S::F64_LANES < N) {
+                let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS];
+                for (p, gradients) in table.by_point.iter().enumerate() {
+                    for alpha in 0..3 {
+                        let row = S::as_simd_f64s(&rows[p][alpha]).0;
+                        let (left, right) = (row[v], row[v + 1]);
+                        for r in 0..ROWS {
+                            // beyond the last node, gradients are zero
+                            let gradient = simd.splat_f64s(gradients[alpha][first + r]);
+                            sums[r][0] = simd.mul_add_e_f64s(gradient, left, sums[r][0]);
+                            sums[r][1] = simd.mul_add_e_f64s(gradient, right, sums[r][1]);
+                        }
+                    }
+                }
+                for r in 0..ROWS.min(N - first) {
+                    let to = S::as_mut_simd_f64s(&mut block[first + r]).0;
+                    (to[v], to[v + 1]) = (sums[r][0], sums[r][1]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds Σ_m (h_m b_mᵀ + b_m h_mᵀ) + Σ_mn c_mn b_m b_nᵀ.
+#[inline(always)]
+fn add_modes<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
+    simd: S,
+    table: &Table<N, B, P>,
+    scratch: &mut Scratch<N, B, P>,
+    law: &impl Stress,
+    cell: &Cell<N, B, M>,
+    modulus: f64,
+) {
+    let zero = simd.splat_f64s(0.0);
+    let (mut by_theta, mut curvature) = ([ZERO; B], [[0.0; POINTS]; B]);
+    for (b, v) in registers::<S>(table.points()) {
+        let theta = load::<S>(&scratch.bar.theta[b], v);
+        let eta = simd.div_f64s(simd.splat_f64s(1.0), theta);
+        let prepared = law.prepare(simd, &scratch.local(true, b, v));
+        let (p, dt) = bar_stress_change(simd, scratch, (law, &prepared), (b, v), &[[zero; 3]; 3], eta);
+        let work = simd.mul_f64s(load::<S>(&scratch.bar.work[b], v), eta);
+        store::<S>(&mut curvature[b], v, simd.mul_f64s(simd.sub_f64s(dt, work), eta));
+        store_matrix::<S>(&mut by_theta[b], v, &p);
+    }
+    let (mut b_m, mut h_m) = ([[[0.0; 3]; N]; M], [[[0.0; 3]; N]; M]);
+    for m in 0..M {
+        for (b, v) in registers::<S>(table.points()) {
+            let mode = load::<S>(&cell.modes[m][b], v);
+            let j = simd.mul_f64s(mode, load::<S>(&scratch.determinant[b], v));
+            let inverse = load_matrix::<S>(&scratch.inverse[b], v);
+            let p = array(|a, c| simd.mul_f64s(j, inverse[c][a]));
+            store_scaled(simd, &mut scratch.matrices, cell, 1.0, (b, v), &p);
+        }
+        b_m[m] = simd.vectorize(Integrate { table, q: &scratch.matrices });
+        for (b, v) in registers::<S>(table.points()) {
+            let mode = load::<S>(&cell.modes[m][b], v);
+            let p = load_matrix::<S>(&by_theta[b], v);
+            let p = array(|a, c| simd.mul_f64s(mode, p[a][c]));
+            store_scaled(simd, &mut scratch.matrices, cell, modulus, (b, v), &p);
+        }
+        h_m[m] = simd.vectorize(Integrate { table, q: &scratch.matrices });
+    }
+    simd.vectorize(AddProducts { table, cell, blocks: &mut scratch.blocks, b_m, h_m, modulus, curvature });
+}
+
+/// The sums over the modes.
+struct AddProducts<'a, const N: usize, const B: usize, const P: usize, const M: usize> {
+    table: &'a Table<N, B, P>,
+    cell: &'a Cell<N, B, M>,
+    blocks: &'a mut [[[f64; P]; N]],
+    b_m: [Corners<N>; M],
+    h_m: [Corners<N>; M],
+    modulus: f64,
+    /// ∂(t/θ)/∂θ over μ.
+    curvature: [AtPoints; B],
+}
+
+impl<const N: usize, const B: usize, const P: usize, const M: usize> WithSimd for AddProducts<'_, N, B, P, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { table, cell, blocks, b_m, h_m, modulus, curvature } = self;
+        for m in 0..M {
+            let mut g = h_m[m];
+            for n in 0..M {
+                let of = |(b, p): (usize, usize)| {
+                    cell.weights[b][p] * cell.modes[m][b][p] * cell.modes[n][b][p] * curvature[b][p]
+                };
+                let c_mn = modulus * (0..table.points()).map(|p| of((p / POINTS, p % POINTS))).sum::<f64>();
+                for i in 0..N {
+                    for a in 0..3 {
+                        g[i][a] += c_mn * b_m[n][i][a];
+                    }
+                }
+            }
+            for c in 0..3 {
+                let (mut b_c, mut h_c) = ([0.0; P], [0.0; P]);
+                for k in 0..N {
+                    (b_c[k], h_c[k]) = (b_m[m][k][c], h_m[m][k][c]);
+                }
+                for a in 0..=c {
+                    for (i, row) in blocks[3 * a + c].iter_mut().enumerate() {
+                        let (by_b, by_h) = (simd.splat_f64s(g[i][a]), simd.splat_f64s(b_m[m][i][a]));
+                        let row = S::as_mut_simd_f64s(row).0;
+                        let (b_c, h_c) = (S::as_simd_f64s(&b_c).0, S::as_simd_f64s(&h_c).0);
+                        for v in 0..P / S::F64_LANES {
+                            row[v] = simd.mul_add_e_f64s(by_b, b_c[v], row[v]);
+                            row[v] = simd.mul_add_e_f64s(by_h, h_c[v], row[v]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
