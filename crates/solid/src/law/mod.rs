@@ -44,6 +44,7 @@ macro_rules! laws {
         $( pub use $word::$law; )+
 
         /// The law of a body with its constants.
+        #[expect(clippy::large_enum_variant, reason = "a body has one material, which is copied only with it")]
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Material {
             $( #[doc = $about] $law($law), )+
@@ -149,6 +150,7 @@ macro_rules! laws {
         pub(crate) use with_stress;
 
         /// The laws that share one kernel, which tells them apart at run time.
+        #[expect(clippy::large_enum_variant, reason = "made once for each call of a kernel")]
         #[derive(Debug, Clone, Copy)]
         pub(crate) enum OneKernel {
             $( $shared($shared), )+

@@ -362,7 +362,7 @@ impl<T: Real> Tensor<T> {
 
     /// Largest distance of an entry from the identity, in value.
     fn strain(&self) -> f64 {
-        let entry = |n: usize| (self.0[n / 3][n % 3].value() - f64::from(n % 4 == 0)).abs();
+        let entry = |n: usize| (self.0[n / 3][n % 3].value() - f64::from(n.is_multiple_of(4))).abs();
         (0..9).map(entry).fold(0.0, f64::max)
     }
 }
