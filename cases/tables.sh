@@ -61,13 +61,14 @@ detent() {
 snap() {
     local study=cases/snap/study
     {
-        echo "| viscosity [N/mm⁴] | Newton iterations | viscous work [N mm] | strain energy [N mm] | force [N] |"
-        echo "|--:|--:|--:|--:|--:|"
+        echo "| viscosity [N/mm⁴] | Newton iterations | sum of six forces [N] | viscous work [N mm] | strain energy [N mm] | force [N] |"
+        echo "|--:|--:|--:|--:|--:|--:|"
         for run in more_viscous=3e-3 start=3e-4 less_viscous=3e-5; do
-            awk -F, -v c="${run#*=}" -v n="$(awk -F, -v run="${run%=*}" '$1 == run && $2 == "newton_iterations" { print $3 + 0 }' $study/numbers.csv)" '
+            number() { awk -F, -v run="${run%=*}" -v name="$1" '$1 == run && $2 == name { print $3 }' $study/numbers.csv; }
+            awk -F, -v c="${run#*=}" -v n="$(number newton_iterations)" -v sum="$(number objective)" '
                 NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
                 { work = $at["viscous_work"]; stored = $at["strain_energy"]; force = -$at["push"] }
-                END { printf "| %s | %d | %.3f | %.2f | %.2f |\n", c, n, work, stored, force }' "$study/${run%=*}/quantities.csv"
+                END { printf "| %s | %d | %.2f | %.3f | %.2f | %.2f |\n", c, n, -sum, work, stored, force }' "$study/${run%=*}/quantities.csv"
         done
     } > "$work/viscosity.md"
     put cases/snap/README.md viscosity "$work/viscosity.md"

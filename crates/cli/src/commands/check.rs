@@ -177,7 +177,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
                 format!("{} / {}", pair.facets[0], pair.facets[1]),
                 pair.slave_nodes.to_string(),
                 pair.covered.to_string(),
-                case.friction.to_string(),
+                if case.tied { "tied".into() } else { case.friction.to_string() },
                 format!("{:.3e}", pair.reach),
                 gap,
             ]

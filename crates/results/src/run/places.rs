@@ -224,7 +224,8 @@ fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Con
     // contact that is closed prevents some of these motions, but not that of the unknown
     let against = if closed.is_empty() { motions } else { format!("motion along {}", AXES[axis]) };
     found.cures.push(format!("a support (`[[dirichlet]]`) of body `{name}` against {against}"));
-    if let Some(&pair) = closed.iter().find(|&&pair| model.interfaces()[pair].friction == 0.0) {
+    let slides = |&&pair: &&usize| model.interfaces()[pair].friction == 0.0 && !model.interfaces()[pair].is_bonded();
+    if let Some(&pair) = closed.iter().find(slides) {
         let pair = model.pair_name(pair);
         found.cures.push(format!(
             "friction (`contact.friction`) in contact pair {pair}, which holds the body only along its normal"

@@ -19,8 +19,8 @@ force over the covered area. Then, with μ = 0.2, the shaft is pulled by its upp
 everywhere, while the lower end of the hub is held; the force is compared with that of Coulomb's law
 at the pressure of Lamé, μ p 2πa h. The meshes have 64 elements around.",
         remarks: "
-The pressure is that of polygons with 64 sides. The pull stretches the shaft and compresses the hub,
-so both become thinner, and the pressure decreases slightly while the shaft is pulled out.",
+The pressure is that of polygons with 64 sides. The pull stretches both, and the
+thinner shaft reduces the pressure slightly.",
         quick: true,
         run: || Some(run()),
     }

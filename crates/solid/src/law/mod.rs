@@ -10,6 +10,7 @@
 //! their checks and their JSON schema follow from the lists. The tests also follow from them: they
 //! compare every law, in every element, with the derivatives of its energy (`reference.rs`).
 
+mod any;
 mod constants;
 mod invariants;
 mod linear_elastic;
@@ -22,25 +23,53 @@ mod st_venant_kirchhoff;
 mod volume;
 mod yeoh;
 
+pub(crate) use any::AnyLaw;
 pub use constants::{Constant, Form, Range, Value};
 
 use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
+use any::any_law;
 use constants::Hooke;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Generates `Material`, `LawKind`, `with_law!` and `with_stress!` from the list. The kernels of elements
-/// are compiled for each of the first laws, which are faster for it; further laws share one kernel, so
-/// that a law does not lengthen the build. The word in front of a law is
-/// both the name of its file and its name in case files. `$d` is the dollar sign in the generated
-/// macro.
+/// Generates `Material`, `LawKind`, `with_law!` and `with_stress!` from the list. The word in front of
+/// a law is both the name of its file and its name in case files. Elements compile their kernels for
+/// each law of the first block, and once for all of the second, so that a law there hardly lengthens
+/// the build. `$d` is the dollar sign in the generated macros.
 macro_rules! laws {
     (
         $d:tt
-        own kernels: $( $own:ident )+;
-        one kernel: $( $shared:ident )+;
-        $( #[doc = $about:literal] $word:ident: $law:ident, )+
+        own kernels { $( #[doc = $own_about:literal] $own_word:ident: $own:ident, )+ }
+        one kernel { $( #[doc = $shared_about:literal] $shared_word:ident: $shared:ident, )+ }
     ) => {
+        list! {
+            $d
+            $( #[doc = $own_about] $own_word: $own, )+
+            $( #[doc = $shared_about] $shared_word: $shared, )+
+        }
+
+        /// `with_stress!(&material, law => expression)`: the expression, compiled for each law with its
+        /// own kernels, and once for all others, with `law` as the body's [`Stress`].
+        macro_rules! with_stress {
+            ($d material:expr, $d bound:ident => $d body:expr) => {
+                match $d material {
+                    $( $crate::law::Material::$own(law) => {
+                        let $d bound = *law;
+                        $d body
+                    } )+
+                    other => {
+                        let $d bound = $crate::law::AnyLaw::new(other);
+                        $d body
+                    }
+                }
+            };
+        }
+        pub(crate) use with_stress;
+    };
+}
+
+macro_rules! list {
+    ( $d:tt $( #[doc = $about:literal] $word:ident: $law:ident, )+ ) => {
         $( pub use $word::$law; )+
 
         /// The law of a body with its constants.
@@ -131,124 +160,29 @@ macro_rules! laws {
             };
         }
 
-        /// `with_stress!(&material, law => expression)`: the expression, compiled for each law with
-        /// its own kernels, and once for all others, with `law` as the body's [`Stress`].
-        macro_rules! with_stress {
-            ($d material:expr, $d bound:ident => $d body:expr) => {
-                match $d material {
-                    $( $crate::law::Material::$own(law) => {
-                        let $d bound = *law;
-                        $d body
-                    } )+
-                    $( $crate::law::Material::$shared(law) => {
-                        let $d bound = $crate::law::OneKernel::$shared(*law);
-                        $d body
-                    } )+
-                }
-            };
-        }
-        pub(crate) use with_stress;
-
-        /// The laws that share one kernel, which tells them apart at run time.
-        #[expect(clippy::large_enum_variant, reason = "made once for each call of a kernel")]
-        #[derive(Debug, Clone, Copy)]
-        pub(crate) enum OneKernel {
-            $( $shared($shared), )+
-        }
-
-        /// [`Stress::Prepared`] of the laws that share one kernel.
-        #[derive(Clone, Copy)]
-        pub(crate) enum Prepared<S: Simd> {
-            $( $shared(<$shared as Stress>::Prepared<S>), )+
-        }
-
-        impl Stress for OneKernel {
-            type Prepared<S: Simd> = Prepared<S>;
-
-            #[inline(always)]
-            fn shear_modulus(&self) -> f64 {
-                match self {
-                    $( Self::$shared(law) => law.shear_modulus(), )+
-                }
-            }
-
-            #[inline(always)]
-            fn volumetric<S: Simd>(&self, simd: S, determinant: &AtPoints) -> AtPoints {
-                match self {
-                    $( Self::$shared(law) => law.volumetric(simd, determinant), )+
-                }
-            }
-
-            #[inline(always)]
-            fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Prepared<S> {
-                match self {
-                    $( Self::$shared(law) => Prepared::$shared(once(simd, || law.prepare(simd, at))), )+
-                }
-            }
-
-            #[inline(always)]
-            fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, prepared: &Prepared<S>) -> Matrix<S> {
-                match (self, prepared) {
-                    $( (Self::$shared(law), Prepared::$shared(prepared)) => {
-                        once(simd, || law.stress(simd, at, prepared))
-                    } )+
-                    _ => unreachable!("prepared by the same law"),
-                }
-            }
-
-            #[inline(always)]
-            fn stress_change<S: Simd>(
-                &self,
-                simd: S,
-                at: &Local<'_>,
-                prepared: &Prepared<S>,
-                change: &Matrix<S>,
-            ) -> Matrix<S> {
-                match (self, prepared) {
-                    $( (Self::$shared(law), Prepared::$shared(prepared)) => {
-                        once(simd, || law.stress_change(simd, at, prepared, change))
-                    } )+
-                    _ => unreachable!("prepared by the same law"),
-                }
-            }
-        }
+        any_law! { $( $law )+ }
     };
 }
 
-/// Calls a function that is compiled for the instruction set once, instead of within every kernel.
-#[inline(never)]
-fn once<S: Simd, R>(simd: S, f: impl FnOnce() -> R) -> R {
-    simd.vectorize(Call(f))
-}
-
-struct Call<F>(F);
-
-impl<R, F: FnOnce() -> R> WithSimd for Call<F> {
-    type Output = R;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> R {
-        (self.0)()
-    }
-}
-
 laws! { $
-    own kernels: NeoHooke StVenantKirchhoff LinearElastic;
-    one kernel: MooneyRivlin Yeoh Ogden Orthotropic;
-    /// Coupled compressible neo-Hooke. Paper: (100).
-    neo_hooke: NeoHooke,
-    /// St. Venant-Kirchhoff; softens in compression.
-    st_venant_kirchhoff: StVenantKirchhoff,
-    /// Hooke's law at small strains; for small displacements and rotations.
-    linear_elastic: LinearElastic,
-    /// Mooney-Rivlin; rubber up to moderate stretches.
-    mooney_rivlin: MooneyRivlin,
-    /// Yeoh; filled rubber, stiffening at large stretches.
-    yeoh: Yeoh,
-    /// Ogden; rubber at any stretch, in principal stretches.
-    ogden: Ogden,
-    /// Orthotropic elasticity; printed and rolled parts at small strains and any rotation.
-    orthotropic: Orthotropic,
+    own kernels {
+        /// Coupled compressible neo-Hooke. Paper: (100).
+        neo_hooke: NeoHooke,
+        /// St. Venant-Kirchhoff; softens in compression.
+        st_venant_kirchhoff: StVenantKirchhoff,
+        /// Hooke's law at small strains; for small displacements and rotations.
+        linear_elastic: LinearElastic,
+    }
+    one kernel {
+        /// Mooney-Rivlin; rubber up to moderate stretches.
+        mooney_rivlin: MooneyRivlin,
+        /// Yeoh; filled rubber, stiffening at large stretches.
+        yeoh: Yeoh,
+        /// Ogden; rubber at any stretch, in principal stretches.
+        ogden: Ogden,
+        /// Orthotropic elasticity; printed and rolled parts at small strains and any rotation.
+        orthotropic: Orthotropic,
+    }
 }
 
 impl LawKind {
@@ -272,7 +206,7 @@ pub(crate) struct Local<'a> {
     pub inverse: &'a Matrices,
     /// J.
     pub determinant: &'a AtPoints,
-    /// The result of [`Law::volumetric`].
+    /// The result of [`Stress::volumetric`].
     pub volumetric: &'a AtPoints,
     pub v: usize,
 }
@@ -361,7 +295,7 @@ pub(crate) trait Stress: Copy {
         change: &Matrix<S>,
     ) -> Matrix<S>;
 
-    /// The number e if, with v from [`Law::volumetric`] and A = F⁻¹ dF, the stress changes by
+    /// The number e if, with v from [`Stress::volumetric`] and A = F⁻¹ dF, the stress changes by
     /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws more
     /// efficiently.
     #[inline(always)]

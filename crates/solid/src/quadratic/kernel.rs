@@ -15,8 +15,8 @@
 //! is the one at fixed θ and p, plus Σ_m (h_m b_mᵀ + b_m h_mᵀ) + Σ_mn c_mn b_m b_nᵀ. With one constant
 //! mode, this is the F̄ of hex8 (`hex8/f_bar.rs`).
 
-use super::{Cell, Corners, Table};
-use crate::law::{Local, Stress};
+use super::cell::{Cell, Corners, Table};
+use crate::law::{AnyLaw, Local, Stress};
 use crate::power::inverse_power;
 use crate::registers::{
     AtPoints, Matrices, Matrix, POINTS, array, contract, invert, load, load_matrix, product, store, store_matrix,
@@ -230,7 +230,7 @@ fn prepare<S: Simd, const N: usize, const B: usize, const P: usize, const M: usi
     simd: S,
     table: &Table<N, B, P>,
     scratch: &mut Scratch<N, B, P>,
-    law: &impl Stress,
+    law: AnyLaw<'_>,
     bar: bool,
     cell: &Cell<N, B, M>,
     d: &Corners<N>,
@@ -280,7 +280,7 @@ pub(super) fn internal_force<S: Simd, const N: usize, const B: usize, const P: u
     simd: S,
     table: &Table<N, B, P>,
     scratch: &mut Scratch<N, B, P>,
-    law: &impl Stress,
+    law: AnyLaw<'_>,
     bar: bool,
     cell: &Cell<N, B, M>,
     factor: f64,
@@ -318,10 +318,10 @@ fn finite<const N: usize>(force: Corners<N>) -> Option<Corners<N>> {
 
 /// dP_eff/μ at fixed p, and dt/μ, in the direction of dF = `change` and η = `dilation`.
 #[inline(always)]
-fn bar_stress_change<S: Simd, L: Stress, const N: usize, const B: usize, const P: usize>(
+fn bar_stress_change<'a, S: Simd, const N: usize, const B: usize, const P: usize>(
     simd: S,
     scratch: &Scratch<N, B, P>,
-    (law, prepared): (&L, &L::Prepared<S>),
+    (law, prepared): (AnyLaw<'a>, &<AnyLaw<'a> as Stress>::Prepared<S>),
     (b, v): (usize, usize),
     change: &Matrix<S>,
     dilation: S::f64s,
@@ -358,7 +358,7 @@ pub(super) fn tangent_product<S: Simd, const N: usize, const B: usize, const P: 
     simd: S,
     table: &Table<N, B, P>,
     scratch: &mut Scratch<N, B, P>,
-    law: &impl Stress,
+    law: AnyLaw<'_>,
     bar: bool,
     cell: &Cell<N, B, M>,
     factor: f64,
@@ -415,7 +415,7 @@ pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, c
     simd: S,
     table: &Table<N, B, P>,
     scratch: &mut Scratch<N, B, P>,
-    law: &impl Stress,
+    law: AnyLaw<'_>,
     bar: bool,
     cell: &Cell<N, B, M>,
     factor: f64,
@@ -539,7 +539,7 @@ fn add_modes<S: Simd, const N: usize, const B: usize, const P: usize, const M: u
     simd: S,
     table: &Table<N, B, P>,
     scratch: &mut Scratch<N, B, P>,
-    law: &impl Stress,
+    law: AnyLaw<'_>,
     cell: &Cell<N, B, M>,
     modulus: f64,
 ) {
