@@ -23,7 +23,7 @@ use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
-use slipstick_model::model::prescribed::Prescribed;
+use slipstick_model::model::prescribed::{Moved, Prescribed};
 use slipstick_model::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loads, Method,
     ModelInterface, ModelParts, Share, Uzawa, Viscosity, Workspace,
@@ -73,7 +73,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
-        sets.push(nodes_of(&mesh, &dirichlet.set, &format!("dirichlet[{i}].set"))?);
+        sets.push(moved(&mesh, dirichlet, &format!("dirichlet[{i}].set"))?);
     }
     let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
     let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
@@ -88,13 +88,14 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         let help = "move them only within the plane, or omit the plane";
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
+    let prescribed = prescribed.with_rigid_bodies(&mesh);
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections = case.bodies.iter().map(section).collect();
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, machine.ranks());
     let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
     let linear = machine.linear(&case.solver, share.owners(), &mesh, &slaves)?;
-    let solid = SolidModel::part(&mesh, sections, |element| share.has_element(element))
+    let solid = SolidModel::part(&mesh, sections, |element| share.has_element(element) && !mesh.is_rigid(element))
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
@@ -146,6 +147,23 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let mut problem = Problem::new(mesh, analysis, start);
     (problem.load_cases, problem.quantities) = (load_cases, quantities);
     Ok(problem)
+}
+
+/// What a motion moves.
+fn moved(mesh: &Mesh, dirichlet: &case::Dirichlet, path: &str) -> Result<Moved, BuildError> {
+    let nodes = nodes_of(mesh, &dirichlet.set, path)?;
+    if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == dirichlet.set) {
+        return Ok(Moved::Body(rigid.clone()));
+    }
+    let of_rigid = |rigid: &&slipstick_mesh::Rigid| {
+        nodes.iter().any(|&node| mesh.bodies[rigid.body].nodes.contains(&(node as usize)))
+    };
+    if let Some(rigid) = mesh.rigid.iter().find(of_rigid) {
+        let body = &mesh.bodies[rigid.body].name;
+        let message = format!("`{}` has nodes of the rigid body `{body}`, which moves as a whole", dirichlet.set);
+        return Err(BuildError::new(path, message, format!("prescribe the motion of the body: set = \"{body}\"")));
+    }
+    Ok(Moved::Nodes(nodes))
 }
 
 /// Material and element formulation of a body.

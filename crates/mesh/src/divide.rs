@@ -90,6 +90,7 @@ impl Mesh {
             node_sets: self.node_sets.clone(),
             element_sets: element_sets.collect(),
             elements,
+            rigid: self.rigid.clone(),
         }
     }
 }

@@ -37,6 +37,7 @@ mod generate;
 mod geometry;
 mod mesh;
 mod search;
+mod rigid;
 pub mod second_order;
 mod select;
 mod topology;
@@ -58,5 +59,6 @@ pub use geometry::{
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use search::FacetTree;
+pub use rigid::Rigid;
 pub use second_order::ContactMap;
 pub use topology::NodeElements;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::{Element, FacetNodes, facet_corner_areas};
+use crate::{Element, FacetNodes, Rigid, facet_corner_areas};
 
 /// A face of an element on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -70,6 +70,8 @@ pub struct Mesh {
     pub surfaces: BTreeMap<String, Surface>,
     /// Named sets of elements, each ascending and unique.
     pub element_sets: BTreeMap<String, Vec<u32>>,
+    /// Bodies that do not deform.
+    pub rigid: Vec<Rigid>,
 }
 
 impl Mesh {

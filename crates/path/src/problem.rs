@@ -266,6 +266,21 @@ pub trait StepProblem: Sized {
         workspace: &'w mut Self::Workspace,
     ) -> Result<&'w BlockMatrix, StateError>;
 
+    /// Replaces derivatives with respect to dependent unknowns by derivatives with respect to those on
+    /// which they depend: ∂/∂y ↦ Tᵀ ∂/∂y, with T = ∂y/∂(independent unknowns).
+    ///
+    /// Dependent unknowns, such as the positions of a rigid body's nodes, count as prescribed. They
+    /// follow from the others in every [evaluation](Evaluated::unknowns), and have no column in the
+    /// tangent.
+    fn gather(&self, at: &Evaluated<Self>, derivative: &mut [f64]) {
+        let _ = (at, derivative);
+    }
+
+    /// Adds T λ to the entries of dependent unknowns.
+    fn spread(&self, at: &Evaluated<Self>, lambda: &mut [f64]) {
+        let _ = (at, lambda);
+    }
+
     /// h = G(y) of a converged state, before it is accepted.
     ///
     /// # Errors

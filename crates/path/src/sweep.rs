@@ -294,6 +294,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             own.keep(lambda.clone());
             let mut lambda = lambda;
             lambda.iter_mut().zip(residual).for_each(|(l, r)| *l += r);
+            problem.spread(&at, &mut lambda);
             let ResponseAdjoint { gradient, carry, .. } = own;
             if let Some(by_prescribed) = &by_prescribed {
                 let adjoint = Adjoint { lambda: &lambda, eta, by_prescribed, time: here.time };
@@ -336,6 +337,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         if !no_history {
             self.solver.problem.pull_back_current(observed.step, observed.evaluated, &eta, &mut rhs)?;
         }
+        self.solver.problem.gather(observed.evaluated, &mut rhs);
         Ok(Some(RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit }))
     }
 }

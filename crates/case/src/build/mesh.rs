@@ -47,6 +47,17 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
         );
         return Err(BuildError::new("body", message, "check shape, element counts, mesh file and placement"));
     }
+    for (b, rigid) in case.bodies.iter().enumerate().filter_map(|(b, body)| Some((b, body.rigid?))) {
+        let nodes = all.nodes[all.bodies[b].nodes.clone()].iter();
+        let middle = |c: usize| {
+            let (low, high) = nodes.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x[c]), high.max(x[c]))
+            });
+            0.5 * (low + high)
+        };
+        let reference = rigid.reference.unwrap_or_else(|| std::array::from_fn(middle));
+        all.make_rigid(b, reference);
+    }
     Ok(all)
 }
 

@@ -171,7 +171,7 @@ impl Context<'_> {
                     return constant(message, "name another set in `relative_to`");
                 }
                 let sets = [Some(set), relative_to.as_ref()];
-                if sets.into_iter().flatten().all(|set| self.is_prescribed(set, component)) {
+                if sets.into_iter().flatten().all(|set| self.is_driven(set, component)) {
                     let message =
                         format!("the displacement of `{set}` is prescribed, so it does not depend on the design");
                     return constant(message, "name a set that can move");
@@ -252,15 +252,19 @@ impl Context<'_> {
         surfaces.flat_map(|nodes| nodes.to_vec()).collect()
     }
 
-    /// Whether the design cannot move a set along a direction, or in any direction for a norm.
+    /// Whether nothing but motions and supports moves a set along a direction, or in any direction for a
+    /// norm.
+    fn is_driven(&self, set: &str, measure: VectorMeasure) -> bool {
+        all_fixed(&self.mesh.set_nodes(set).unwrap_or_default(), measure, self.model.contact_fixed())
+    }
+
+    /// Whether no displacement of a set along a direction is solved for; that of rigid bodies never is.
     fn is_prescribed(&self, set: &str, measure: VectorMeasure) -> bool {
         self.are_prescribed(&self.mesh.set_nodes(set).unwrap_or_default(), measure)
     }
 
     fn are_prescribed(&self, nodes: &[u32], measure: VectorMeasure) -> bool {
-        let fixed = self.model.prescribed().fixed();
-        !nodes.is_empty()
-            && nodes.iter().all(|&node| (0..3).filter(|&c| counts(measure, c)).all(|c| fixed[3 * node as usize + c]))
+        all_fixed(nodes, measure, self.model.prescribed().fixed())
     }
 
     /// The nodes of a surface with the reference areas around them, or those of a set with equal
@@ -408,6 +412,11 @@ impl Context<'_> {
         }
         Ok(constraints)
     }
+}
+
+fn all_fixed(nodes: &[u32], measure: VectorMeasure, fixed: &[bool]) -> bool {
+    let fixed = |node: u32| (0..3).filter(|&c| counts(measure, c)).all(|c| fixed[3 * node as usize + c]);
+    !nodes.is_empty() && nodes.iter().all(|&node| fixed(node))
 }
 
 /// Whether a component of a vector counts in a measure of it.

@@ -19,7 +19,8 @@ pub(super) fn mirrored(case: &Case, mesh: &Mesh) -> Result<Vec<[bool; 3]>, Build
         let fail = |message: String, help: &str| Err(BuildError::new(format!("symmetry[{s}].at"), message, help));
         let mut sides = [None; 2];
         let mut count = 0;
-        for (node, x) in mesh.nodes.iter().enumerate() {
+        let bodies = mesh.bodies.iter().flat_map(|body| body.nodes.clone());
+        for (node, x) in bodies.map(|node| (node, &mesh.nodes[node])) {
             let distance = x[axis] - symmetry.at;
             if distance.abs() <= tolerance {
                 mirrored[node][axis] = true;
@@ -38,6 +39,13 @@ pub(super) fn mirrored(case: &Case, mesh: &Mesh) -> Result<Vec<[bool; 3]>, Build
                 symmetry.at
             );
             return fail(message, "mesh one half of the bodies only");
+        }
+        // a rigid body on the plane moves in it and turns about its normal
+        for rigid in &mesh.rigid {
+            if mesh.bodies[rigid.body].nodes.clone().any(|node| mirrored[node][axis]) {
+                mirrored[rigid.reference as usize][axis] = true;
+                (0..3).filter(|&c| c != axis).for_each(|c| mirrored[rigid.rotation() as usize][c] = true);
+            }
         }
     }
     Ok(mirrored)

@@ -112,8 +112,8 @@ fn rest(
             check_rotation(case, at, &path("rotation"))?;
         }
         rest.resize(3 * mesh.nodes.len(), 0.0);
-        let nodes = mesh.bodies[at].elements.clone().flat_map(|element| mesh.elements[element].nodes().to_vec());
-        for node in nodes.map(|node| node as usize) {
+        let references = mesh.rigid.iter().filter(|rigid| rigid.body == at).map(|rigid| rigid.reference as usize);
+        for node in mesh.bodies[at].nodes.clone().chain(references) {
             let place = Vector3::from(mesh.nodes[node]);
             let moved = rotation.map_or(place, |turn| turned(turn, place)) + Vector3::from(offset.unwrap_or_default());
             for c in 0..3 {
@@ -138,7 +138,12 @@ fn rest(
 
 /// A rotated body must be free of stress.
 fn check_rotation(case: &Case, body: usize, path: &str) -> Result<(), BuildError> {
-    let case::Body { name, material, .. } = &case.bodies[body];
+    let case::Body { name, material, rigid, .. } = &case.bodies[body];
+    if rigid.is_some() {
+        let message = format!("`{name}` is rigid: in a load case it may be offset, but not rotated");
+        let help = "rotate it by a motion, [[dirichlet]] with `load_case`, or by its `place`";
+        return Err(BuildError::new(path, message, help));
+    }
     if material.small_strains() {
         let message = format!("`{name}` has a law for small rotations: rotating it would strain it");
         return Err(BuildError::new(path, message, "choose another law, such as neo_hooke"));

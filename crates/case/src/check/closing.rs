@@ -81,7 +81,7 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
     };
     let pairs: Vec<_> = case.contacts.iter().map(|c| Some((surface(&c.slave)?, surface(&c.master)?))).collect();
     let loaded: Vec<usize> = case.loads.iter().filter_map(|load| Some(surface(&load.surface)?.1)).collect();
-    let fixed = problem.analysis.model().prescribed().fixed();
+    let fixed = problem.analysis.model().contact_fixed();
     let steady =
         |body: usize| !loaded.contains(&body) && held_motions(mesh, mesh.bodies[body].nodes.clone(), fixed) == 6;
     let open: Vec<Option<Open>> = pairs

@@ -397,6 +397,8 @@ impl PathResponses<Design> for Adapter<'_> {
         to.unknowns.iter_mut().zip(&by.displacement).for_each(|(to, from)| *to += from);
         let prescribed = by.reaction.iter().zip(model.prescribed().fixed()).enumerate();
         prescribed.filter(|(_, (_, fixed))| **fixed).for_each(|(i, (weight, _))| to.residual[i] += weight);
+        // the reactions of a rigid body are the forces at its nodes
+        model.rigid_references().for_each(|node| to.residual[3 * node..][..3].fill(0.0));
         if reads.contact {
             design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
         }

@@ -31,7 +31,9 @@ impl Design {
     pub fn element_fields(&self, mesh: &Mesh, d: &[f64], time: f64, contact_force: &[f64]) -> ElementFields {
         let model = &*self.model;
         let solid = model.whole_solid(mesh);
-        let determinants = solid.smallest_determinants(d);
+        let (mut determinants, volumes) = (solid.smallest_determinants(d), solid.element_volumes());
+        // rigid elements have no part in the solid
+        determinants.iter_mut().zip(&volumes).filter(|(_, volume)| **volume == 0.0).for_each(|(j, _)| *j = 1.0);
         let mut internal = vec![0.0; d.len()];
         let (Ok(()), Ok(stresses), Ok(energies)) = (
             solid.internal_force(d, &self.scalings, &mut internal),
@@ -52,12 +54,12 @@ impl Design {
             stress.extend(places.map(|(a, b)| scaling.factor * mean(a, b)));
             sizes.push(scaling.factor * of[..points].iter().map(von_mises).fold(0.0, f64::max));
         }
-        let volumes = solid.element_volumes();
+        let density = |(energy, volume): (&f64, &f64)| if *volume > 0.0 { energy / volume } else { 0.0 };
         ElementFields {
             determinants,
             stress,
             von_mises: sizes,
-            energy_density: energies.iter().zip(&volumes).map(|(energy, volume)| energy / volume).collect(),
+            energy_density: energies.iter().zip(&volumes).map(density).collect(),
             reaction: model.reactions(&internal, &external, contact_force),
         }
     }

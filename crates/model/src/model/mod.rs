@@ -39,6 +39,8 @@ pub mod pattern;
 mod place;
 pub mod prescribed;
 mod results;
+mod rigid;
+mod rotation;
 mod share;
 mod step;
 mod variation;
@@ -57,6 +59,7 @@ use pattern::ContactPattern;
 pub use place::{PairState, Unknown};
 use prescribed::Prescribed;
 pub use results::{ContactResults, NodalContact};
+use rigid::RigidBodies;
 pub use share::Share;
 use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_path::{Held, StateError, StepState, Unknowns};
@@ -105,6 +108,8 @@ pub struct ContactModel {
     rest: Vec<f64>,
     /// Elements of each body.
     bodies: Vec<Range<usize>>,
+    /// Rigid bodies.
+    rigid: RigidBodies,
     /// The points of the contact surfaces.
     map: ContactMap,
     /// Which coordinates of these points are prescribed, if they are not those of the nodes.
@@ -179,13 +184,19 @@ impl ContactModel {
         let map = ContactMap::new(mesh);
         let (slaves, slave_elements, master_elements) = slave_data(mesh, &map, &interfaces);
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
-        let masters = masters.map(|facet| map.parents(facet.iter().copied()));
-        let mapped_fixed = mapped_fixed(&map, prescribed.fixed());
-        let bulk = if share.is_part() {
+        let rigid = RigidBodies::new(mesh);
+        let masters = masters.map(|facet| {
+            let mut nodes = map.parents(facet.iter().copied());
+            rigid.add_references(&mut nodes);
+            nodes
+        });
+        let mapped_fixed = mapped_fixed(&map, &rigid, prescribed.fixed());
+        let mut bulk = if share.is_part() {
             loads.couple(mesh.node_neighbours_in(|e| share.has_element(e)), &share)
         } else {
             mesh.node_neighbours()
         };
+        rigid.couple(&mut bulk);
         let own: Vec<bool> =
             interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
         let multipliers = interfaces.iter().any(|i| i.enforcement.method.has_multipliers());
@@ -210,6 +221,7 @@ impl ContactModel {
             coordinates,
             rest: Vec::new(),
             bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
+            rigid,
             map,
             mapped_fixed,
             interfaces,
@@ -377,6 +389,16 @@ impl ContactModel {
         Vector3::new(y[at], y[at + 1], y[at + 2])
     }
 
+    /// y with the nodes of rigid bodies where their unknowns place them.
+    fn placed<'a>(&self, y: &'a [f64]) -> Cow<'a, [f64]> {
+        if self.rigid.is_empty() {
+            return Cow::Borrowed(y);
+        }
+        let mut placed = y.to_vec();
+        self.rigid.place(&mut placed);
+        Cow::Owned(placed)
+    }
+
     /// Current positions x = X + d.
     fn positions(&self, y: &[f64]) -> Vec<f64> {
         self.coordinates.iter().zip(y).map(|(x, d)| x + d).collect()
@@ -414,24 +436,28 @@ impl ContactModel {
     /// The nodes that the row of a slave node reaches.
     fn support_of<'a>(&self, node: Option<&'a NodeState>) -> Cow<'a, [u32]> {
         let support = node.map_or(&[][..], |node| &node.step.support);
-        if self.map.is_identity() {
+        if self.map.is_identity() && self.rigid.is_empty() {
             return Cow::Borrowed(support);
         }
-        Cow::Owned(self.map.parents(support.iter().copied()))
+        let mut nodes = self.map.parents(support.iter().copied());
+        self.rigid.add_references(&mut nodes);
+        Cow::Owned(nodes)
     }
 
     /// Which coordinates of the points of the contact surfaces are prescribed.
-    fn contact_fixed(&self) -> &[bool] {
-        if self.map.is_identity() { self.prescribed.fixed() } else { &self.mapped_fixed }
+    pub fn contact_fixed(&self) -> &[bool] {
+        if self.mapped_fixed.is_empty() { self.prescribed.fixed() } else { &self.mapped_fixed }
     }
 }
 
-/// A point is prescribed along an axis if all nodes that it depends on are.
-fn mapped_fixed(map: &ContactMap, fixed: &[bool]) -> Vec<bool> {
-    if map.is_identity() {
+/// A point is prescribed along an axis if all nodes that it depends on are. Empty: the points are the
+/// nodes.
+fn mapped_fixed(map: &ContactMap, rigid: &RigidBodies, fixed: &[bool]) -> Vec<bool> {
+    if map.is_identity() && rigid.is_empty() {
         return Vec::new();
     }
-    let mut out = fixed.to_vec();
+    let fixed = &rigid.point_is_fixed(fixed);
+    let mut out = fixed.clone();
     for node in 0..fixed.len() / 3 {
         map.each(node as u32, |parent, _| {
             (0..3).for_each(|c| out[3 * node + c] &= fixed[3 * parent as usize + c]);

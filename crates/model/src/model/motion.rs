@@ -42,6 +42,9 @@ pub struct Dirichlet {
     pub load_case: Option<String>,
     /// The prescribed components, ascending and unique; the others are free.
     pub components: Vec<Component>,
+    /// For a rigid body: the prescribed components of its rotation vector, ascending and unique.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rotations: Vec<Component>,
     /// Waypoints; linear in between, starting at rest at t = 0; constant after the last one. Empty:
     /// held.
     pub motion: Vec<Waypoint>,

@@ -33,6 +33,11 @@ impl ContactModel {
         self.prescribed.fixed().iter().enumerate().map(of).collect()
     }
 
+    /// Nodes that hold the unknowns of rigid bodies.
+    pub(crate) fn rigid_references(&self) -> impl Iterator<Item = usize> {
+        self.rigid.references()
+    }
+
     /// Area of the slave surface around each slave node in the reference configuration. \[L²\]
     pub(crate) fn slave_areas(&self) -> impl Iterator<Item = f64> {
         self.slaves.iter().map(|slave| slave.area)

@@ -1,8 +1,10 @@
 //! Prescribed displacements along the load path.
 
 use super::course;
-use super::motion::Dirichlet;
+use super::motion::{Component, Dirichlet};
+use super::rigid::RigidBodies;
 use nalgebra::{Rotation3, Unit, Vector3};
+use slipstick_mesh::{Mesh, Rigid};
 
 /// The prescribed unknowns and their motion.
 #[derive(Debug, Clone, Default)]
@@ -10,8 +12,7 @@ pub struct Prescribed {
     motions: Vec<Dirichlet>,
     /// Number of each motion's load case; `None`: the motion acts in all.
     cases: Vec<Option<usize>>,
-    /// Displacement unknown, reference position of its node, component, number of its motion.
-    entries: Vec<(u32, [f64; 3], u8, u32)>,
+    entries: Vec<Entry>,
     /// Displacement unknowns that another motion prescribes identically, and its number.
     repeated: Vec<(u32, u32)>,
     fixed: Vec<bool>,
@@ -19,6 +20,57 @@ pub struct Prescribed {
     mirrored: Vec<u32>,
     /// Displacements at rest, to which motions add; empty: zero.
     rest: Vec<f64>,
+    /// Bodies whose nodes follow from other unknowns.
+    rigid: RigidBodies,
+}
+
+/// A prescribed displacement unknown.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    /// Number of the unknown.
+    dof: u32,
+    /// 0, 1, 2.
+    component: u8,
+    /// Number of its motion.
+    motion: u32,
+    what: What,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum What {
+    /// The displacement of a node with this reference position.
+    Position([f64; 3]),
+    /// The rotation vector of a rigid body, times this length.
+    Rotation(f64),
+}
+
+/// The nodes that a motion moves: a set, or a rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Moved {
+    /// Nodes.
+    Nodes(Vec<u32>),
+    /// A rigid body, by its reference point and the node with its rotation.
+    Body(Rigid),
+}
+
+impl Moved {
+    /// Nodes, components and what these are, of the unknowns that a motion prescribes.
+    fn unknowns(&self, motion: &Dirichlet, coordinates: &[f64]) -> Vec<(u32, usize, What)> {
+        let position = |node: u32| What::Position(std::array::from_fn(|c| coordinates[3 * node as usize + c]));
+        let of = |node: u32, what: What, components: &[Component]| -> Vec<(u32, usize, What)> {
+            components.iter().map(|component| (node, component.index(), what)).collect()
+        };
+        match self {
+            Self::Nodes(nodes) => {
+                nodes.iter().flat_map(|&node| of(node, position(node), &motion.components)).collect()
+            }
+            Self::Body(body) => {
+                let mut all = of(body.reference, position(body.reference), &motion.components);
+                all.extend(of(body.rotation(), What::Rotation(body.length), &motion.rotations));
+                all
+            }
+        }
+    }
 }
 
 /// A motion moves a node off its symmetry plane.
@@ -53,7 +105,7 @@ pub struct ConflictingMotion {
 }
 
 impl Prescribed {
-    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node;
+    /// `sets[i]` are the nodes or the rigid body that `motions[i]` moves; `coordinates` has three entries per node;
     /// `cases` are the names of the load cases. A component that a motion prescribes in one case is
     /// held in the others, unless another motion prescribes it there.
     ///
@@ -61,7 +113,7 @@ impl Prescribed {
     /// [`ConflictingMotion`] if two tables prescribe different values of one unknown.
     pub fn new(
         motions: Vec<Dirichlet>,
-        sets: &[Vec<u32>],
+        sets: &[Moved],
         coordinates: &[f64],
         cases: &[&str],
     ) -> Result<Self, ConflictingMotion> {
@@ -70,35 +122,31 @@ impl Prescribed {
         let cases: Vec<Option<usize>> = motions.iter().map(number).collect();
         let mut owners: Vec<Vec<u32>> = vec![Vec::new(); coordinates.len()];
         let (mut entries, mut repeated) = (Vec::new(), Vec::new());
-        for (m, (motion, nodes)) in motions.iter().zip(sets).enumerate() {
-            for &node in nodes {
-                let x = std::array::from_fn(|c| coordinates[3 * node as usize + c]);
-                for component in &motion.components {
-                    let c = component.index();
-                    let dof = 3 * node as usize + c;
-                    let together = |&&other: &&u32| match (cases[other as usize], cases[m]) {
-                        (Some(a), Some(b)) => a == b,
-                        _ => true,
-                    };
-                    match owners[dof].iter().find(together) {
-                        Some(&first) if !same(&motions[first as usize], motion, c) => {
-                            let (first, set) = (first as usize, motions[first as usize].set.clone());
-                            return Err(ConflictingMotion { node, component: c as u8, first, set, motion: m });
-                        }
-                        // identical in all cases of this motion
-                        Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
-                            repeated.push((dof as u32, m as u32));
-                        }
-                        _ => {
-                            owners[dof].push(m as u32);
-                            entries.push((dof as u32, x, c as u8, m as u32));
-                        }
+        for (m, (motion, moved)) in motions.iter().zip(sets).enumerate() {
+            for (node, c, what) in moved.unknowns(motion, coordinates) {
+                let dof = 3 * node as usize + c;
+                let together = |&&other: &&u32| match (cases[other as usize], cases[m]) {
+                    (Some(a), Some(b)) => a == b,
+                    _ => true,
+                };
+                match owners[dof].iter().find(together) {
+                    Some(&first) if !same(&motions[first as usize], motion, c) => {
+                        let (first, set) = (first as usize, motions[first as usize].set.clone());
+                        return Err(ConflictingMotion { node, component: c as u8, first, set, motion: m });
+                    }
+                    // identical in all cases of this motion
+                    Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
+                        repeated.push((dof as u32, m as u32));
+                    }
+                    _ => {
+                        owners[dof].push(m as u32);
+                        entries.push(Entry { dof: dof as u32, component: c as u8, motion: m as u32, what });
                     }
                 }
             }
         }
         let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
-        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new(), rest: Vec::new() })
+        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new(), rest: Vec::new(), rigid: RigidBodies::default() })
     }
 
     /// The same with the components normal to symmetry planes held: three per node in `mirrored`.
@@ -116,10 +164,10 @@ impl Prescribed {
         let times: Vec<f64> = self.motions.iter().zip(&self.cases).flat_map(of).collect();
         for time in times {
             self.apply(time, &mut d);
-            let moved = |entry: &&(u32, [f64; 3], u8, u32)| {
-                mirrored[entry.0 as usize / 3][usize::from(entry.2)] && d[entry.0 as usize] != 0.0
+            let moved = |entry: &&Entry| {
+                mirrored[entry.dof as usize / 3][usize::from(entry.component)] && d[entry.dof as usize] != 0.0
             };
-            if let Some(&(dof, _, component, motion)) = self.entries.iter().find(moved) {
+            if let Some(&Entry { dof, component, motion, .. }) = self.entries.iter().find(moved) {
                 return Err(OffThePlane { node: dof / 3, component, motion: motion as usize });
             }
         }
@@ -142,13 +190,23 @@ impl Prescribed {
             }
         }
         if !rest.is_empty() {
-            for (dof, x, ..) in &mut varied.entries {
+            for Entry { dof, what, .. } in &mut varied.entries {
                 let node = 3 * (*dof as usize / 3);
-                x.iter_mut().zip(&rest[node..]).for_each(|(x, rest)| *x += rest);
+                if let What::Position(x) = what {
+                    x.iter_mut().zip(&rest[node..]).for_each(|(x, rest)| *x += rest);
+                }
             }
             varied.rest = rest.to_vec();
         }
         varied
+    }
+
+    /// The same with the nodes of rigid bodies, which follow from other unknowns, counted as prescribed.
+    #[must_use]
+    pub fn with_rigid_bodies(mut self, mesh: &Mesh) -> Self {
+        self.rigid = RigidBodies::new(mesh);
+        self.rigid.nodes().for_each(|node| self.fixed[3 * node..][..3].fill(true));
+        self
     }
 
     fn at_rest(&self, dof: u32) -> f64 {
@@ -163,7 +221,7 @@ impl Prescribed {
     /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case,
     /// without repetitions. A symmetry plane has no set.
     pub fn sets(&self, dof: usize) -> Vec<&str> {
-        let entries = self.entries.iter().map(|&(at, _, _, motion)| (at, motion));
+        let entries = self.entries.iter().map(|entry| (entry.dof, entry.motion));
         let mut motions: Vec<u32> = entries
             .chain(self.repeated.iter().copied())
             .filter(|&(at, _)| at as usize == dof)
@@ -180,18 +238,20 @@ impl Prescribed {
     }
 
     /// The displacement unknowns that each set prescribes, in the order of the case. An unknown
-    /// that several tables prescribe belongs to the first of them.
+    /// that several tables prescribe belongs to the first of them. Of a rigid body, these are the
+    /// displacements of its nodes.
     pub fn owned(&self) -> Vec<(&str, Vec<u32>)> {
         let mut owned: Vec<(&str, Vec<u32>)> = Vec::new();
         let mut taken = vec![false; self.fixed.len()];
-        for &(dof, _, _, motion) in &self.entries {
+        for &Entry { dof, motion, .. } in &self.entries {
             if std::mem::replace(&mut taken[dof as usize], true) {
                 continue;
             }
             let set = self.motions[motion as usize].set.as_str();
+            let moved = self.rigid.moved_by(dof);
             match owned.iter_mut().find(|(name, _)| *name == set) {
-                Some((_, unknowns)) => unknowns.push(dof),
-                None => owned.push((set, vec![dof])),
+                Some((_, unknowns)) => unknowns.extend(moved),
+                None => owned.push((set, moved)),
             }
         }
         owned.iter_mut().for_each(|(_, unknowns)| unknowns.sort_unstable());
@@ -214,22 +274,29 @@ impl Prescribed {
             own.is_none_or(|own| own == case).then(|| (motion.at(time), motion.rotation))
         };
         let poses: Vec<_> = self.motions.iter().zip(&self.cases).map(pose).collect();
-        for &(dof, _, _, motion) in &self.entries {
+        for &Entry { dof, motion, .. } in &self.entries {
             if poses[motion as usize].is_none() {
                 d[dof as usize] = self.at_rest(dof);
             }
         }
-        for &(dof, x, c, motion) in &self.entries {
+        for &Entry { dof, component, motion, what } in &self.entries {
             let Some(((u, degrees), axis)) = &poses[motion as usize] else { continue };
-            let mut value = self.at_rest(dof) + u[c as usize];
-            if let (Some(axis), true) = (axis, *degrees != 0.0) {
+            let c = usize::from(component);
+            let turned = axis.filter(|_| *degrees != 0.0).map(|axis| {
                 let direction = Unit::new_normalize(Vector3::from(axis.direction));
-                let rotation = Rotation3::from_axis_angle(&direction, degrees.to_radians());
-                let arm = Vector3::from(x) - Vector3::from(axis.point);
-                value += (rotation * arm - arm)[c as usize];
-            }
-            d[dof as usize] = value;
+                match what {
+                    What::Position(x) => {
+                        let rotation = Rotation3::from_axis_angle(&direction, degrees.to_radians());
+                        let arm = Vector3::from(x) - Vector3::from(axis.point);
+                        (rotation * arm - arm)[c]
+                    }
+                    What::Rotation(length) => length * degrees.to_radians() * direction[c],
+                }
+            });
+            let moved = if let What::Position(_) = what { u[c] } else { 0.0 };
+            d[dof as usize] = self.at_rest(dof) + moved + turned.unwrap_or(0.0);
         }
+        self.rigid.place(d);
     }
 
     /// Number of motions.
@@ -243,19 +310,24 @@ impl Prescribed {
     /// Test: `amplitudes_match_finite_differences`.
     pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
         let (case, time) = course::place(time);
-        for &(dof, x, c, motion) in &self.entries {
+        for &Entry { dof, component, motion, what } in &self.entries {
             if self.cases[motion as usize].is_some_and(|own| own != case) {
                 continue;
             }
             let moved = &self.motions[motion as usize];
             let (u, degrees) = moved.at(time);
-            let mut slope = u[c as usize];
+            let c = usize::from(component);
+            let mut slope = if let What::Position(_) = what { u[c] } else { 0.0 };
             if let (Some(axis), true) = (moved.rotation, degrees != 0.0) {
                 let direction = Unit::new_normalize(Vector3::from(axis.direction));
                 let angle = degrees.to_radians();
-                let arm =
-                    Rotation3::from_axis_angle(&direction, angle) * (Vector3::from(x) - Vector3::from(axis.point));
-                slope += angle * direction.cross(&arm)[c as usize];
+                slope += match what {
+                    What::Position(x) => {
+                        let arm = Vector3::from(x) - Vector3::from(axis.point);
+                        angle * direction.cross(&(Rotation3::from_axis_angle(&direction, angle) * arm))[c]
+                    }
+                    What::Rotation(length) => length * angle * direction[c],
+                };
             }
             out[motion as usize] += slope * by_prescribed[dof as usize];
         }
@@ -305,11 +377,16 @@ mod tests {
     use super::*;
     use crate::model::motion::{Component, RotationAxis, Waypoint};
 
+    fn nodes(nodes: &[u32]) -> Moved {
+        Moved::Nodes(nodes.to_vec())
+    }
+
     fn driven() -> Dirichlet {
         Dirichlet {
             set: "top".into(),
             load_case: None,
             components: vec![Component::X, Component::Y, Component::Z],
+            rotations: Vec::new(),
             motion: vec![
                 Waypoint { t: 0.5, u: [0.0, -1.0, 0.0], angle: 0.0 },
                 Waypoint { t: 1.0, u: [2.0, -1.0, 0.0], angle: 90.0 },
@@ -320,7 +397,7 @@ mod tests {
 
     #[test]
     fn motion_is_piecewise_linear_and_rotates_about_its_axis() {
-        let prescribed = Prescribed::new(vec![driven()], &[vec![0]], &[2.0, 5.0, 0.0], &[]).unwrap();
+        let prescribed = Prescribed::new(vec![driven()], &[nodes(&[0])], &[2.0, 5.0, 0.0], &[]).unwrap();
         let mut d = vec![0.0; 3];
         prescribed.apply(0.25, &mut d);
         assert_eq!(d, [0.0, -0.5, 0.0]);
@@ -344,7 +421,7 @@ mod tests {
             }
             Prescribed::new(
                 vec![Dirichlet { set: "rest".into(), ..driven() }, motion],
-                &[vec![1], vec![0]],
+                &[nodes(&[1]), nodes(&[0])],
                 &coordinates,
                 &[],
             )
@@ -368,7 +445,7 @@ mod tests {
     fn contradicting_tables_are_refused() {
         let mut other = driven();
         other.motion.pop();
-        let result = Prescribed::new(vec![driven(), driven(), other], &[vec![0], vec![0], vec![0]], &[0.0; 3], &[]);
+        let result = Prescribed::new(vec![driven(), driven(), other], &[nodes(&[0]), nodes(&[0]), nodes(&[0])], &[0.0; 3], &[]);
         let set = "top".to_owned();
         assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
     }
@@ -380,13 +457,14 @@ mod tests {
         let held = |components: &[Component]| Dirichlet {
             set: "plane".into(),
             components: components.to_vec(),
+            rotations: Vec::new(),
             motion: Vec::new(),
             rotation: None,
             load_case: None,
         };
         let mut pushed = driven();
         (pushed.motion, pushed.rotation) = (vec![Waypoint { t: 1.0, u: [2.0, 0.0, 0.0], angle: 0.0 }], None);
-        let of = |held| Prescribed::new(vec![held, pushed.clone()], &[vec![0], vec![0]], &[0.0; 3], &[]);
+        let of = |held| Prescribed::new(vec![held, pushed.clone()], &[nodes(&[0]), nodes(&[0])], &[0.0; 3], &[]);
         let mut d = [9.0; 3];
         of(held(&[Component::Y])).unwrap().apply(0.5, &mut d);
         assert_eq!(d, [1.0, 0.0, 0.0]);
@@ -405,7 +483,7 @@ mod tests {
             ..driven()
         };
         let motions = vec![of("a", -1.0), of("b", 2.0), of("b", 3.0)];
-        let prescribed = Prescribed::new(motions, &[vec![0], vec![0], vec![1]], &[0.0; 6], &["a", "b"]).unwrap();
+        let prescribed = Prescribed::new(motions, &[nodes(&[0]), nodes(&[0]), nodes(&[1])], &[0.0; 6], &["a", "b"]).unwrap();
         let at = |time: f64| {
             let mut d = [9.0; 6];
             prescribed.apply(time, &mut d);
@@ -416,7 +494,7 @@ mod tests {
         let mut slopes = [0.0; 3];
         prescribed.pull_back_amplitudes(2.5, &[1.0; 6], &mut slopes);
         assert_eq!(slopes, [0.0, 1.0, 1.5]);
-        let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[vec![0], vec![0]], &[0.0; 3], &["a"]);
+        let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[nodes(&[0]), nodes(&[0])], &[0.0; 3], &["a"]);
         let set = "top".to_owned();
         assert_eq!(twice.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 1 });
     }

@@ -43,7 +43,7 @@ impl StepProblem for Design {
 
     fn geometry(&self, y: &[f64], wanted: Wanted, workspace: &mut Workspace) -> Result<Arc<Kinematics>, StateError> {
         let begin = workspace.timings.begin();
-        let result = self.model.kinematics(y, wanted.derivatives(), workspace);
+        let result = self.model.kinematics(&self.model.placed(y), wanted.derivatives(), workspace);
         workspace.timings.end(Phase::Contact, begin);
         self.model.share.agree(result)
     }
@@ -72,6 +72,7 @@ impl StepProblem for Design {
         workspace: &mut Workspace,
     ) -> Result<Evaluated<Self>, StateError> {
         let model = &*self.model;
+        let y = &*model.placed(y);
         let split = model.displacement_count();
         let mut internal = Vec::new();
         let mut result = Ok(());
@@ -95,6 +96,7 @@ impl StepProblem for Design {
         let mut squares = 0.0;
         if wanted.residual() {
             residual = self.residual(step, y, &internal, &contact, &mut squares);
+            model.rigid.gather(y, &mut residual);
         }
         model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
         let scales = self.scales(y, &internal, squares.sqrt());
@@ -142,10 +144,19 @@ impl StepProblem for Design {
         let matrix = workspace.matrix.as_mut().expect("made above");
         if result.is_ok() {
             assembly::add_tangent(model, &at.state, matrix);
+            self.carry_over(step, at, matrix);
         }
         workspace.timings.end(Phase::Contact, begin);
         model.share.agree(result)?;
         Ok(workspace.matrix.as_ref().expect("made above"))
+    }
+
+    fn gather(&self, at: &Evaluated<Self>, derivative: &mut [f64]) {
+        self.model.rigid.pull_back(&at.unknowns, derivative);
+    }
+
+    fn spread(&self, at: &Evaluated<Self>, lambda: &mut [f64]) {
+        self.model.rigid.spread(&at.unknowns, lambda);
     }
 
     /// A node that faced the other surface and no longer does must not lie far behind that
@@ -308,6 +319,22 @@ impl StepProblem for Design {
 }
 
 impl Design {
+    /// Carries the tangent over to the unknowns of rigid bodies, on which loads and contact act.
+    fn carry_over(&self, step: &Step, at: &Evaluated<Self>, matrix: &mut BlockMatrix) {
+        let model = &*self.model;
+        if model.rigid.is_empty() {
+            return;
+        }
+        let mut forces = vec![0.0; model.displacement_count()];
+        if !model.loads.is_empty() && model.share.has_rest() {
+            model.loads.add_residual(step.time, &model.positions(&at.unknowns), &mut forces);
+        }
+        model.add_from_contact(&mut forces, |out| {
+            at.state.own().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
+        });
+        model.rigid.carry_over(&at.unknowns, &forces, matrix);
+    }
+
     /// Adds the derivatives through slip, friction and history of node j with respect to the
     /// previous state.
     pub(super) fn pull_back_law_previous(

@@ -1,7 +1,7 @@
 //! Bodies (`[[body]]`).
 
 use super::super::names::Names;
-use super::super::resolved::{Body, Formulation, LawKind, Material, Placement, Rotate, Shape};
+use super::super::resolved::{Body, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape};
 use super::super::typed::Table;
 use super::mesh_file::{MeshFiles, mesh_file};
 use super::{CaseCode, direction, name};
@@ -24,7 +24,21 @@ pub(super) fn bodies(root: &Table<'_>, names: &mut Names, files: &MeshFiles<'_>)
         }
         names.excuse_all();
     }
-    tables.into_iter().map(|table| body(table, names, files)).collect()
+    let mut bodies: Vec<Body> = tables.into_iter().map(|table| body(table, names, files)).collect();
+    // nothing but the default stiffness of contact depends on the material of a rigid body
+    let deformable = bodies.iter().filter(|body| body.rigid.is_none()).map(|body| body.material);
+    let stiffest = deformable.max_by(|a, b| a.youngs_modulus().total_cmp(&b.youngs_modulus()));
+    match stiffest {
+        Some(stiffest) => {
+            bodies.iter_mut().filter(|body| body.rigid.is_some()).for_each(|body| body.material = stiffest);
+        }
+        None if !bodies.is_empty() => {
+            let help = "at least one body needs a `material`; a rigid body has no stiffness";
+            root.reader.error("body", CaseCode::Empty, "all bodies are rigid", help);
+        }
+        None => {}
+    }
+    bodies
 }
 
 fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
@@ -32,7 +46,15 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     let shape = shape(&table, &name, files);
     names.add_body(table.reader, &table.path_of("name"), &name, shape.as_ref());
     let place = table.table("place").map(place).unwrap_or_default();
-    let material = material(&table);
+    let rigid = table.table("rigid").map(|table| {
+        let reference = table.vector("reference").optional();
+        table.finish();
+        Rigid { reference }
+    });
+    if rigid.is_some() {
+        names.add_set(table.reader, table.path(), &name, None);
+    }
+    let material = if rigid.is_some() { none_of_rigid(&table) } else { material(&table) };
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar)];
     let element = table.word("element", &formulations).or(Formulation::Full);
     let order = table
@@ -52,9 +74,11 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         let message = "wedges have no elements of order 2";
         table.reader.error(&table.path_of("order"), CaseCode::OutOfRange, message, help);
     }
-    warn_of_locking(&table, shape.as_ref(), &material, element, order);
+    if rigid.is_none() {
+        warn_of_locking(&table, shape.as_ref(), &material, element, order);
+    }
     table.finish();
-    Body { name, shape: shape.unwrap_or(STAND_IN), place, material, element, order }
+    Body { name, shape: shape.unwrap_or(STAND_IN), place, rigid, material, element, order }
 }
 
 /// The shape; `None` only if it is unknown which shape is meant, or which surfaces it has.
@@ -171,6 +195,19 @@ fn place(table: Table<'_>) -> Placement {
     let translate = table.vector("translate").or([0.0; 3]);
     table.finish();
     Placement { rotate, translate }
+}
+
+/// A placeholder for the material of a rigid body, which must not have one.
+fn none_of_rigid(table: &Table<'_>) -> Material {
+    for key in ["material", "element"] {
+        if table.has(key) {
+            let message = format!("`{key}` has no meaning for a rigid body");
+            let help = format!("omit `{key}`, or `rigid`");
+            table.reader.error(&table.path_of(key), CaseCode::UnknownKey, message, help);
+        }
+        table.value(key);
+    }
+    example()
 }
 
 fn material(table: &Table<'_>) -> Material {

@@ -33,7 +33,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names, &bodies, load_path.steps);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
-    let dirichlet = motion::dirichlet(&root, &names, &load_cases, load_path.steps);
+    let dirichlet = motion::dirichlet(&root, &names, &bodies, &load_cases, load_path.steps);
     let loads = load::loads(&root, &names, &load_cases, load_path.steps);
     let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
     let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =

@@ -70,12 +70,18 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks, start_values, viscosity }
 }
 
-pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Dirichlet> {
+pub(super) fn dirichlet(
+    root: &Table<'_>,
+    names: &Names,
+    bodies: &[Body],
+    cases: &[LoadCase],
+    steps: usize,
+) -> Vec<Dirichlet> {
     let mut conditions: Vec<Dirichlet> = Vec::new();
     for table in root.tables("dirichlet") {
         let reader = table.reader;
         let path = table.path_of("set");
-        let condition = condition(table, names, cases, steps);
+        let condition = condition(table, names, bodies, cases, steps);
         let together = |other: &Dirichlet| match (&other.load_case, &condition.load_case) {
             (Some(a), Some(b)) => a == b,
             _ => true,
@@ -83,7 +89,8 @@ pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], ste
         let conflict = conditions.iter().position(|other| {
             together(other)
                 && other.set == condition.set
-                && other.components.iter().any(|c| condition.components.contains(c))
+                && (other.components.iter().any(|c| condition.components.contains(c))
+                    || other.rotations.iter().any(|c| condition.rotations.contains(c)))
         });
         if let (Some(other), false) = (conflict, condition.set.is_empty()) {
             reader.error(
@@ -98,11 +105,12 @@ pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], ste
     conditions
 }
 
-fn condition(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Dirichlet {
+fn condition(table: Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Dirichlet {
     let help = "a surface, for instance \"plate_ymin\", or the name of a [[set]]";
     let set = table.string("set").required(String::new(), help);
     names.check_set(table.reader, &table.path_of("set"), &set);
-    let components = components(&table);
+    let rigid = bodies.iter().any(|body| body.rigid.is_some() && body.name == set);
+    let (components, rotations) = components(&table, rigid);
     let rotation = table.table("rotation").map(|axis| {
         let help = "a point on the axis [x, y, z]";
         let point = axis.vector("point").required([0.0; 3], help);
@@ -111,35 +119,53 @@ fn condition(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) 
         RotationAxis { point, direction }
     });
     let motion = motion(&table, &components, rotation.is_some(), steps);
+    if let (true, Some(axis)) = (rigid && motion.iter().any(|point| point.angle != 0.0), &rotation)
+        && COMPONENTS.iter().any(|(_, c)| axis.direction[c.index()] != 0.0 && !rotations.contains(c))
+    {
+        let message = "the axis has a component about which the rotation is not prescribed";
+        let help = "add the rotations (\"rx\", \"ry\", \"rz\") to `components`, or omit `components`";
+        table.reader.error(&table.path_of("rotation"), CaseCode::Motion, message, help);
+    }
     let load_case = load_case::of(&table, cases);
     table.finish();
-    Dirichlet { set, load_case, components, motion, rotation }
+    Dirichlet { set, load_case, components, rotations, motion, rotation }
 }
 
-fn components(table: &Table<'_>) -> Vec<Component> {
+/// The prescribed translations, and for a rigid body the prescribed rotations.
+fn components(table: &Table<'_>, rigid: bool) -> (Vec<Component>, Vec<Component>) {
     let reader = table.reader;
-    let all = || COMPONENTS.map(|(_, component)| component).to_vec();
+    let all = COMPONENTS.map(|(_, component)| component).to_vec();
     let one = |value, path: String| {
         let word = reader.string(value, "a component")?;
-        let found = COMPONENTS.iter().find(|(name, _)| *name == word);
+        let plain = word.strip_prefix('r').filter(|_| rigid);
+        let found = COMPONENTS.iter().find(|(name, _)| *name == plain.unwrap_or(&word));
         if found.is_none() {
             let message = format!("there is no component `{word}`");
-            reader.error(&path, CaseCode::UnknownWord, message, "components: x, y, z");
+            let help = if rigid { "components: x, y, z, rx, ry, rz" } else { "components: x, y, z" };
+            reader.error(&path, CaseCode::UnknownWord, message, help);
         }
-        found.map(|&(_, component)| component)
+        found.map(|&(_, component)| (component, plain.is_some()))
     };
-    let help = "omit the key to prescribe all three";
-    let mut components = table
+    let help = "omit the key to prescribe all";
+    let listed = table
         .list("components", one)
         .check(CaseCode::Empty, |list| !list.is_empty(), "lists no component", help)
-        .or(all());
-    let given = components.len();
-    components.sort_unstable();
-    components.dedup();
-    if components.len() < given {
+        .optional();
+    let Some(listed) = listed else {
+        return (all.clone(), if rigid { all } else { Vec::new() });
+    };
+    let of = |rotation: bool| {
+        let of_kind = listed.iter().filter(|(_, turns)| *turns == rotation);
+        let mut components: Vec<Component> = of_kind.map(|&(component, _)| component).collect();
+        components.sort_unstable();
+        components.dedup();
+        components
+    };
+    let (components, rotations) = (of(false), of(true));
+    if components.len() + rotations.len() < listed.len() {
         reader.error(&table.path_of("components"), CaseCode::DuplicateName, "a component is listed twice", "");
     }
-    components
+    (components, rotations)
 }
 
 /// The waypoints; an omitted `u` or `angle` keeps its value of the previous waypoint.

@@ -16,7 +16,11 @@ pub struct Body {
     pub shape: Shape,
     /// Placement of the shape, which is generated in its own frame.
     pub place: Placement,
-    /// The material of the solid (density 1).
+    /// That it does not deform; its motion has six unknowns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<Rigid>,
+    /// The material of the solid (density 1). For a rigid body that of the stiffest other body, from
+    /// which default stiffnesses of contact follow.
     pub material: Material,
     /// How its elements are integrated.
     pub element: Formulation,
@@ -24,6 +28,15 @@ pub struct Body {
     /// mid-side nodes, so that hexahedra have 27 nodes and tetrahedra 10. The new nodes of curved
     /// shapes lie on the true shape, those of meshes from files midway.
     pub order: u8,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Rigid {
+    /// Reference point, whose displacement and rotation are the unknowns, after placement; default:
+    /// the centre of its bounding box. \[L\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<[f64; 3]>,
 }
 
 /// The shapes that can be meshed, and meshes from files. y is up; lengths in \[L\].

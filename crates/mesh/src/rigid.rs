@@ -1,0 +1,54 @@
+//! Rigid bodies: six unknowns determine the positions of all their nodes.
+
+use crate::Mesh;
+
+/// A body that does not deform. Two extra nodes at the end of the mesh, which belong to no element,
+/// hold its unknowns: the displacement of the first is that of the reference point, the
+/// "displacement" of the second is [`length`](Self::length) times the rotation vector.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rigid {
+    /// Number of the body in [`Mesh::bodies`].
+    pub body: usize,
+    /// The node at the reference point.
+    pub reference: u32,
+    /// Largest distance of a node of the body from the reference point; it makes forces and moments
+    /// comparable. \[L\]
+    pub length: f64,
+}
+
+impl Rigid {
+    /// The node that holds the rotation.
+    pub fn rotation(&self) -> u32 {
+        self.reference + 1
+    }
+}
+
+impl Mesh {
+    /// Makes a body rigid, with a reference point; its nodes become the node set with its name.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn make_rigid(&mut self, body: usize, point: [f64; 3]) {
+        let nodes = self.bodies[body].nodes.clone();
+        let distance = |x: &[f64; 3]| (0..3).map(|c| (x[c] - point[c]).powi(2)).sum::<f64>().sqrt();
+        let length = self.nodes[nodes.clone()].iter().map(distance).fold(f64::MIN_POSITIVE, f64::max);
+        let reference = self.nodes.len() as u32;
+        self.nodes.extend([point; 2]);
+        self.node_sets.insert(self.bodies[body].name.clone(), nodes.map(|node| node as u32).collect());
+        self.rigid.push(Rigid { body, reference, length });
+    }
+
+    /// The rigid body to which all these nodes belong.
+    pub fn rigid_body_of(&self, nodes: &[u32]) -> Option<&Rigid> {
+        let all_in = |rigid: &&Rigid| {
+            let range = &self.bodies[rigid.body].nodes;
+            !nodes.is_empty() && nodes.iter().all(|&node| range.contains(&(node as usize)))
+        };
+        self.rigid.iter().find(all_in)
+    }
+
+    /// Whether an element belongs to a rigid body.
+    pub fn is_rigid(&self, element: usize) -> bool {
+        self.rigid.iter().any(|rigid| self.bodies[rigid.body].elements.contains(&element))
+    }
+}
