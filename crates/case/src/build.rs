@@ -25,7 +25,7 @@ use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
 use slipstick_model::model::prescribed::{Moved, Prescribed};
 use slipstick_model::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loads, Method,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loaded, Loads, Method,
     ModelInterface, ModelParts, Share, Uzawa, Viscosity, Workspace,
 };
 pub use slipstick_model::problem::Problem;
@@ -70,6 +70,11 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         return Err(BuildError::new("output.vtkhdf", message, help));
     }
     let mesh = build_mesh(case)?;
+    if let (Some(rigid), true) = (mesh.rigid.first(), machine.ranks().size() > 1) {
+        let message = "several ranks cannot share a path with rigid bodies yet";
+        let help = "run the case on one rank, or model the body as a stiff one";
+        return Err(BuildError::new(format!("body[{}].rigid", rigid.body), message, help));
+    }
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
@@ -84,11 +89,10 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         )
     })?;
     let mirrored = symmetry::mirrored(case, &mesh)?;
-    let prescribed = prescribed.with_symmetry(&mirrored).map_err(|e| {
+    let prescribed = prescribed.with_rigid_bodies(&mesh).with_symmetry(&mirrored).map_err(|e| {
         let help = "move them only within the plane, or omit the plane";
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
-    let prescribed = prescribed.with_rigid_bodies(&mesh);
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections = case.bodies.iter().map(section).collect();
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
@@ -212,16 +216,15 @@ fn march_options(case: &Case) -> MarchOptions {
 }
 
 fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
-    let facets: Result<Vec<_>, BuildError> = case
-        .loads
-        .iter()
-        .enumerate()
-        .map(|(i, load)| {
-            let surface = surface_of(mesh, &load.surface, &format!("load[{i}].surface"))?;
-            Ok(mesh.faces_of_surface(surface))
-        })
-        .collect();
-    Ok(Loads::new(case.loads.clone(), facets?, coordinates, load_cases))
+    let target = |(i, load): (usize, &case::Load)| {
+        if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == load.surface) {
+            return Ok(Loaded::Body(rigid.clone()));
+        }
+        let surface = surface_of(mesh, &load.surface, &format!("load[{i}].surface"))?;
+        Ok(Loaded::Facets(mesh.faces_of_surface(surface)))
+    };
+    let targets: Result<Vec<Loaded>, BuildError> = case.loads.iter().enumerate().map(target).collect();
+    Ok(Loads::new(case.loads.clone(), targets?, coordinates, load_cases))
 }
 
 /// Facets of a surface that `path` names.

@@ -41,8 +41,9 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use nalgebra::Vector3;
 use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Path, StepState};
 
 use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
@@ -130,7 +131,7 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let recorder = Recorder {
         mesh,
         model,
-        supports: supports(model),
+        supports: supports(&problem.mesh, model),
         own: &problem.quantities,
         external_work: ExternalWork::new("external_work"),
     };
@@ -229,20 +230,31 @@ fn normal_force(nodes: &[NodalContact]) -> f64 {
 struct Support {
     set: Option<String>,
     unknowns: Vec<u32>,
+    /// The rigid body that it is.
+    rigid: Option<Rigid>,
 }
 
-fn supports(model: &ContactModel) -> Vec<Support> {
+/// Supports and motions, rigid bodies without them, and symmetry planes.
+fn supports(mesh: &Mesh, model: &ContactModel) -> Vec<Support> {
     let prescribed = model.prescribed();
-    let sets = prescribed.owned().into_iter().map(|(set, unknowns)| Support { set: Some(set.to_owned()), unknowns });
+    let of = |set: &str| mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == set).cloned();
+    let mut owned = prescribed.owned();
+    for rigid in &mesh.rigid {
+        let name = mesh.bodies[rigid.body].name.as_str();
+        if owned.iter().all(|(set, _)| *set != name) {
+            owned.push((name, Vec::new()));
+        }
+    }
+    let sets = owned.into_iter().map(|(set, unknowns)| Support { set: Some(set.to_owned()), unknowns, rigid: of(set) });
     let mirrored = prescribed.mirrored();
     let plane = |c: u32| mirrored.iter().copied().filter(|unknown| unknown % 3 == c).collect::<Vec<u32>>();
     let planes = (0..3).map(plane).filter(|unknowns| !unknowns.is_empty());
-    sets.chain(planes.map(|unknowns| Support { set: None, unknowns })).collect()
+    sets.chain(planes.map(|unknowns| Support { set: None, unknowns, rigid: None })).collect()
 }
 
 /// The names of the columns that every run writes, apart from those of the case's own quantities.
 pub fn column_names(mesh: &Mesh, model: &ContactModel) -> Vec<String> {
-    built_in(mesh, model, &supports(model)).into_iter().map(|column| column.name).collect()
+    built_in(mesh, model, &supports(mesh, model)).into_iter().map(|column| column.name).collect()
 }
 
 /// A name as the heading of a column: names from mesh files may contain characters that separate
@@ -325,8 +337,14 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
                 for axis in AXES {
                     push(subject(), format!("displacement_{axis}"), format!("displacement_{set}_{axis}"), "L");
                 }
+                for axis in AXES.iter().filter(|_| support.rigid.is_some()) {
+                    push(subject(), format!("rotation_{axis}"), format!("rotation_{set}_{axis}"), "");
+                }
                 for axis in prescribed.map(|c| AXES[c]) {
                     push(subject(), format!("reaction_{axis}"), format!("reaction_{set}_{axis}"), "F");
+                }
+                for axis in AXES.iter().filter(|_| support.rigid.is_some()) {
+                    push(subject(), format!("moment_{axis}"), format!("moment_{set}_{axis}"), "F L");
                 }
             }
             None => prescribed.for_each(|c| {
@@ -378,6 +396,16 @@ impl Recorder<'_> {
         names
     }
 
+    /// Moment of the forces at the nodes of a rigid body about its reference point, at its current
+    /// position. \[F L\]
+    fn moment(&self, rigid: &Rigid, d: &[f64], force: &[f64]) -> [f64; 3] {
+        let vector = |v: &[f64], node: usize| Vector3::from_column_slice(&v[3 * node..][..3]);
+        let place = |node: usize| Vector3::from(self.mesh.nodes[node]) + vector(d, node);
+        let centre = place(rigid.reference as usize);
+        let nodes = self.mesh.bodies[rigid.body].nodes.clone();
+        nodes.map(|node| (place(node) - centre).cross(&vector(force, node))).sum::<Vector3<f64>>().into()
+    }
+
     fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
         QuantityRow { step, time, values: vec![f64::NAN; count], slipped: Vec::new() }
     }
@@ -393,7 +421,11 @@ impl Recorder<'_> {
         let mut values = Vec::new();
         for support in &self.supports {
             let (nodes, components) = support.nodes();
-            if support.set.is_some() {
+            if let Some(rigid) = &support.rigid {
+                let at = 3 * rigid.reference as usize;
+                values.extend_from_slice(&state.unknowns[at..at + 3]);
+                values.extend(self.model.rotation(rigid, &state.unknowns).unwrap_or_default());
+            } else if support.set.is_some() {
                 for c in 0..3 {
                     let sum: f64 = nodes.iter().map(|&node| state.unknowns[3 * node as usize + c]).sum();
                     values.push(sum / nodes.len() as f64);
@@ -402,6 +434,9 @@ impl Recorder<'_> {
             for c in (0..3).filter(|&c| components[c]) {
                 let own = support.unknowns.iter().filter(|&&unknown| unknown as usize % 3 == c);
                 values.push(own.map(|&unknown| data.reaction[unknown as usize]).sum());
+            }
+            if let Some(rigid) = &support.rigid {
+                values.extend(self.moment(rigid, &state.unknowns, &data.reaction));
             }
         }
         let results = pair_results(self.model, contact);

@@ -148,6 +148,7 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
                 LoadKind::Pressure(p) => ("pressure", digits(factor * p), Dimension::STRESS),
                 LoadKind::Traction(t) => ("traction", shown(t.map(|t| factor * t)), Dimension::STRESS),
                 LoadKind::Force(f) => ("force", shown(f.map(|f| factor * f)), Dimension::FORCE),
+                LoadKind::Moment(m) => ("moment", shown(m.map(|m| factor * m)), Dimension::WORK),
             };
             let case = load.load_case.clone().unwrap_or_else(|| "all".into());
             vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value, case]

@@ -397,8 +397,13 @@ impl PathResponses<Design> for Adapter<'_> {
         to.unknowns.iter_mut().zip(&by.displacement).for_each(|(to, from)| *to += from);
         let prescribed = by.reaction.iter().zip(model.prescribed().fixed()).enumerate();
         prescribed.filter(|(_, (_, fixed))| **fixed).for_each(|(i, (weight, _))| to.residual[i] += weight);
-        // the reactions of a rigid body are the forces at its nodes
-        model.rigid_references().for_each(|node| to.residual[3 * node..][..3].fill(0.0));
+        // the reactions of a rigid body are the forces at its nodes; at its reference point, they are only
+        // minus the loads
+        for node in model.rigid_references() {
+            for i in 3 * node..3 * node + 3 {
+                by.external_force[i] -= std::mem::take(&mut to.residual[i]);
+            }
+        }
         if reads.contact {
             design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
         }

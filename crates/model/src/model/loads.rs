@@ -1,15 +1,25 @@
 //! External forces along the load path.
 
 use super::motion::{Load, LoadKind};
+use super::rigid::RigidBodies;
 use super::{Share, course};
 use slipstick_linalg::BlockMatrix;
-use slipstick_mesh::FaceNodes;
+use slipstick_mesh::{FaceNodes, Rigid};
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
 
 /// The loads of a model.
 #[derive(Debug, Clone, Default)]
 pub struct Loads {
     loads: Vec<Applied>,
+}
+
+/// What a load acts on.
+#[derive(Debug, Clone)]
+pub enum Loaded {
+    /// Facets of a surface.
+    Facets(Vec<FaceNodes>),
+    /// A rigid body: a force at its reference point, or a moment.
+    Body(Rigid),
 }
 
 #[derive(Debug, Clone)]
@@ -37,26 +47,32 @@ enum Action {
 }
 
 impl Loads {
-    /// `facets[i]` are the facets on which `loads[i]` acts; `coordinates` has three entries per
+    /// `targets[i]` is that on which `loads[i]` acts; `coordinates` has three entries per
     /// node; `cases` are the names of the load cases.
-    pub fn new(loads: Vec<Load>, facets: Vec<Vec<FaceNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
+    pub fn new(loads: Vec<Load>, targets: Vec<Loaded>, coordinates: &[f64], cases: &[&str]) -> Self {
         let dead = |facets: &[FaceNodes], traction: [f64; 3]| {
             let areas = nodal_areas(facets, coordinates);
             Action::Dead(areas.into_iter().map(|(node, area)| (node, traction.map(|t| t * area))).collect())
         };
-        let apply = |(load, facets): (Load, Vec<FaceNodes>)| {
-            let action = match load.kind {
-                LoadKind::Pressure(pressure) => Action::Pressure(facets, pressure),
-                LoadKind::Traction(traction) => dead(&facets, traction),
-                LoadKind::Force(force) => {
+        let apply = |(load, target): (Load, Loaded)| {
+            let action = match (load.kind, target) {
+                (LoadKind::Pressure(pressure), Loaded::Facets(facets)) => Action::Pressure(facets, pressure),
+                (LoadKind::Traction(traction), Loaded::Facets(facets)) => dead(&facets, traction),
+                (LoadKind::Force(force), Loaded::Facets(facets)) => {
                     let area: f64 = nodal_areas(&facets, coordinates).iter().map(|(_, area)| area).sum();
                     dead(&facets, force.map(|f| f / area))
                 }
+                (LoadKind::Force(force), Loaded::Body(body)) => Action::Dead(vec![(body.reference, force)]),
+                (LoadKind::Moment(moment), Loaded::Body(body)) => {
+                    Action::Dead(vec![(body.rotation(), moment.map(|m| m / body.length))])
+                }
+                // such cases are not built
+                _ => Action::Dead(Vec::new()),
             };
             let case = load.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
             Applied { load, case, action }
         };
-        Self { loads: loads.into_iter().zip(facets).map(apply).collect() }
+        Self { loads: loads.into_iter().zip(targets).map(apply).collect() }
     }
 
     /// The same loads, each times a factor.
@@ -139,11 +155,12 @@ impl Loads {
     }
 
     /// Numbers of the loads that act only on prescribed displacements, marked in `fixed`.
-    pub fn idle(&self, fixed: &[bool], coordinates: &[f64]) -> Vec<usize> {
+    pub(super) fn idle(&self, fixed: &[bool], rigid: &RigidBodies, coordinates: &[f64]) -> Vec<usize> {
         let moves_nothing = |applied: &Applied| {
             let mut force = vec![0.0; coordinates.len()];
             applied.action.add(1.0, coordinates, &mut force);
             let largest = force.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+            rigid.pull_back(&vec![0.0; coordinates.len()], &mut force);
             force.iter().zip(fixed).all(|(f, fixed)| *fixed || f.abs() <= 1e-12 * largest)
         };
         (0..self.loads.len()).filter(|&load| moves_nothing(&self.loads[load])).collect()

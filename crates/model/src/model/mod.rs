@@ -50,7 +50,7 @@ pub use design::Design;
 pub use element_fields::ElementFields;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
-pub use loads::Loads;
+pub use loads::{Loaded, Loads};
 use nalgebra::Vector3;
 use node::NodeSettings;
 pub use pair::{ModelInterface, OffsetPoint};
@@ -351,7 +351,7 @@ impl ContactModel {
 
     /// Numbers of the loads that act only on prescribed displacements and so have no effect.
     pub fn idle_loads(&self) -> Vec<usize> {
-        self.loads.idle(self.prescribed.fixed(), &self.coordinates)
+        self.loads.idle(self.prescribed.fixed(), &self.rigid, &self.coordinates)
     }
 
     /// Global numbers of all slave nodes, interface by interface: the order of nodal contact

@@ -85,10 +85,10 @@ pub struct Waypoint {
     pub angle: f64,
 }
 
-/// A load on a surface; along the path, its value is multiplied by `amplitude`.
+/// A load on a surface or a rigid body; along the path, its value is multiplied by `amplitude`.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Load {
-    /// The surface.
+    /// The surface, or the name of the rigid body.
     pub surface: String,
     /// The load case in which it acts; `None`: in all.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -122,8 +122,12 @@ pub enum LoadKind {
     Pressure(f64),
     /// Dead load of fixed direction, per reference area. \[F/L²\]
     Traction([f64; 3]),
-    /// Resultant of a dead load that is spread evenly over the reference area. \[F\]
+    /// Resultant of a dead load that is spread evenly over the reference area, or acts at the reference
+    /// point of a rigid body. \[F\]
     Force([f64; 3]),
+    /// Moment on a rigid body. It is conjugate to the rotation vector θ, its work is ∫ m·dθ: a moment
+    /// about a fixed axis while the body turns about this axis. \[F L\]
+    Moment([f64; 3]),
 }
 
 /// A waypoint of a load's amplitude.

@@ -5,6 +5,7 @@ use super::law::{LawWeights, NodeLaw};
 use super::{ContactModel, ContactResults, Design, Step, node};
 use nalgebra::{Vector2, Vector3};
 use slipstick_design::quantity::{ContactDerivative, ContactNode, StateView};
+use slipstick_mesh::Rigid;
 use slipstick_path::{Evaluated, Explicit, PathGradient, PreviousPullBack, StateError};
 use slipstick_solid::ElementScaling;
 use slipstick_solid::stress::{STRESS_POINTS, von_mises};
@@ -31,6 +32,11 @@ impl ContactModel {
     pub(crate) fn reactions(&self, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
         let of = |(i, &fixed): (usize, &bool)| if fixed { internal[i] - external[i] - contact[i] } else { 0.0 };
         self.prescribed.fixed().iter().enumerate().map(of).collect()
+    }
+
+    /// Rotation vector of a rigid body. \[rad\]
+    pub(crate) fn rotation(&self, body: &Rigid, y: &[f64]) -> Option<[f64; 3]> {
+        self.rigid.rotation(body.reference, y)
     }
 
     /// Nodes that hold the unknowns of rigid bodies.

@@ -258,9 +258,10 @@ impl Prescribed {
         owned
     }
 
-    /// Displacement unknowns normal to symmetry planes that no set prescribes.
-    pub fn mirrored(&self) -> &[u32] {
-        &self.mirrored
+    /// Displacement unknowns normal to symmetry planes that no set prescribes. Of a rigid body, these are
+    /// the displacements of its nodes.
+    pub fn mirrored(&self) -> Vec<u32> {
+        self.mirrored.iter().flat_map(|&dof| self.rigid.moved_by(dof)).collect()
     }
 
     /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis,

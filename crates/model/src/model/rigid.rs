@@ -69,11 +69,13 @@ impl RigidBodies {
     }
 
     /// The displacement unknowns that `dof` stands for: of the translation of a rigid body, those of its
-    /// nodes; of its rotation, none; otherwise itself.
+    /// nodes and reference point; of its rotation, none; otherwise itself.
     pub fn moved_by(&self, dof: u32) -> Vec<u32> {
         let (node, c) = (dof as usize / 3, dof % 3);
         match self.bodies.iter().find(|body| (body.reference..=body.reference + 1).contains(&node)) {
-            Some(body) if node == body.reference => body.nodes.clone().map(|node| 3 * node as u32 + c).collect(),
+            Some(body) if node == body.reference => {
+                body.nodes.clone().chain([node]).map(|node| 3 * node as u32 + c).collect()
+            }
             Some(_) => Vec::new(),
             None => vec![dof],
         }
@@ -119,6 +121,12 @@ impl RigidBodies {
         }
         nodes.sort_unstable();
         nodes.dedup();
+    }
+
+    /// Rotation vector at y of the body with this reference point. \[rad\]
+    pub fn rotation(&self, reference: u32, y: &[f64]) -> Option<[f64; 3]> {
+        let body = self.bodies.iter().find(|body| body.reference == reference as usize)?;
+        Some(body.pose(y).1.into())
     }
 
     /// Writes the displacements of the nodes that follow from the unknowns of rigid bodies.

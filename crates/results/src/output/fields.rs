@@ -143,8 +143,14 @@ pub fn of_state<'a>(mesh: &Mesh, state: &State<'a>) -> Vec<Field<'a>> {
         |name, components, values| Field { name, place: Place::Cells, components, values },
     );
     let cells = mesh.elements.len();
+    let mut displacement = Cow::Borrowed(&displacement[..3 * nodes]);
+    for rigid in &mesh.rigid {
+        // the rotation has no place of its own; both nodes move with the reference point
+        let [from, to] = [rigid.reference, rigid.rotation()].map(|node| 3 * node as usize);
+        displacement.to_mut().copy_within(from..from + 3, to);
+    }
     vec![
-        point("displacement", 3, Stored::from(&displacement[..3 * nodes])),
+        point("displacement", 3, Stored::F64(displacement)),
         point("contact_force", 3, all(&contact.force, 3 * nodes)),
         point("contact_traction", 3, all(&contact.traction, 3 * nodes)),
         point("contact_pressure", 1, all(&contact.pressure, nodes)),

@@ -1,18 +1,27 @@
-//! Loads on surfaces (`[[load]]`).
+//! Loads on surfaces and rigid bodies (`[[load]]`).
 
 use super::super::CaseCode;
 use super::super::names::Names;
-use super::super::resolved::{AmplitudePoint, Load, LoadCase, LoadKind};
+use super::super::resolved::{AmplitudePoint, Body, Load, LoadCase, LoadKind};
 use super::super::typed::Table;
 use super::{load_case, motion};
 
-pub(super) fn loads(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Load> {
-    root.tables("load").into_iter().map(|table| load(table, names, cases, steps)).collect()
+pub(super) fn loads(
+    root: &Table<'_>,
+    names: &Names,
+    bodies: &[Body],
+    cases: &[LoadCase],
+    steps: usize,
+) -> Vec<Load> {
+    root.tables("load").into_iter().map(|table| load(table, names, bodies, cases, steps)).collect()
 }
 
-fn load(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Load {
+fn load(table: Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Load {
     let surface = table.string("surface").required(String::new(), "a surface, for instance \"plate_ymax\"");
-    names.check_surface(table.reader, &table.path_of("surface"), &surface);
+    let rigid = bodies.iter().any(|body| body.rigid.is_some() && body.name == surface);
+    if !rigid {
+        names.check_surface(table.reader, &table.path_of("surface"), &surface);
+    }
     let not_zero = "is a load of zero";
     let vector = |key| {
         table
@@ -25,8 +34,10 @@ fn load(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Lo
             )
             .or([0.0; 3])
     };
-    let kind = match table.choose("the value of the load", &["pressure", "traction", "force"]) {
+    let kinds: &[&str] = if rigid { &["force", "moment"] } else { &["pressure", "traction", "force"] };
+    let kind = match table.choose("the value of the load", kinds) {
         Some("traction") => LoadKind::Traction(vector("traction")),
+        Some("moment") => LoadKind::Moment(vector("moment")),
         Some("force") => LoadKind::Force(vector("force")),
         Some(_) => {
             let pressure = table.number("pressure");

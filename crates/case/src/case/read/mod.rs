@@ -34,7 +34,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let contacts = contact::contacts(&root, &names, &bodies, load_path.steps);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &bodies, &load_cases, load_path.steps);
-    let loads = load::loads(&root, &names, &load_cases, load_path.steps);
+    let loads = load::loads(&root, &names, &bodies, &load_cases, load_path.steps);
     let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
     let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =
         (moving.collect(), loads.iter().map(|load| (load.surface.clone(), load.load_case.clone())).collect());
