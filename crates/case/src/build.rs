@@ -25,8 +25,8 @@ use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
 use slipstick_model::model::prescribed::{Moved, Prescribed};
 use slipstick_model::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loaded, Loads, Method,
-    ModelInterface, ModelParts, Share, Uzawa, Viscosity, Workspace,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loaded, Loads,
+    Method, ModelInterface, ModelParts, Share, Uzawa, Viscosity, Workspace,
 };
 pub use slipstick_model::problem::Problem;
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};

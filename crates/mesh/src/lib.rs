@@ -36,8 +36,8 @@ mod error;
 mod generate;
 mod geometry;
 mod mesh;
-mod search;
 mod rigid;
+mod search;
 pub mod second_order;
 mod select;
 mod topology;
@@ -58,7 +58,7 @@ pub use geometry::{
     tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
-pub use search::FacetTree;
 pub use rigid::Rigid;
+pub use search::FacetTree;
 pub use second_order::ContactMap;
 pub use topology::NodeElements;

@@ -50,9 +50,9 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
     for (b, rigid) in case.bodies.iter().enumerate().filter_map(|(b, body)| Some((b, body.rigid?))) {
         let nodes = all.nodes[all.bodies[b].nodes.clone()].iter();
         let middle = |c: usize| {
-            let (low, high) = nodes.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x[c]), high.max(x[c]))
-            });
+            let (low, high) = nodes
+                .clone()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x[c]), high.max(x[c])));
             0.5 * (low + high)
         };
         let reference = rigid.reference.unwrap_or_else(|| std::array::from_fn(middle));

@@ -61,9 +61,7 @@ impl Moved {
             components.iter().map(|component| (node, component.index(), what)).collect()
         };
         match self {
-            Self::Nodes(nodes) => {
-                nodes.iter().flat_map(|&node| of(node, position(node), &motion.components)).collect()
-            }
+            Self::Nodes(nodes) => nodes.iter().flat_map(|&node| of(node, position(node), &motion.components)).collect(),
             Self::Body(body) => {
                 let mut all = of(body.reference, position(body.reference), &motion.components);
                 all.extend(of(body.rotation(), What::Rotation(body.length), &motion.rotations));
@@ -146,7 +144,16 @@ impl Prescribed {
             }
         }
         let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
-        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new(), rest: Vec::new(), rigid: RigidBodies::default() })
+        Ok(Self {
+            motions,
+            cases,
+            entries,
+            repeated,
+            fixed,
+            mirrored: Vec::new(),
+            rest: Vec::new(),
+            rigid: RigidBodies::default(),
+        })
     }
 
     /// The same with the components normal to symmetry planes held: three per node in `mirrored`.
@@ -446,7 +453,8 @@ mod tests {
     fn contradicting_tables_are_refused() {
         let mut other = driven();
         other.motion.pop();
-        let result = Prescribed::new(vec![driven(), driven(), other], &[nodes(&[0]), nodes(&[0]), nodes(&[0])], &[0.0; 3], &[]);
+        let result =
+            Prescribed::new(vec![driven(), driven(), other], &[nodes(&[0]), nodes(&[0]), nodes(&[0])], &[0.0; 3], &[]);
         let set = "top".to_owned();
         assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
     }
@@ -484,7 +492,8 @@ mod tests {
             ..driven()
         };
         let motions = vec![of("a", -1.0), of("b", 2.0), of("b", 3.0)];
-        let prescribed = Prescribed::new(motions, &[nodes(&[0]), nodes(&[0]), nodes(&[1])], &[0.0; 6], &["a", "b"]).unwrap();
+        let prescribed =
+            Prescribed::new(motions, &[nodes(&[0]), nodes(&[0]), nodes(&[1])], &[0.0; 6], &["a", "b"]).unwrap();
         let at = |time: f64| {
             let mut d = [9.0; 6];
             prescribed.apply(time, &mut d);

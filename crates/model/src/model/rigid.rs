@@ -86,9 +86,8 @@ impl RigidBodies {
     pub fn point_is_fixed(&self, fixed: &[bool]) -> Vec<bool> {
         let mut out = fixed.to_vec();
         for body in &self.bodies {
-            let held = |c: usize| {
-                fixed[3 * body.reference + c] && (0..3).all(|r| r == c || fixed[3 * body.reference + 3 + r])
-            };
+            let held =
+                |c: usize| fixed[3 * body.reference + c] && (0..3).all(|r| r == c || fixed[3 * body.reference + 3 + r]);
             for node in body.nodes.clone() {
                 (0..3).for_each(|c| out[3 * node + c] = held(c));
             }

@@ -15,8 +15,8 @@ use std::panic::catch_unwind;
 use std::time::Instant;
 
 use problem::{
-    FIRST_OF_JOINTS, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, RandomProblem, random_map,
-    random_problem,
+    FIRST_OF_JOINTS, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS, RandomProblem,
+    random_map, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
@@ -244,6 +244,12 @@ fn gradients_of_random_quadratic_elements() {
     suite(FIRST_OF_QUADRATIC..FIRST_OF_QUADRATIC + 20, With::Densities);
 }
 
+/// The same with a rigid block, whose rotations are prescribed, free or loaded by a moment.
+#[test]
+fn gradients_of_random_rigid_bodies() {
+    suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 20, With::Densities);
+}
+
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
 /// one-sided differences agree with the adjoint to second order, central ones do not. They are
 /// reported as kinks, not as errors.
@@ -292,6 +298,12 @@ fn gradients_of_five_hundred_random_joints() {
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_two_hundred_random_problems_with_quadratic_elements() {
     suite(FIRST_OF_QUADRATIC..FIRST_OF_QUADRATIC + 200, With::Densities);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_three_hundred_random_rigid_bodies() {
+    suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 300, With::Densities);
 }
 
 /// All seeds without load cases, or those that environment variables choose.

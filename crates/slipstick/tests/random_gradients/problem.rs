@@ -170,6 +170,55 @@ fn joint(seed: u64, friction: &str, enforcement: &str) -> String {
 /// Problems from this seed on have quadratic elements in one or both bodies, with few elements.
 pub const FIRST_OF_QUADRATIC: u64 = 5000;
 
+/// Problems from this seed on have a rigid block, whose rotations are prescribed or free.
+pub const FIRST_OF_RIGID: u64 = 7000;
+
+/// The same case with a rigid block. Its reference point is somewhere near its middle. Where rotations are
+/// free, a moment acts on it; `rests`: without this, nothing would hold it, so all are prescribed.
+fn with_rigid_block(random: &mut Random, text: &str, centre: [f64; 3], rests: bool) -> String {
+    let start = text.find("name = \"block\"").expect("a block");
+    let start = start + text[start..].find("material").expect("a material");
+    let end = start + text[start..].find("[[contact]]").expect("a pair");
+    let reference = centre.map(|x| x + random.within(-0.1, 0.1));
+    let mut out = text.to_owned();
+    out.replace_range(start..end, &format!("rigid = {{ reference = {reference:?} }}\n"));
+    let start = out.find("set = \"block_ymax\"").expect("a motion");
+    let end = start + out[start..].find("[load_path]").expect("a path");
+    let held: Vec<&str> =
+        ["\"rx\"", "\"ry\"", "\"rz\""].into_iter().filter(|_| chance(random, 0.75) || !rests).collect();
+    let motion = out[start..end].replacen("set = \"block_ymax\"", "set = \"block\"", 1);
+    let motion = if held.len() == 3 {
+        motion
+    } else {
+        let moves = motion.lines().find(|line| line.starts_with("motion")).expect("a motion");
+        let turned: Vec<&str> = moves.split(", angle = ").collect();
+        let straight: Vec<&str> =
+            turned.iter().skip(1).map(|rest| rest.split_once(' ').expect("a waypoint").1).collect();
+        let moves = turned[0].to_owned() + " " + &straight.join(" ");
+        let components = [vec!["\"x\"", "\"y\"", "\"z\""], held].concat().join(", ");
+        let moment = random.vector(3, 0.3);
+        format!(
+            "set = \"block\"\ncomponents = [{components}]\n{moves}\n[[load]]\nsurface = \"block\"\nmoment = {moment:?}\n"
+        )
+    };
+    out.replace_range(start..end, &motion);
+    let start = out.find("[design]\nbodies = ").expect("a design") + "[design]\n".len();
+    let end = start + out[start..].find('\n').expect("a line");
+    out.replace_range(start..end, "bodies = [\"slab\"]");
+    // multipliers on the nodes of a rigid body may outnumber what they act on
+    if !out.contains("penalty") {
+        out = out.replace(
+            "slave = \"block_ymin\"\nmaster = \"slab_ymax\"",
+            "slave = \"slab_ymax\"\nmaster = \"block_ymin\"",
+        );
+    }
+    // a placeholder for the objective that is drawn
+    let start = out.find("contact_force = ").expect("an objective");
+    let end = start + out[start..].find('\n').expect("a line");
+    out.replace_range(start..end, "minimise = { quantity = \"press\" }");
+    out + "[[quantity]]\nname = \"press\"\nreaction = { set = \"slab_ymin\", component = \"norm\" }\n"
+}
+
 /// What the hexahedra of a body become.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -377,13 +426,26 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         (over, load_cases) = scenarios(r, &turn, rotation);
         format!("{text}load_cases = {over}\n{load_cases}")
     };
-    let mut problem = if seed < FIRST_OF_QUADRATIC { problem(&text) } else { quadratic(r, &text) };
+    let text = if seed < FIRST_OF_RIGID {
+        text
+    } else {
+        let middle = turn * (centre + Vector3::new(0.0, 0.5 * block[1], 0.0)) + shift;
+        // otherwise it tips over the edge
+        let inside = |c: usize| centre[c].min(slab[c] - centre[c]) > 0.4 * block[c];
+        with_rigid_block(r, &text, middle.into(), gap == 0.0 && inside(0) && inside(2))
+    };
+    let mut problem = match seed {
+        FIRST_OF_QUADRATIC..FIRST_OF_RIGID => quadratic(r, &text),
+        _ => problem(&text),
+    };
     let elements = designed(&problem);
     let lowest = one_of(r, &[0.1, 0.4]);
     let mut density = ElementValues::from(vec![1.0; problem.initial_density().len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
     let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
-    if seed >= FIRST_OF_QUADRATIC {
+    if seed >= FIRST_OF_RIGID {
+        objective = format!("rigid: {}", draw_objective(r, &mut problem));
+    } else if seed >= FIRST_OF_QUADRATIC {
         objective = format!("quadratic: {}", draw_objective(r, &mut problem));
     } else if (FIRST_OF_SCENARIOS..FIRST_OF_JOINTS).contains(&seed) {
         objective = format!("load cases: {over}");

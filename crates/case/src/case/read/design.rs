@@ -13,7 +13,7 @@ use slipstick_design::{Method, Schedule};
 
 pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {
     let table = root.table("design")?;
-    let design_bodies = design_bodies(&table, names);
+    let design_bodies = design_bodies(&table, names, bodies);
     let fraction = |key| {
         let range = |&value: &f64| value > 0.0 && value <= 1.0;
         table.number(key).check(CaseCode::Fraction, range, "must lie in (0, 1]", "")
@@ -123,7 +123,7 @@ fn check_filters(table: &Table<'_>) {
     }
 }
 
-fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
+fn design_bodies(table: &Table<'_>, names: &Names, all: &[Body]) -> Vec<String> {
     let reader = table.reader;
     let one = |value, path: String| {
         let name = reader.string(value, "the name of a body")?;
@@ -140,6 +140,10 @@ fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
         if bodies.contains(&name) {
             let message = format!("`{name}` is listed twice");
             reader.error(&path, CaseCode::DuplicateName, message, "");
+        } else if all.iter().any(|body| body.name == name && body.rigid.is_some()) {
+            let message = format!("`{name}` is rigid: its density changes nothing");
+            let help = "design other bodies, or give this one a material instead of `rigid`";
+            reader.error(&path, CaseCode::Unsupported, message, help);
         } else {
             bodies.push(name);
         }

@@ -6,13 +6,7 @@ use super::super::resolved::{AmplitudePoint, Body, Load, LoadCase, LoadKind};
 use super::super::typed::Table;
 use super::{load_case, motion};
 
-pub(super) fn loads(
-    root: &Table<'_>,
-    names: &Names,
-    bodies: &[Body],
-    cases: &[LoadCase],
-    steps: usize,
-) -> Vec<Load> {
+pub(super) fn loads(root: &Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Vec<Load> {
     root.tables("load").into_iter().map(|table| load(table, names, bodies, cases, steps)).collect()
 }
 
