@@ -44,6 +44,8 @@ pub enum NoticeKind {
     AveragedNormals,
     /// The slave facets of a contact pair are much coarser than the master facets.
     CoarseSlave,
+    /// A surface of a rigid body is the slave of a pair with multipliers.
+    RigidSlave,
     /// A load acts only on prescribed displacements.
     IdleLoad,
     /// The initial design exceeds the volume bound.
@@ -288,13 +290,17 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
     let (volumes, qualities) = (mesh.element_volumes(), mesh.element_qualities());
     mesh.bodies
         .iter()
-        .map(|body| BodySummary {
+        .enumerate()
+        .map(|(b, body)| BodySummary {
             name: body.name.clone(),
             elements: body.elements.len(),
             nodes: body.nodes.len(),
             volume: volumes[body.elements.clone()].iter().sum(),
             quality: qualities[body.elements.clone()].iter().copied().fold(f64::INFINITY, f64::min),
-            free_motions: 6 - held_motions(mesh, body.nodes.clone(), fixed),
+            free_motions: match mesh.rigid.iter().find(|rigid| rigid.body == b) {
+                Some(rigid) => fixed[3 * rigid.reference as usize..][..6].iter().filter(|fixed| !**fixed).count(),
+                None => 6 - held_motions(mesh, body.nodes.clone(), fixed),
+            },
         })
         .collect()
 }
@@ -421,6 +427,19 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
         if !contact.tied {
             let far = normals::averaged(interface, &problem.mesh);
             notices.extend(far.map(|far| far.notice(i, contact, &problem.mesh)));
+        }
+        let of_rigid = interface.slave_nodes().first().and_then(|slave| problem.mesh.rigid_body_of(&[slave.node]));
+        if let (Some(rigid), true) = (of_rigid, !matches!(contact.enforcement, Enforcement::Penalty { .. })) {
+            notices.push(Notice {
+                kind: NoticeKind::RigidSlave,
+                path: format!("contact[{i}].slave"),
+                message: format!(
+                    "the slave surface `{}` belongs to the rigid body `{}`: its multipliers may outnumber the \
+                     displacements that they determine, and the tangent is then singular",
+                    contact.slave, problem.mesh.bodies[rigid.body].name
+                ),
+                help: "exchange slave and master, or use the penalty method".into(),
+            });
         }
         notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
         let slaves = interface.slave_nodes();

@@ -170,6 +170,7 @@ pub fn diagnostics(
             NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
             NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
+            NoticeKind::RigidSlave => (CaseCode::RigidSlave, Severity::Warning),
             NoticeKind::CoarseSlave => (CaseCode::CoarseSlave, Severity::Warning),
             NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
             NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),

@@ -129,6 +129,8 @@ case_codes! {
     AveragedNormals => "averaged_normals",
     /// The slave facets of a contact pair are much coarser than the master facets (warning).
     CoarseSlave => "coarse_slave",
+    /// The slave surface belongs to a rigid body (warning).
+    RigidSlave => "rigid_slave",
     /// The shape cannot be meshed.
     Mesh => "mesh",
     /// A mesh file cannot be read, or does not contain what the case asks for; as a warning: part

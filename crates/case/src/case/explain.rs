@@ -152,6 +152,11 @@ impl CaseCode {
                 "Contact conditions are enforced at slave nodes, so master nodes between them can penetrate. Exchange \
                  slave and master, or refine the slave; the finer side should be the slave."
             }
+            RigidSlave => {
+                "Each slave node has multipliers, but the nodes of a rigid body cannot move relative to each other. If \
+                 the master surface has fewer nodes, several multipliers act on the same displacements, and nothing \
+                 determines them. Exchange slave and master, or use the penalty method."
+            }
             Mesh => {
                 "Change the shape, its numbers of elements or its placement; the message describes the defect of the \
                  mesh."

@@ -145,18 +145,23 @@ impl ContactModel {
     /// The bodies' own stiffness at each slave node, with these scalings: moduli of both sides in
     /// series over the facet size. \[F/L³\]
     pub(super) fn local_stiffness(&self, scalings: &[ElementScaling]) -> Vec<f64> {
-        let modulus = |elements: &[u32]| {
-            let of = |&e: &u32| scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
-            elements.iter().map(of).sum::<f64>() / elements.len() as f64
-        };
+        let modulus =
+            |elements: &[u32]| elements.iter().map(|&e| self.modulus(e, scalings)).sum::<f64>() / elements.len() as f64;
         let master: Vec<f64> = self.master_elements.iter().map(|m| modulus(m)).collect();
         let of = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (s, m) = (modulus(elements), master[slave.interface as usize]);
-            // the two sides deform in series; with φ_min = 0 and φ = 0 their stiffness would be
-            // zero
-            (s * m / (s + m)).max(LEAST_SHARE * s.max(m)) / slave.size
+            in_series(s, m).0 / slave.size
         };
         self.slaves.iter().zip(&self.slave_elements).map(of).collect()
+    }
+
+    /// Young's modulus of an element with these scalings; infinite if it is rigid. \[F/L²\]
+    pub(super) fn modulus(&self, element: u32, scalings: &[ElementScaling]) -> f64 {
+        let element = element as usize;
+        if self.rigid.has_element(element) {
+            return f64::INFINITY;
+        }
+        scalings[element].factor * self.solid.material(element).youngs_modulus()
     }
 
     /// ε or c of every slave node, as given or from the bodies' own stiffness: that of the present
@@ -187,4 +192,18 @@ impl ContactModel {
         };
         self.slaves.iter().enumerate().map(of).collect()
     }
+}
+
+/// Modulus of two sides that deform in series, and its logarithmic derivatives with respect to theirs.
+/// With φ_min = 0 and φ = 0 it would be zero; it is at least a fraction of the stiffer side's, unless
+/// this side is rigid.
+pub(super) fn in_series(s: f64, m: f64) -> (f64, [f64; 2]) {
+    if s.max(m).is_infinite() {
+        return (s.min(m), if s < m { [1.0, 0.0] } else { [0.0, 1.0] });
+    }
+    let (series, least) = (s * m / (s + m), LEAST_SHARE * s.max(m));
+    if series >= least {
+        return (series, [m / (s + m), s / (s + m)]);
+    }
+    (least, if s > m { [1.0, 0.0] } else { [0.0, 1.0] })
 }

@@ -1,9 +1,10 @@
 //! Derivatives with respect to parameters other than densities: friction, moduli, amplitudes of
 //! motions and loads.
 
+use super::design::in_series;
 use super::evaluated::{ContactState, Step};
 use super::law::LawWeights;
-use super::{ContactModel, Design, Enforcement, GivenStiffness, LEAST_SHARE, Method, SlaveData};
+use super::{ContactModel, Design, Enforcement, GivenStiffness, Method, SlaveData};
 use slipstick_contact::enforcement::friction_share;
 use slipstick_solid::ElementScaling;
 use std::ops::Range;
@@ -50,9 +51,9 @@ impl ContactModel {
     /// m/(s + m)/h with the mean moduli s and m of both sides, densities included.
     pub(super) fn stiffness_shares(&self, scalings: &[ElementScaling]) -> Vec<Vec<f64>> {
         let moduli = |elements: &[u32]| -> Vec<f64> {
-            let of = |e: u32| scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
             let within = |body: &Range<usize>| {
-                elements.iter().filter(|&&e| body.contains(&(e as usize))).map(|&e| of(e)).sum::<f64>()
+                let of_body = elements.iter().filter(|&&e| body.contains(&(e as usize)));
+                of_body.map(|&e| self.modulus(e, scalings)).sum::<f64>()
             };
             self.bodies.iter().map(|body| within(body) / elements.len() as f64).collect()
         };
@@ -60,12 +61,7 @@ impl ContactModel {
         let shares = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (slaves, masters) = (moduli(elements), &master[slave.interface as usize]);
             let (s, m) = (slaves.iter().sum::<f64>(), masters.iter().sum::<f64>());
-            // if one side is almost empty, the stiffness is a fraction of the other's
-            let (of_s, of_m) = match s * m / (s + m) {
-                series if series >= LEAST_SHARE * s.max(m) => (m / (s + m), s / (s + m)),
-                _ if s > m => (1.0, 0.0),
-                _ => (0.0, 1.0),
-            };
+            let [of_s, of_m] = in_series(s, m).1;
             let part = |of: f64, value: f64, sum: f64| if of == 0.0 { 0.0 } else { of * value / sum };
             slaves.iter().zip(masters).map(|(a, b)| part(of_s, *a, s) + part(of_m, *b, m)).collect()
         };

@@ -36,6 +36,7 @@ struct RigidBody {
     reference: usize,
     length: f64,
     nodes: Range<usize>,
+    elements: Range<usize>,
     /// a_i.
     arms: Vec<Vector3<f64>>,
 }
@@ -47,7 +48,8 @@ impl RigidBodies {
             let nodes = mesh.bodies[rigid.body].nodes.clone();
             let point = Vector3::from(mesh.nodes[rigid.reference as usize]);
             let arms = mesh.nodes[nodes.clone()].iter().map(|x| Vector3::from(*x) - point).collect();
-            RigidBody { reference: rigid.reference as usize, length: rigid.length, nodes, arms }
+            let elements = mesh.bodies[rigid.body].elements.clone();
+            RigidBody { reference: rigid.reference as usize, length: rigid.length, nodes, elements, arms }
         };
         Self { bodies: mesh.rigid.iter().map(of).collect(), nodes: mesh.nodes.len() }
     }
@@ -56,6 +58,11 @@ impl RigidBodies {
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
+    }
+
+    /// Whether an element belongs to a rigid body.
+    pub fn has_element(&self, element: usize) -> bool {
+        self.bodies.iter().any(|body| body.elements.contains(&element))
     }
 
     /// Nodes of rigid bodies.

@@ -187,8 +187,28 @@ pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) 
     }
 }
 
+/// The conditions if the node has the unknowns of a rigid body.
+fn of_rigid_body(node: u32, axis: usize, mesh: &Mesh) -> Option<Conditions> {
+    let rigid = mesh.rigid.iter().find(|rigid| [rigid.reference, rigid.rotation()].contains(&node))?;
+    let (name, axis) = (&mesh.bodies[rigid.body].name, AXES[axis]);
+    let (what, component) = match node == rigid.reference {
+        true => (format!("translation along {axis}"), axis.to_owned()),
+        false => (format!("rotation about {axis}"), format!("r{axis}")),
+    };
+    Some(Conditions {
+        facts: vec![format!("neither a support nor contact determines the {what} of the rigid body `{name}`")],
+        cures: vec![
+            format!("a support (`[[dirichlet]]`) with `set = \"{name}\"` and \"{component}\" among its `components`"),
+            format!("a position of `{name}` in which contact holds it from the start"),
+        ],
+    })
+}
+
 /// A displacement that nothing determines belongs to a motion that nothing resists.
 fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Conditions {
+    if let Some(found) = of_rigid_body(node, axis, mesh) {
+        return found;
+    }
     let mut found = Conditions { facts: vec![node_support(node, model)], cures: Vec::new() };
     for (pair, slave) in model.pairs_of(node) {
         let side = if slave { "slave" } else { "master" };
