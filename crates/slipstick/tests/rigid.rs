@@ -79,8 +79,8 @@ fn a_plate_compresses_a_block_uniformly() {
 fn a_loaded_beam_tilts_on_two_blocks() {
     let (load, place) = (1e-4, 1.2);
     let text = [
-        body("left", [0.0; 3], [0.05, 1.0, 1.0], [1, 1, 1], &format!("material = {HOOKE}")),
-        body("right", [2.0, 0.9, 0.0], [2.05, 1.0, 1.0], [1, 1, 1], &format!("material = {HOOKE}")),
+        body("left", [0.0; 3], [0.05, 1.0, 1.0], [1, 16, 1], &format!("material = {HOOKE}")),
+        body("right", [2.0, 0.9, 0.0], [2.05, 1.0, 1.0], [1, 4, 1], &format!("material = {HOOKE}")),
         body(
             "beam",
             [-0.1, 1.0, -0.1],
@@ -103,9 +103,9 @@ fn a_loaded_beam_tilts_on_two_blocks() {
     let down = [force[0] * 1.0 / (1000.0 * 0.05), force[1] * 0.1 / (1000.0 * 0.05)];
     let angle = (down[0] - down[1]) / 2.0;
     let at_reference = down[0] - angle * (place - 0.025);
-    // the blocks resist the rotation a little; the lever rule has no such term
+    // the thin blocks resist the rotation a little; the lever rule has no such term
     for (name, expected, bound) in [
-        ("rotation_beam_z", angle, 1e-2),
+        ("rotation_beam_z", angle, 2e-3),
         ("displacement_beam_y", -at_reference, 1e-3),
         ("left_ymax_normal_force", force[0], 1e-3),
         ("right_ymax_normal_force", force[1], 1e-3),
