@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the studies of the seal, the gripper finger, the snap-fit and the snap-through, and puts their numbers between the marks of the
-# pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it for single cases.
+# Runs the studies of the seal, the gripper finger, the snap-fit, the buffer and the snap-through, and puts their
+# numbers between the marks of the pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it for single cases.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -45,17 +45,30 @@ gripper() {
         "volume_fraction=volume fraction, at most 0.3"
 }
 
-detent() {
-    history detent "objective=distance from the curve" "volume_fraction=volume fraction, at most 0.35"
-    awk -F, '
+# force CASE QUANTITY TIME REQUESTED …: a quantity of the last design next to the requested values.
+force() {
+    local case=$1 quantity=$2
+    shift 2
+    awk -F, -v points="$*" -v quantity="$quantity" '
         BEGIN {
             print "| pseudo-time | requested [N] | reached [N] |\n|--:|--:|--:|"
-            n = split("0.1 2.0 0.2 5.5 0.35 11.0 0.45 11.0 0.55 11.0 0.7 7.7 0.85 4.3 1.0 1.0", point, " ")
+            n = split(points, point, " ")
         }
         NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
-        { for (k = 1; k < n; k += 2) if (sqrt(($3 - point[k]) ^ 2) < 1e-9) printf "| %s | %s | %.2f |\n", point[k], point[k + 1], $at["insertion_force"] }
-    ' cases/detent/study/design/quantities.csv > "$work/force.md"
-    put cases/detent/README.md force "$work/force.md"
+        { for (k = 1; k < n; k += 2) if (sqrt(($3 - point[k]) ^ 2) < 1e-9) printf "| %s | %s | %.2f |\n", point[k], point[k + 1], $at[quantity] }
+    ' "cases/$case/study/design/quantities.csv" > "$work/force.md"
+    put "cases/$case/README.md" force "$work/force.md"
+}
+
+detent() {
+    history detent "objective=distance from the curve" "volume_fraction=volume fraction, at most 0.35"
+    force detent insertion_force 0.1 2.0 0.2 5.5 0.35 11.0 0.45 11.0 0.55 11.0 0.7 7.7 0.85 4.3 1.0 1.0
+}
+
+buffer() {
+    history buffer "objective=distance from the curve" "volume_fraction=volume fraction, at most 0.65"
+    force buffer push 0.25 0.25 0.5 0.5 0.75 40.0 1.0 120.0
+    "$program" render cases/buffer/study/design --curve time push -o docs/figures/buffer_force.png
 }
 
 snap() {
@@ -75,7 +88,7 @@ snap() {
     "$program" render $study/more_viscous $study/start $study/less_viscous --curve time push -o docs/figures/snap_force.png
 }
 
-for case in ${*:-seal gripper detent snap}; do
+for case in ${*:-seal gripper detent buffer snap}; do
     "$program" study "cases/$case/study.toml"
     "$case"
     [ "$case" = snap ] || numbers "$case"

@@ -105,8 +105,8 @@ fn clutch() {
 
 /// Cases made of quantities: the values at their uniform initial designs.
 #[test]
-fn seal_gripper_detent_and_snap() {
-    for case in ["seal", "gripper", "detent", "snap"] {
+fn initial_designs_of_cases_with_quantities() {
+    for case in ["seal", "gripper", "detent", "buffer", "snap"] {
         assert!(Numbers::of(case, &["start"]).objective("start").is_finite());
     }
 }

@@ -417,8 +417,9 @@ impl Analysis {
         let interfaces = self.model().interfaces();
         let smooth =
             |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
-        let names = self.model().parameter_names().into_iter();
-        let parameters = names.zip(parameters).filter(|(p, _)| smooth(p)).collect();
+        let names = self.model().all_parameters().into_iter();
+        let offered = |p: &Parameter| smooth(p) && self.model().has_parameter(p);
+        let parameters = names.zip(parameters).filter(|(p, _)| offered(p)).collect();
         Gradients { density: design.into(), parameters }
     }
 

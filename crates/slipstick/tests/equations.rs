@@ -258,6 +258,7 @@ const DOCUMENTS: &[&str] = &[
     "cases/seal/README.md",
     "cases/gripper/README.md",
     "cases/detent/README.md",
+    "cases/buffer/README.md",
     "cases/roller/README.md",
 ];
 

@@ -250,7 +250,7 @@ impl Analysis {
         let of_lane = |case: usize, lane: &mut Lane| one(case, &mut lane.linear, &mut lane.workspace);
         let swept = side_by_side(states.len(), &mut lanes, own, of_lane, || ());
         self.absorb(lanes);
-        let names = self.model().parameter_names();
+        let names = self.model().all_parameters();
         let mut gradients: Vec<PathGradient> = Vec::new();
         for (case, part) in swept.into_iter().enumerate() {
             let mut part = part?;

@@ -261,7 +261,7 @@ impl ContactModel {
     fn count_unknowns(&self) -> Unknowns {
         let mut unknowns = Unknowns {
             history: self.tangential_history(),
-            parameters: self.parameter_names().len(),
+            parameters: self.all_parameters().len(),
             ..Unknowns::displacements(self.prescribed.fixed(), self.solid.elements())
         };
         // if any pair has multipliers, the nodes of all pairs have multiplier rows; unused ones

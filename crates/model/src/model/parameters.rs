@@ -38,8 +38,18 @@ pub enum Parameter {
 }
 
 impl ContactModel {
-    /// The parameters, in the order of their derivatives.
+    /// The parameters of the model: all but the moduli of rigid bodies.
     pub fn parameter_names(&self) -> Vec<Parameter> {
+        self.all_parameters().into_iter().filter(|parameter| self.has_parameter(parameter)).collect()
+    }
+
+    /// Whether the model has this parameter.
+    pub(crate) fn has_parameter(&self, parameter: &Parameter) -> bool {
+        !matches!(*parameter, Parameter::YoungsModulus { body } if self.rigid.has_element(self.bodies[body].start))
+    }
+
+    /// One parameter for each derivative, in their order.
+    pub(crate) fn all_parameters(&self) -> Vec<Parameter> {
         let interfaces = (0..self.interfaces.len()).map(|interface| Parameter::Friction { interface });
         let bodies = (0..self.bodies.len()).map(|body| Parameter::YoungsModulus { body });
         let motions = (0..self.prescribed.motions()).map(|motion| Parameter::Amplitude { motion });
