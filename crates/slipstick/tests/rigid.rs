@@ -220,7 +220,7 @@ fn compare(text: &str) {
     let gradients = base.analysis.gradients(&at_base).expect("differentiable");
     let mut compared = 0;
     for (parameter, found) in &gradients.parameters {
-        let mut at = |h: f64| {
+        let at = |h: f64| {
             let mut case = parse_case(text, "rigid.toml").unwrap().case;
             match *parameter {
                 Parameter::Load { load } => {

@@ -1,7 +1,7 @@
 //! The chapters of the suite, and the page generated from them.
 
 use crate::finding::{Expected, Finding};
-use crate::{fourc, hertz, mindlin, objectivity, patch, peers, press_fit, ring, sliding};
+use crate::{fourc, hertz, mindlin, nafems, objectivity, patch, peers, press_fit, ring, sliding};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -30,7 +30,7 @@ pub fn chapters() -> Vec<Chapter> {
     all.extend(sliding::chapters());
     all.extend([ring::chapter(), press_fit::chapter(), objectivity::chapter()]);
     all.extend(peers::chapters());
-    all.extend([hertz::chapter(), mindlin::chapter(), fourc::chapter()]);
+    all.extend([hertz::chapter(), mindlin::chapter(), nafems::chapter(), fourc::chapter()]);
     all
 }
 

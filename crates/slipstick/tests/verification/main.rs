@@ -13,6 +13,7 @@ mod fourc;
 mod hertz;
 mod mapped;
 mod mindlin;
+mod nafems;
 mod objectivity;
 mod patch;
 mod peers;
