@@ -70,11 +70,6 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         return Err(BuildError::new("output.vtkhdf", message, help));
     }
     let mesh = build_mesh(case)?;
-    if let (Some(rigid), true) = (mesh.rigid.first(), machine.ranks().size() > 1) {
-        let message = "several ranks cannot share a path with rigid bodies yet";
-        let help = "run the case on one rank, or model the body as a stiff one";
-        return Err(BuildError::new(format!("body[{}].rigid", rigid.body), message, help));
-    }
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {

@@ -88,7 +88,9 @@ impl Machine {
             case::PetscPreconditioner::ContactZone => {
                 let nodes: Vec<u32> =
                     slaves.iter().filter_map(|name| mesh.surfaces.get(*name)).flat_map(|s| s.nodes()).collect();
-                backend.with_contact_zone(slipstick_petsc::ContactZone::new(mesh.nodes.as_slice(), nodes))
+                let mut zone = slipstick_petsc::ContactZone::new(mesh.nodes.as_slice(), nodes);
+                zone.apart = mesh.rigid.iter().flat_map(|rigid| [rigid.reference, rigid.rotation()]).collect();
+                backend.with_contact_zone(zone)
             }
         }))
     }

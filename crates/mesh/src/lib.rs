@@ -4,7 +4,8 @@
 //! This crate covers only geometry and topology, no physics.
 //!
 //! * [`Mesh`] is the data model; [`Mesh::merge`] and [`Mesh::transform`] assemble bodies.
-//! * [`box_mesh`], [`half_ball`], [`hollow_cylinder`] and [`half_ring`] generate single bodies.
+//! * [`box_mesh`], [`ball`], [`half_ball`], [`hollow_cylinder`], [`half_ring`], [`cone`] and [`torus`]
+//!   generate single bodies.
 //! * [`Mesh::check`] finds defects that would spoil an analysis; each [`MeshDefect`] has its place
 //!   and cure.
 //! * [`FacetTree`] finds the facets of a surface near a given box, for the contact search.
@@ -51,7 +52,8 @@ pub use element::{
 };
 pub use error::MeshError;
 pub use generate::{
-    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring, hollow_cylinder,
+    BallShape, BoxShape, ConeShape, HalfBallShape, HalfRingShape, HollowCylinderShape, TorusShape, ball, box_mesh,
+    cone, half_ball, half_ring, hollow_cylinder, torus,
 };
 pub use geometry::{
     HEX_CORNERS, WEDGE_CORNERS, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian, hex_scaled_jacobian,

@@ -31,7 +31,10 @@ pub struct ContactZone {
     pub coordinates: Arc<[[f64; 3]]>,
     /// The slave nodes.
     pub slaves: Arc<[u32]>,
-    /// Layers of neighbours around them.
+    /// Nodes whose unknowns are always in the zone and never in the bodies: those of rigid bodies, whose
+    /// rows are as long as their surfaces.
+    pub apart: Arc<[u32]>,
+    /// Layers of neighbours around the slave nodes.
     pub layers: usize,
     /// Counts the iterations of all solves.
     pub iterations: Arc<AtomicUsize>,
@@ -41,7 +44,8 @@ impl ContactZone {
     /// Two layers: the opposite master nodes and the next nodes of the bodies, and the nodes around
     /// these.
     pub fn new(coordinates: impl Into<Arc<[[f64; 3]]>>, slaves: impl Into<Arc<[u32]>>) -> Self {
-        Self { coordinates: coordinates.into(), slaves: slaves.into(), layers: 2, iterations: Arc::default() }
+        let (coordinates, slaves) = (coordinates.into(), slaves.into());
+        Self { coordinates, slaves, apart: Arc::new([]), layers: 2, iterations: Arc::default() }
     }
 }
 
@@ -106,7 +110,7 @@ impl ContactZoneSolver {
         let layout = Arc::new(self.backend.layout(pattern));
         let bulk = Part::new(&self.backend, pattern, &layout, 3 * nodes, |i| {
             let origin = pattern.origins()[i];
-            (origin < 3 * nodes as u32).then_some(origin)
+            (origin < 3 * nodes as u32 && !self.data.apart.contains(&(origin / 3))).then_some(origin)
         });
         let marked = self.zone_of(pattern);
         let mut next = 0;
@@ -147,6 +151,9 @@ impl ContactZoneSolver {
             }
             self.backend.ranks().sum(&mut reached);
             inside = reached.iter().map(|&reached| reached > 0.0).collect();
+        }
+        for (inside, origin) in inside.iter_mut().zip(pattern.origins()) {
+            *inside |= self.data.apart.contains(&(origin / 3));
         }
         inside
     }

@@ -159,6 +159,29 @@ fn wedges_from_gmsh_are_strained_uniformly() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
+/// The edges of second-order elements follow circles and spheres: the volumes of round shapes deviate
+/// from the analytic ones by less than a thirtieth of the deviation with linear elements.
+#[test]
+fn second_order_shapes_are_round() {
+    use std::f64::consts::PI;
+    let volume = |shape: &str, order: u8| -> f64 {
+        let text = format!(
+            "[[body]]\nname = 'b'\n{shape}\norder = {order}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1.0, poisson_ratio = 0.3 }} }}\n\
+             [[dirichlet]]\nset = 'b_side'\n[load_path]\nsteps = 1\n"
+        );
+        built(&text).mesh.element_volumes().iter().sum()
+    };
+    for (shape, expected) in [
+        ("ball = { radius = 2, elements = [6, 3, 3] }", 4.0 / 3.0 * PI * 8.0),
+        ("cone = { bottom_radius = 1, top_radius = 2, height = 3, elements = [4, 2, 2] }", 7.0 * PI),
+        ("torus = { radius = 3, tube_radius = 1, elements = [4, 2, 16] }", 6.0 * PI * PI),
+    ] {
+        let [linear, quadratic] = [1, 2].map(|order| (volume(shape, order) / expected - 1.0).abs());
+        assert!(quadratic < linear / 30.0, "{shape}: {quadratic:e} {linear:e}");
+    }
+}
+
 /// With `first_order`, second-order meshes give the same result as first-order ones by the same
 /// program.
 #[test]

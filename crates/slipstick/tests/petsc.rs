@@ -27,6 +27,8 @@ fn rank() {
     let machine = Machine::of(session.clone());
     objectives_and_gradients_agree(&machine);
     a_rigid_tool_is_pressed_on(&machine);
+    second_order_elements_agree(&machine);
+    rigid_bodies_agree(&machine);
     assert!(session.meet(Duration::from_secs(60)));
 }
 
@@ -119,6 +121,40 @@ fn a_rigid_tool_is_pressed_on(machine: &Machine) {
     // contact forces of prescribed nodes are reactions, which that objective excludes
     let text = tool.text().replace("contact_force", "compliance");
     agree(machine, "rigid tool", &text, &['o', 't', 'l']);
+}
+
+/// The elements, and their facets of contact, of second order.
+fn second_order_elements_agree(machine: &Machine) {
+    let scene = Scene { slab: [4, 1, 1], block: [2, 1, 1], steps: 4, ..scene(LAGRANGE, "standard") };
+    agree(machine, "second order", &scene.text().replace("[[body]]", "[[body]]\norder = 2"), &['o', 't', 'l']);
+}
+
+/// A rigid beam under a force and a moment rests on two blocks, tilts, and is pulled along them.
+fn rigid_bodies_agree(machine: &Machine) {
+    let block = |name: &str, x: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\n\
+             box = {{ min = [{x:?}, 0, 0], max = [{:?}, 1, 1], elements = [3, 3, 3] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
+             [[dirichlet]]\nset = '{name}_ymin'\n\
+             [[contact]]\nslave = '{name}_ymax'\nmaster = 'beam_ymin'\nfriction = 0.3\n",
+            x + 1.0
+        )
+    };
+    let text = [
+        block("left", 0.0),
+        block("right", 3.0),
+        "[[body]]\nname = 'beam'\nbox = { min = [-0.5, 0.99, -0.2], max = [4.5, 1.3, 1.2], elements = [10, 1, 3] }\n\
+         rigid = {}\n\
+         [[load]]\nsurface = 'beam'\nforce = [0, -30, 0]\n\
+         [[load]]\nsurface = 'beam'\nmoment = [0, 0, 15]\n\
+         [[dirichlet]]\nset = 'beam'\ncomponents = ['x', 'z', 'rx', 'ry']\nmotion = [{ t = 0.5, u = [0, 0, 0] }, { t = 1, u = [0.1, 0, 0] }]\n\
+         [load_path]\nsteps = 6\ntolerance = { relative = 1e-12 }\n\
+         [design]\nbodies = ['left', 'right']\ninitial = 0.5\n[objective]\ncompliance = {}\n[solver]\nlinear = 'petsc'\n"
+            .to_owned(),
+    ]
+    .concat();
+    agree(machine, "rigid beam", &text, &['t', 'l']);
 }
 
 /// Objective, gradients and statuses on the ranks compared with those of the default solver; `seen`

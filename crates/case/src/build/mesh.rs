@@ -76,6 +76,13 @@ fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
         case::Shape::HalfRing { outer_radius, inner_radius, width, elements } => {
             mesh::half_ring(&body.name, &mesh::HalfRingShape { outer_radius, inner_radius, width, elements })
         }
+        case::Shape::Ball { radius, elements } => mesh::ball(&body.name, &mesh::BallShape { radius, elements }),
+        case::Shape::Cone { bottom_radius, top_radius, height, elements } => {
+            mesh::cone(&body.name, &mesh::ConeShape { bottom_radius, top_radius, height, elements })
+        }
+        case::Shape::Torus { radius, tube_radius, elements } => {
+            mesh::torus(&body.name, &mesh::TorusShape { radius, tube_radius, elements })
+        }
         case::Shape::Mesh(ref file) => Ok(file.mesh.as_ref().clone()),
     }
 }
@@ -84,22 +91,41 @@ fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
 /// their mean radius.
 fn middle(shape: &case::Shape, of: &[[f64; 3]]) -> [f64; 3] {
     let count = of.len() as f64;
-    let mut mean: [f64; 3] = std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / count);
-    // coordinates that are perpendicular to the axis
-    let (across, sphere): (&[usize], _) = match *shape {
-        case::Shape::HalfBall { radius, .. } => (&[0, 1, 2], Some(radius)),
-        case::Shape::HollowCylinder { .. } => (&[0, 2], None),
-        case::Shape::HalfRing { .. } => (&[0, 1], None),
-        case::Shape::Box { .. } | case::Shape::Mesh(_) => return mean,
+    let mean: [f64; 3] = std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / count);
+    let size = |x: &[f64; 3], across: &[usize]| across.iter().map(|&c| x[c] * x[c]).sum::<f64>().sqrt();
+    // `across`: coordinates that are perpendicular to the axis
+    let scale = |across: &[usize], to: f64| {
+        let factor = to / size(&mean, across);
+        std::array::from_fn(|c| if across.contains(&c) { factor * mean[c] } else { mean[c] })
     };
-    let size = |x: &[f64; 3]| across.iter().map(|&c| x[c] * x[c]).sum::<f64>().sqrt();
-    // inside a half-ball, edges are straight
-    if sphere.is_some_and(|radius| of.iter().any(|x| (size(x) - radius).abs() > 1e-9 * radius)) {
-        return mean;
+    let mean_size = |across: &[usize]| of.iter().map(|x| size(x, across)).sum::<f64>() / count;
+    let all = |radius: f64, on: &dyn Fn(&[f64; 3]) -> f64| of.iter().all(|x| on(x).abs() <= 1e-9 * radius);
+    match *shape {
+        case::Shape::HollowCylinder { .. } => scale(&[0, 2], mean_size(&[0, 2])),
+        case::Shape::HalfRing { .. } => scale(&[0, 1], mean_size(&[0, 1])),
+        // inside solid bodies, edges are straight
+        case::Shape::Ball { radius, .. } | case::Shape::HalfBall { radius, .. } => {
+            let across = [0, 1, 2];
+            if all(radius, &|x| size(x, &across) - radius) { scale(&across, radius) } else { mean }
+        }
+        case::Shape::Cone { bottom_radius, top_radius, height, .. } => {
+            let at = |y: f64| bottom_radius + y / height * (top_radius - bottom_radius);
+            let on_side = all(bottom_radius.max(top_radius), &|x| size(x, &[0, 2]) - at(x[1]));
+            if on_side { scale(&[0, 2], at(mean[1])) } else { mean }
+        }
+        case::Shape::Torus { radius, tube_radius, .. } => {
+            let mean = scale(&[0, 2], mean_size(&[0, 2]));
+            let tube = |x: &[f64; 3]| [size(x, &[0, 2]) - radius, x[1]];
+            if !all(tube_radius, &|x| tube(x)[0].hypot(tube(x)[1]) - tube_radius) {
+                return mean;
+            }
+            let [out, up] = tube(&mean);
+            let factor = tube_radius / out.hypot(up);
+            let outward = (radius + factor * out) / (radius + out);
+            [outward * mean[0], factor * up, outward * mean[2]]
+        }
+        case::Shape::Box { .. } | case::Shape::Mesh(_) => mean,
     }
-    let factor = of.iter().map(size).sum::<f64>() / count / size(&mean);
-    across.iter().for_each(|&c| mean[c] *= factor);
-    mean
 }
 
 /// The nodes of a set or surface; `path` is where the case names it.

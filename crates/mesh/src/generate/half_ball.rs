@@ -1,5 +1,5 @@
-//! The solid half-ball: a block of elements under the flat face, wrapped in shells up to the
-//! sphere.
+//! The solid half-ball, a block of elements under the flat face, wrapped in shells up to the sphere;
+//! and the ball, of two of them.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
@@ -71,6 +71,45 @@ pub fn half_ball(name: &str, shape: &HalfBallShape) -> Result<Mesh, MeshError> {
     let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..nodes.len() };
     let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
     mesh.surfaces = flat_and_dome(name, &mesh);
+    Ok(mesh)
+}
+
+/// A solid ball, centred at the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BallShape {
+    /// Radius of the sphere. \[L\]
+    pub radius: f64,
+    /// \[n, h, m\]: those of each half below and above the plane y = 0, see [`HalfBallShape`].
+    pub elements: [usize; 3],
+}
+
+/// A ball of hexahedra: a half-ball and its mirror image. Surface: `{name}_side`.
+///
+/// # Errors
+/// Those of [`half_ball`].
+pub fn ball(name: &str, shape: &BallShape) -> Result<Mesh, MeshError> {
+    let BallShape { radius, elements } = *shape;
+    let mut mesh = half_ball(name, &HalfBallShape { radius, elements })?;
+    count32("nodes", mesh.nodes.len().checked_mul(2))?;
+    let lower = mesh.nodes.len();
+    let mut image: Vec<u32> = Vec::with_capacity(lower);
+    for node in 0..lower {
+        let [x, y, z] = mesh.nodes[node];
+        if y == 0.0 {
+            image.push(node as u32);
+        } else {
+            image.push(mesh.nodes.len() as u32);
+            mesh.nodes.push([x, -y, z]);
+        }
+    }
+    for element in 0..mesh.elements.len() {
+        let hex = mesh.elements[element].as_hex().expect("hexahedra");
+        // a mirror image has its layers in the opposite order
+        mesh.elements.push(Element::Hex8(std::array::from_fn(|k| image[hex[(k + 4) % 8] as usize])));
+    }
+    mesh.bodies[0].elements.end = mesh.elements.len();
+    mesh.bodies[0].nodes.end = mesh.nodes.len();
+    mesh.surfaces = BTreeMap::from([(format!("{name}_side"), mesh.boundary(0))]);
     Ok(mesh)
 }
 

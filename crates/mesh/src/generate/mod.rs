@@ -7,10 +7,12 @@ mod box_mesh;
 mod half_ball;
 mod lattice;
 mod round;
+mod swept;
 
 pub use box_mesh::{BoxShape, box_mesh};
-pub use half_ball::{HalfBallShape, half_ball};
+pub use half_ball::{BallShape, HalfBallShape, ball, half_ball};
 pub use round::{HalfRingShape, HollowCylinderShape, half_ring, hollow_cylinder};
+pub use swept::{ConeShape, TorusShape, cone, torus};
 
 use crate::MeshError;
 

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slipstick_mesh::{
-    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, MeshError, box_mesh, half_ball, half_ring,
-    hollow_cylinder,
+    BallShape, BoxShape, ConeShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, MeshError, TorusShape,
+    ball, box_mesh, cone, half_ball, half_ring, hollow_cylinder, torus,
 };
 
 use crate::support::{area_vector, assert_close, assert_sound, quality, volume};
@@ -14,7 +14,7 @@ use crate::support::{area_vector, assert_close, assert_sound, quality, volume};
 const BOX: BoxShape =
     BoxShape { min: [-1.0, 0.5, 2.0], max: [2.0, 1.5, 4.0], elements: [4, 3, 2], grading: [1.0, 3.0, 0.5] };
 
-fn ball(n: usize, h: usize, m: usize) -> Mesh {
+fn half(n: usize, h: usize, m: usize) -> Mesh {
     half_ball("ball", &HalfBallShape { radius: 2.0, elements: [n, h, m] }).unwrap()
 }
 
@@ -71,7 +71,7 @@ fn box_grading_is_the_ratio_of_the_end_sizes_with_a_constant_factor() {
 
 #[test]
 fn half_ball_of_the_ironing_die_has_2900_good_elements() {
-    let mesh = ball(10, 5, 8);
+    let mesh = half(10, 5, 8);
     assert_eq!(assert_sound(&mesh), 2);
     assert_eq!(mesh.elements.len(), 2900);
     // Block 11·11·6; each layer the skin without the inner points of its top: 11·11 + 40·5.
@@ -96,7 +96,7 @@ fn half_ball_of_the_ironing_die_has_2900_good_elements() {
 fn half_ball_converges_to_the_sphere_with_second_order() {
     let errors: Vec<[f64; 2]> = [4, 8, 16]
         .map(|n| {
-            let mesh = ball(n, n / 2, 2);
+            let mesh = half(n, n / 2, 2);
             [volume(&mesh) / (16.0 * PI / 3.0) - 1.0, area(&mesh, "ball_dome") / (8.0 * PI) - 1.0]
         })
         .to_vec();
@@ -111,7 +111,7 @@ fn half_ball_converges_to_the_sphere_with_second_order() {
 
 #[test]
 fn half_ball_mirrors_itself_to_the_last_bit() {
-    let mesh = ball(5, 3, 2);
+    let mesh = half(5, 3, 2);
     let bits = |x: [f64; 3]| x.map(|c| (c + 0.0).to_bits());
     let mut nodes: Vec<_> = mesh.nodes.iter().map(|&x| bits(x)).collect();
     nodes.sort_unstable();
@@ -163,7 +163,52 @@ fn half_ring_hangs_down_from_two_ends_that_look_up() {
 }
 
 #[test]
+fn cone_is_a_frustum_of_a_pyramid_with_4n_sides() {
+    let shape = ConeShape { bottom_radius: 2.0, top_radius: 0.5, height: 3.0, elements: [3, 2, 4] };
+    let mesh = cone("cone", &shape).unwrap();
+    assert_eq!(assert_sound(&mesh), 2);
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), ((9 + 24) * 4, (16 + 24) * 5));
+    // a regular polygon of 12 sides, since the nodes divide the circle into equal angles
+    let polygon = |radius: f64| 6.0 * (PI / 6.0).sin() * radius * radius;
+    assert_close(volume(&mesh), (polygon(2.0) + polygon(0.5) + polygon(1.0)) * 3.0 / 3.0, 1e-13);
+    assert_close(area_vector(&mesh, &mesh.surfaces["cone_bottom"])[1], -polygon(2.0), 1e-13);
+    assert_close(area_vector(&mesh, &mesh.surfaces["cone_top"])[1], polygon(0.5), 1e-13);
+    for n in mesh.surfaces["cone_side"].nodes() {
+        let [x, y, z] = mesh.nodes[n as usize];
+        assert_close(x.hypot(z), 2.0 - 0.5 * y, 1e-14);
+    }
+    assert_eq!(mesh.surfaces.len(), 3);
+}
+
+#[test]
+fn torus_and_ball_are_closed_and_lie_on_their_surfaces() {
+    let ring = torus("ring", &TorusShape { radius: 3.0, tube_radius: 1.0, elements: [2, 2, 9] }).unwrap();
+    assert_eq!(assert_sound(&ring), 0);
+    assert_eq!((ring.elements.len(), ring.nodes.len()), ((4 + 16) * 9, (9 + 16) * 9));
+    for n in ring.surfaces["ring_side"].nodes() {
+        let [x, y, z] = ring.nodes[n as usize];
+        assert_close((x.hypot(z) - 3.0).hypot(y), 1.0, 1e-14);
+    }
+    let solid = ball("ball", &BallShape { radius: 2.0, elements: [4, 2, 3] }).unwrap();
+    let lower = half(4, 2, 3);
+    assert_eq!(assert_sound(&solid), 2);
+    assert_eq!(solid.elements.len(), 2 * lower.elements.len());
+    // the halves share the disc at y = 0
+    assert_eq!(solid.nodes.len(), 2 * lower.nodes.len() - 25 - 3 * 16);
+    assert_close(volume(&solid), 2.0 * volume(&lower), 1e-13);
+    assert_close(area(&solid, "ball_side"), 2.0 * area(&lower, "ball_dome"), 1e-13);
+    for (mesh, name) in [(&ring, "ring_side"), (&solid, "ball_side")] {
+        assert!(area_vector(mesh, &mesh.surfaces[name]).iter().all(|a| a.abs() < 1e-12));
+    }
+}
+
+#[test]
 fn round_bodies_converge_with_second_order() {
+    let torus_error = |n: usize| {
+        let shape = TorusShape { radius: 3.0, tube_radius: 1.0, elements: [n, 1, 8 * n] };
+        volume(&torus("t", &shape).unwrap()) / (2.0 * PI * PI * 3.0) - 1.0
+    };
+    assert!(((torus_error(8) / torus_error(16)).log2() - 2.0).abs() < 0.02);
     let tube_error = |n: usize| volume(&tube([1, n, 1])) / (PI * 1.75 * 3.0) - 1.0;
     let ring_error = |n: usize| volume(&ring([n, 1, 1])) / (0.5 * PI * 1.75 * 3.0) - 1.0;
     assert!(((tube_error(32) / tube_error(64)).log2() - 2.0).abs() < 0.01);
@@ -191,11 +236,11 @@ fn bad_parameters_are_errors_that_name_them() {
     assert_eq!(boxed(|s| s.elements = [65535, 65536, 1]), "too many nodes");
     assert_eq!(name_of(box_mesh("", &BOX)), "name");
 
-    let ball = |radius, elements| name_of(half_ball("b", &HalfBallShape { radius, elements }));
-    assert_eq!(ball(-1.0, [2, 1, 1]), "radius");
-    assert_eq!(ball(f64::INFINITY, [2, 1, 1]), "radius");
-    assert_eq!(ball(1.0, [2, 0, 1]), "elements[1] (h)");
-    assert_eq!(ball(1.0, [2, 1, usize::MAX]), "too many nodes");
+    let dome = |radius, elements| name_of(half_ball("b", &HalfBallShape { radius, elements }));
+    assert_eq!(dome(-1.0, [2, 1, 1]), "radius");
+    assert_eq!(dome(f64::INFINITY, [2, 1, 1]), "radius");
+    assert_eq!(dome(1.0, [2, 0, 1]), "elements[1] (h)");
+    assert_eq!(dome(1.0, [2, 1, usize::MAX]), "too many nodes");
 
     let tube = |inner_radius, outer_radius, height, elements| {
         name_of(hollow_cylinder("t", &HollowCylinderShape { inner_radius, outer_radius, height, elements }))
@@ -211,6 +256,19 @@ fn bad_parameters_are_errors_that_name_them() {
     assert_eq!(ring(1.0, f64::NAN, 1.0, [4, 1, 1]), "outer_radius");
     assert_eq!(ring(1.0, 2.0, -1.0, [4, 1, 1]), "width");
     assert_eq!(ring(1.0, 2.0, 1.0, [1, 1, 1]), "elements[0] (around)");
+    let frustum = |bottom_radius, top_radius, height, elements| {
+        name_of(cone("c", &ConeShape { bottom_radius, top_radius, height, elements }))
+    };
+    assert_eq!(frustum(0.0, 1.0, 1.0, [1, 1, 1]), "bottom_radius");
+    assert_eq!(frustum(1.0, 0.0, 1.0, [1, 1, 1]), "top_radius");
+    assert_eq!(frustum(1.0, 1.0, f64::NAN, [1, 1, 1]), "height");
+    assert_eq!(frustum(1.0, 1.0, 1.0, [1, 0, 1]), "elements[1] (m)");
+    assert_eq!(frustum(1.0, 1.0, 1.0, [1, usize::MAX, 1]), "too many nodes");
+    let ring = |radius, tube_radius, elements| name_of(torus("t", &TorusShape { radius, tube_radius, elements }));
+    assert_eq!(ring(1.0, 1.0, [1, 1, 3]), "tube_radius");
+    assert_eq!(ring(2.0, 1.0, [1, 1, 2]), "elements[2] (around)");
+    assert_eq!(ring(2.0, 1.0, [1, 1, usize::MAX]), "too many elements");
+    assert_eq!(name_of(ball("b", &BallShape { radius: 0.0, elements: [1, 1, 1] })), "radius");
     let message = half_ball("b", &HalfBallShape { radius: -1.0, elements: [2, 1, 1] }).unwrap_err().to_string();
     assert_eq!(message, "`radius` is -1: must be positive and finite");
 }
@@ -227,13 +285,21 @@ proptest! {
             grading: [ratio, 1.0, 1.0 / ratio],
         };
         prop_assert_eq!(assert_sound(&box_mesh("b", &graded).unwrap()), 2);
-        let ball = half_ball("b", &HalfBallShape { radius: size, elements: [a, b, c] }).unwrap();
-        prop_assert_eq!(ball.elements.len(), a * a * b + c * (a * a + 4 * a * b));
-        prop_assert_eq!(assert_sound(&ball), 2);
-        prop_assert!(quality(&ball) > 0.3);
+        let dome = half_ball("b", &HalfBallShape { radius: size, elements: [a, b, c] }).unwrap();
+        prop_assert_eq!(dome.elements.len(), a * a * b + c * (a * a + 4 * a * b));
+        prop_assert_eq!(assert_sound(&dome), 2);
+        prop_assert!(quality(&dome) > 0.3);
         let (inner_radius, outer_radius) = (size, size * (1.0 + ratio));
         let tube = HollowCylinderShape { inner_radius, outer_radius, height: ratio, elements: [a, b + 2, c] };
         prop_assert_eq!(assert_sound(&hollow_cylinder("b", &tube).unwrap()), 0);
+        let solid = ball("b", &BallShape { radius: size, elements: [a, b, c] }).unwrap();
+        prop_assert_eq!(assert_sound(&solid), 2);
+        let frustum = ConeShape { bottom_radius: size, top_radius: size * ratio, height: size, elements: [a, b, c] };
+        let frustum = cone("b", &frustum).unwrap();
+        prop_assert_eq!(assert_sound(&frustum), 2);
+        let tube_radius = size * ratio / 5.1;
+        let tire = torus("b", &TorusShape { radius: size, tube_radius, elements: [a, b, c + 2] }).unwrap();
+        prop_assert_eq!(assert_sound(&tire), 0);
         let ring = HalfRingShape { inner_radius, outer_radius, width: ratio, elements: [a + 1, b, c] };
         prop_assert_eq!(assert_sound(&half_ring("b", &ring).unwrap()), 2);
     }

@@ -109,6 +109,7 @@ impl RigidBodies {
             let unknowns = [body.reference as u32, body.reference as u32 + 1];
             let mut around: Vec<u32> = unknowns.to_vec();
             for node in body.nodes.clone() {
+                around.push(node as u32);
                 around.extend_from_slice(&rows[node]);
                 rows[node].extend(unknowns);
             }

@@ -179,7 +179,7 @@ fn one_wrong_key_is_one_error() {
     let help = one(18, "friction", "mu", UnknownKey, "mu");
     assert_eq!(help, "contact[0] needs the key `friction`: the coefficient of friction; 0 is frictionless");
     let help = one(8, "half_ball", "sphere", UnknownKey, "sphere");
-    assert!(help.starts_with("give one of: box, half_ball"), "{help}");
+    assert!(help.starts_with("give one of: box, ball, half_ball"), "{help}");
     one(5, "youngs_modulus", "E", UnknownKey, "E = 1000");
     one(34, "contact_force", "stiffness", UnknownKey, "stiffness");
     one(15, "[[contact]]", "[[contat]]", UnknownKey, "contat");

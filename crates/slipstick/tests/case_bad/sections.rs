@@ -24,6 +24,10 @@ fn bodies_and_material() {
     let text = GOOD.replace("half_ball = { radius = 1.0, elements = [2, 1, 1] }", ring);
     let text = text.replace("ball_dome", "ball_outer").replace("ball_flat", "ball_ends");
     only_error(&text, BadShape, (8, 48));
+    let torus = "torus = { radius = 1, tube_radius = 1, elements = [1, 1, 3] }";
+    let text = GOOD.replace("half_ball = { radius = 1.0, elements = [2, 1, 1] }", torus);
+    let text = text.replace("ball_dome", "ball_side").replace("ball_flat", "ball_side");
+    only_error(&text, BadShape, (8, 37));
 }
 
 /// Constants of the other laws: missing, of the wrong type, out of range, and contradictory.

@@ -8,7 +8,7 @@ use super::{CaseCode, direction, name};
 use slipstick_mesh as mesh;
 use slipstick_solid::{Constant, Form, MaterialError, Range, Value};
 
-const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring", "mesh"];
+const SHAPES: &[&str] = &["box", "ball", "half_ball", "cone", "hollow_cylinder", "half_ring", "torus", "mesh"];
 /// Placeholder for a shape that cannot be read.
 const STAND_IN: Shape = Shape::Box { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
 /// Limit on the number of elements; no run can hold more.
@@ -94,6 +94,27 @@ fn shape(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) -> Option<Shape> 
             radius: length(&inner, "radius"),
             elements: elements(&inner, [1; 3], "[n, h, m]: a core of n × n × h in m layers"),
         },
+        "ball" => Shape::Ball {
+            radius: length(&inner, "radius"),
+            elements: elements(&inner, [1; 3], "[n, h, m] of each half: a core of n × n × h in m layers"),
+        },
+        "cone" => Shape::Cone {
+            bottom_radius: length(&inner, "bottom_radius"),
+            top_radius: length(&inner, "top_radius"),
+            height: length(&inner, "height"),
+            elements: elements(&inner, [1; 3], "[n, m, k]: a core of n × n in m rings, in k layers"),
+        },
+        "torus" => {
+            let radius = length(&inner, "radius");
+            let most = if inner.has("radius") { radius } else { f64::INFINITY };
+            let tube_radius = inner
+                .number("tube_radius")
+                .positive(CaseCode::BadShape)
+                .check(CaseCode::BadShape, |&tube| tube < most, "must be less than `radius`", "")
+                .required(0.5 * radius, "a length");
+            let elements = elements(&inner, [1, 1, 3], "[n, m, k]: a core of n × n in m rings, k times around");
+            Shape::Torus { radius, tube_radius, elements }
+        }
         "hollow_cylinder" => {
             let (inner_radius, outer_radius) = radii(&inner);
             let height = length(&inner, "height");
@@ -132,6 +153,9 @@ fn stand_in(key: &str) -> Option<Shape> {
     Some(match key {
         "mesh" => return None,
         "half_ball" => Shape::HalfBall { radius: 1.0, elements },
+        "ball" => Shape::Ball { radius: 1.0, elements },
+        "cone" => Shape::Cone { bottom_radius: 1.0, top_radius: 1.0, height: 1.0, elements },
+        "torus" => Shape::Torus { radius: 2.0, tube_radius: 1.0, elements: [1, 1, 3] },
         "hollow_cylinder" => Shape::HollowCylinder { inner_radius: 1.0, outer_radius: 2.0, height: 1.0, elements },
         "half_ring" => Shape::HalfRing { outer_radius: 2.0, inner_radius: 1.0, width: 1.0, elements },
         _ => STAND_IN,

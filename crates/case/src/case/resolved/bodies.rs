@@ -85,6 +85,34 @@ pub enum Shape {
         /// Elements around (at least 2), radially, across (along z).
         elements: [usize; 3],
     },
+    /// A solid ball centred at the origin. Face `side`.
+    Ball {
+        /// Radius.
+        radius: f64,
+        /// `[n, h, m]`: each half is a half-ball of these numbers.
+        elements: [usize; 3],
+    },
+    /// A solid truncated cone about the y axis, from y = 0 to `height`; a cylinder if the radii are
+    /// equal. Faces `bottom top side`.
+    Cone {
+        /// Radius at y = 0.
+        bottom_radius: f64,
+        /// Radius at y = `height`.
+        top_radius: f64,
+        /// Height.
+        height: f64,
+        /// `[n, m, k]`: a core of n × n elements in m rings, in k layers along the axis.
+        elements: [usize; 3],
+    },
+    /// A torus about the y axis, centred at the origin. Face `side`.
+    Torus {
+        /// Distance of the tube's centre from the axis.
+        radius: f64,
+        /// Radius of the tube.
+        tube_radius: f64,
+        /// `[n, m, k]`: a core of n × n elements in m rings, k times around the axis (at least 3).
+        elements: [usize; 3],
+    },
     /// A mesh from a file, with its surfaces and node sets.
     Mesh(MeshFile),
 }
@@ -97,6 +125,9 @@ impl Shape {
             Self::HalfBall { .. } => "half_ball",
             Self::HollowCylinder { .. } => "hollow_cylinder",
             Self::HalfRing { .. } => "half_ring",
+            Self::Ball { .. } => "ball",
+            Self::Cone { .. } => "cone",
+            Self::Torus { .. } => "torus",
             Self::Mesh(_) => "mesh",
         }
     }
@@ -109,6 +140,8 @@ impl Shape {
             Self::HalfBall { .. } => &["flat", "dome"],
             Self::HollowCylinder { .. } => &["bottom", "top", "inner", "outer"],
             Self::HalfRing { .. } => &["outer", "inner", "ends", "zmin", "zmax"],
+            Self::Ball { .. } | Self::Torus { .. } => &["side"],
+            Self::Cone { .. } => &["bottom", "top", "side"],
             Self::Mesh(_) => &[],
         }
     }
@@ -119,10 +152,10 @@ impl Shape {
             Self::Box { elements, .. } | Self::HollowCylinder { elements, .. } | Self::HalfRing { elements, .. } => {
                 elements.iter().try_fold(1usize, |product, &n| product.checked_mul(n))
             }
-            Self::HalfBall { elements: [n, h, m], .. } => {
-                let square = n.checked_mul(n)?;
-                let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
-                square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)
+            Self::HalfBall { elements, .. } => half_ball_elements(elements),
+            Self::Ball { elements, .. } => half_ball_elements(elements)?.checked_mul(2),
+            Self::Cone { elements: [n, m, k], .. } | Self::Torus { elements: [n, m, k], .. } => {
+                n.checked_mul(n)?.checked_add(n.checked_mul(m)?.checked_mul(4)?)?.checked_mul(k)
             }
             Self::Mesh(ref file) => Some(file.mesh.elements.len()),
         }
@@ -137,16 +170,35 @@ impl Shape {
             Self::HollowCylinder { elements: [radial, around, axial], .. } => {
                 (radial as f64 + 1.0) * around as f64 * (axial as f64 + 1.0)
             }
-            Self::HalfBall { elements, .. } => {
-                let [n, h, m] = elements.map(|n| n as f64);
-                let square = (n + 1.0) * (n + 1.0);
-                // The nodes of the core, plus its boundary without the flat face once for every
-                // layer.
-                square * (h + 1.0) + m * (square + 4.0 * n * h)
+            Self::HalfBall { elements, .. } => half_ball_nodes(elements),
+            Self::Ball { elements, .. } => {
+                let [n, _, m] = elements.map(|n| n as f64);
+                // the halves share a disc
+                2.0 * half_ball_nodes(elements) - (n + 1.0) * (n + 1.0) - 4.0 * n * m
             }
+            Self::Cone { elements: [n, m, k], .. } => disc_nodes(n, m) * (k as f64 + 1.0),
+            Self::Torus { elements: [n, m, k], .. } => disc_nodes(n, m) * k as f64,
             Self::Mesh(ref file) => file.mesh.nodes.len() as f64,
         }
     }
+}
+
+fn half_ball_elements([n, h, m]: [usize; 3]) -> Option<usize> {
+    let square = n.checked_mul(n)?;
+    let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
+    square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)
+}
+
+/// The nodes of the core, plus its boundary without the flat face once for every layer.
+fn half_ball_nodes(elements: [usize; 3]) -> f64 {
+    let [n, h, m] = elements.map(|n| n as f64);
+    let square = (n + 1.0) * (n + 1.0);
+    square * (h + 1.0) + m * (square + 4.0 * n * h)
+}
+
+/// The nodes of a square core in m rings.
+fn disc_nodes(n: usize, m: usize) -> f64 {
+    (n as f64 + 1.0).powi(2) + 4.0 * n as f64 * m as f64
 }
 
 /// Rotation about the origin, then translation.
