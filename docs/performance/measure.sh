@@ -44,10 +44,23 @@ methods() {
 # Factors are kept; the time is that of the processors.
 responses() { "$program" bench --sizes 9400 --steps 10 --threads 1 --responses 20 --cpu | sed -n '/together/,/^$/p' | grep .; }
 
+# The same nodes, with linear elements and with half as many of second order in each direction.
+orders() {
+    local case=cases/half_ball_on_plate/coarse.toml
+    for order in 1 2; do
+        local plate='14, 4, 14' ball='12, 2, 2'
+        [ $order = 1 ] || { plate='7, 2, 7'; ball='6, 1, 1'; }
+        sed "s/elements = \\[14, 3, 14\\] }/elements = [$plate] }\\norder = $order/
+             s/elements = \\[10, 2, 1\\] }/elements = [$ball] }\\norder = $order/" "$case" > "$work/case.toml"
+        echo "order $order"
+        "$program" bench "$work/case.toml" --threads 1 --cpu | sed -n '1,6p'
+    done
+}
+
 elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
 large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
 
-for name in ${*:-sizes settled ironing_block methods responses elements large}; do
+for name in ${*:-sizes settled ironing_block methods responses elements orders large}; do
     measure "$name" "$name"
 done

@@ -1,7 +1,7 @@
-//! Assembly on one thread of 30 × 30 × 30 hexahedra, and of six tetrahedra instead of each, with
-//! the same unknowns: `cargo bench -p slipstick-solid`. Prints the shortest of 30 times of each,
-//! because other load on the machine affects it least. Then the hexahedra with every law, relative to
-//! neo-Hooke, in both formulations.
+//! Assembly on one thread of 30 × 30 × 30 hexahedra, of six tetrahedra instead of each, and of 15 × 15
+//! × 15 times as many elements of second order, all with the same unknowns: `cargo bench -p
+//! slipstick-solid`. Prints the shortest of 30 times of each, because other load on the machine affects
+//! it least. Then the hexahedra with every law, relative to neo-Hooke, in both formulations.
 
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
@@ -14,20 +14,28 @@ const SAMPLES: usize = 30;
 const OPERATIONS: [&str; 4] = ["internal force", "tangent", "tangent product", "pull back to densities"];
 
 fn main() {
-    let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.0, 1.0], elements: [ELEMENTS; 3], grading: [1.2, 1.0, 1.0] };
-    let hexahedra = box_mesh("block", &shape).expect("a box");
+    let hexahedra = block(ELEMENTS);
     let tetrahedra = hexahedra.divided(|_| true);
+    let half = block(ELEMENTS / 2);
+    let middle = |of: &[[f64; 3]]| std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64);
+    let [hex27, tet10] =
+        [half.clone(), half.divided(|_| true)].map(|mesh| mesh.second_order(middle).expect("hexahedra, tetrahedra"));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let [of_hexahedra, of_tetrahedra] = [&hexahedra, &tetrahedra].map(|mesh| {
-        let section = NeoHooke::new(1000.0, 0.3).expect("a law").into();
-        pool.install(|| measure(mesh, section))
-    });
-    println!("{:24} {:>14} {:>15} {:>7}", "one thread [ms]", "hexahedra", "tetrahedra", "ratio");
-    for ((name, a), b) in OPERATIONS.iter().zip(of_hexahedra).zip(of_tetrahedra) {
-        println!("{name:24} {a:>14.2} {b:>15.2} {:>7.2}", b / a);
+    let neo_hooke: Section = NeoHooke::new(1000.0, 0.3).expect("a law").into();
+    let meshes = [("hex8", &hexahedra), ("tet4", &tetrahedra), ("hex27", &hex27), ("tet10", &tet10)];
+    let times = meshes.map(|(_, mesh)| pool.install(|| measure(mesh, neo_hooke)));
+    print!("{:24}", "one thread [ms]");
+    meshes.iter().for_each(|(name, _)| print!(" {name:>8} {:>7}", "ratio"));
+    println!();
+    for (k, name) in OPERATIONS.iter().enumerate() {
+        print!("{name:24}");
+        times.iter().for_each(|of| print!(" {:>8.2} {:>7.2}", of[k], of[k] / times[0][k]));
+        println!();
     }
-    let counts = [hexahedra.elements.len(), tetrahedra.elements.len(), 3 * hexahedra.nodes.len()];
-    println!("\n{} hexahedra, {} tetrahedra, {} unknowns", counts[0], counts[1], counts[2]);
+    println!();
+    for (name, mesh) in meshes {
+        println!("{name:5} {:>7} elements, {} unknowns", mesh.elements.len(), 3 * mesh.nodes.len());
+    }
     for formulation in [Formulation::Full, Formulation::FBar] {
         let of = |law: &LawKind| {
             let material = law.like(1000.0, 0.3).expect("a law");
@@ -43,6 +51,11 @@ fn main() {
             println!("{:20} {}", law.word(), cells.collect::<Vec<_>>().join(" "));
         }
     }
+}
+
+fn block(elements: usize) -> Mesh {
+    let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.0, 1.0], elements: [elements; 3], grading: [1.2, 1.0, 1.0] };
+    box_mesh("block", &shape).expect("a box")
 }
 
 /// The shortest time of each operation. \[ms\]

@@ -27,13 +27,13 @@ macro_rules! any_law {
 
             #[inline(always)]
             fn volumetric<S: Simd>(&self, simd: S, determinant: &AtPoints) -> AtPoints {
-                with_law!(self.0, law => any::once(simd, || law.volumetric(simd, determinant)))
+                with_law!(self.0, law => any::once(simd, #[inline(always)] || law.volumetric(simd, determinant)))
             }
 
             #[inline(always)]
             fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Prepared<S> {
                 match self.0 {
-                    $( Material::$law(law) => Prepared::$law(any::once(simd, || law.prepare(simd, at))), )+
+                    $( Material::$law(law) => Prepared::$law(any::once(simd, #[inline(always)] || law.prepare(simd, at))), )+
                 }
             }
 
@@ -41,7 +41,7 @@ macro_rules! any_law {
             fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, prepared: &Prepared<S>) -> Matrix<S> {
                 match (self.0, prepared) {
                     $( (Material::$law(law), Prepared::$law(prepared)) => {
-                        any::once(simd, || law.stress(simd, at, prepared))
+                        any::once(simd, #[inline(always)] || law.stress(simd, at, prepared))
                     } )+
                     _ => unreachable!("prepared by the same law"),
                 }
@@ -57,7 +57,7 @@ macro_rules! any_law {
             ) -> Matrix<S> {
                 match (self.0, prepared) {
                     $( (Material::$law(law), Prepared::$law(prepared)) => {
-                        any::once(simd, || law.stress_change(simd, at, prepared, change))
+                        any::once(simd, #[inline(always)] || law.stress_change(simd, at, prepared, change))
                     } )+
                     _ => unreachable!("prepared by the same law"),
                 }

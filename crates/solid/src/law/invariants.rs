@@ -89,16 +89,22 @@ impl<S: Simd> Invariants<S> {
     /// A₁.
     #[inline(always)]
     fn first(&self, simd: S, f: &Matrix<S>, inverse: &Matrix<S>) -> Matrix<S> {
-        array(|a, b| simd.negate_mul_add_e_f64s(self.parts[0], inverse[b][a], f[a][b]))
+        array(
+            #[inline(always)]
+            |a, b| simd.negate_mul_add_e_f64s(self.parts[0], inverse[b][a], f[a][b]),
+        )
     }
 
     /// A₂, given I₁ and F C.
     #[inline(always)]
     fn second(&self, simd: S, trace: S::f64s, f: &Matrix<S>, fc: &Matrix<S>, inverse: &Matrix<S>) -> Matrix<S> {
-        array(|a, b| {
-            let shape = simd.sub_f64s(simd.mul_f64s(trace, f[a][b]), fc[a][b]);
-            simd.negate_mul_add_e_f64s(self.parts[1], inverse[b][a], shape)
-        })
+        array(
+            #[inline(always)]
+            |a, b| {
+                let shape = simd.sub_f64s(simd.mul_f64s(trace, f[a][b]), fc[a][b]);
+                simd.negate_mul_add_e_f64s(self.parts[1], inverse[b][a], shape)
+            },
+        )
     }
 
     /// P over the shear modulus.
@@ -106,12 +112,18 @@ impl<S: Simd> Invariants<S> {
     pub fn stress(&self, simd: S, at: &Local<'_>) -> Matrix<S> {
         let (f, inverse) = (load_matrix::<S>(at.gradient, at.v), load_matrix::<S>(at.inverse, at.v));
         let shape = self.first(simd, &f, &inverse);
-        let mut p = array(|a, b| simd.mul_f64s(self.first, shape[a][b]));
+        let mut p = array(
+            #[inline(always)]
+            |a, b| simd.mul_f64s(self.first, shape[a][b]),
+        );
         if let Some(second) = self.second {
             let c = product(simd, &transpose::<S>(&f), &f);
             let trace = simd.add_f64s(simd.add_f64s(c[0][0], c[1][1]), c[2][2]);
             let shape = self.second(simd, trace, &f, &product(simd, &f, &c), &inverse);
-            p = array(|a, b| simd.mul_add_e_f64s(second, shape[a][b], p[a][b]));
+            p = array(
+                #[inline(always)]
+                |a, b| simd.mul_add_e_f64s(second, shape[a][b], p[a][b]),
+            );
         }
         self.volume.add_stress(simd, at, &p)
     }
@@ -128,14 +140,20 @@ impl<S: Simd> Invariants<S> {
         // dI₁/3 and 2/3 tr A
         let half = contract(simd, &f, change);
         let (growth, shrinkage) = (simd.mul_f64s(two_thirds, half), simd.mul_f64s(two_thirds, trace));
-        let mut p: Matrix<S> = array(|a, b| {
-            let sum = simd.negate_mul_add_e_f64s(growth, inverse[b][a], change[a][b]);
-            let sum = simd.mul_add_e_f64s(self.parts[0], turned[b][a], sum);
-            simd.mul_f64s(self.first, simd.negate_mul_add_e_f64s(shrinkage, shape[a][b], sum))
-        });
+        let mut p: Matrix<S> = array(
+            #[inline(always)]
+            |a, b| {
+                let sum = simd.negate_mul_add_e_f64s(growth, inverse[b][a], change[a][b]);
+                let sum = simd.mul_add_e_f64s(self.parts[0], turned[b][a], sum);
+                simd.mul_f64s(self.first, simd.negate_mul_add_e_f64s(shrinkage, shape[a][b], sum))
+            },
+        );
         if let Some(curvature) = self.curvature {
             let along = simd.mul_f64s(curvature, contract(simd, &shape, change));
-            p = array(|a, b| simd.mul_add_e_f64s(along, shape[a][b], p[a][b]));
+            p = array(
+                #[inline(always)]
+                |a, b| simd.mul_add_e_f64s(along, shape[a][b], p[a][b]),
+            );
         }
         if let Some(second) = self.second {
             let c = product(simd, &transpose::<S>(&f), &f);
@@ -150,18 +168,24 @@ impl<S: Simd> Invariants<S> {
                 simd.mul_f64s(first, twice),
             );
             let crossed = product(simd, &transpose::<S>(&f), change);
-            let of_c: Matrix<S> = array(|a, b| simd.add_f64s(crossed[a][b], crossed[b][a]));
+            let of_c: Matrix<S> = array(
+                #[inline(always)]
+                |a, b| simd.add_f64s(crossed[a][b], crossed[b][a]),
+            );
             let (moved, stretched) = (product(simd, change, &c), product(simd, &f, &of_c));
             let growth = simd.mul_f64s(two_thirds, of_second);
             let shrinkage = simd.add_f64s(shrinkage, shrinkage);
-            p = array(|a, b| {
-                let sum = simd.mul_add_e_f64s(twice, f[a][b], simd.mul_f64s(first, change[a][b]));
-                let sum = simd.sub_f64s(simd.sub_f64s(sum, moved[a][b]), stretched[a][b]);
-                let sum = simd.negate_mul_add_e_f64s(growth, inverse[b][a], sum);
-                let sum = simd.mul_add_e_f64s(self.parts[1], turned[b][a], sum);
-                let sum = simd.negate_mul_add_e_f64s(shrinkage, shape[a][b], sum);
-                simd.mul_add_e_f64s(second, sum, p[a][b])
-            });
+            p = array(
+                #[inline(always)]
+                |a, b| {
+                    let sum = simd.mul_add_e_f64s(twice, f[a][b], simd.mul_f64s(first, change[a][b]));
+                    let sum = simd.sub_f64s(simd.sub_f64s(sum, moved[a][b]), stretched[a][b]);
+                    let sum = simd.negate_mul_add_e_f64s(growth, inverse[b][a], sum);
+                    let sum = simd.mul_add_e_f64s(self.parts[1], turned[b][a], sum);
+                    let sum = simd.negate_mul_add_e_f64s(shrinkage, shape[a][b], sum);
+                    simd.mul_add_e_f64s(second, sum, p[a][b])
+                },
+            );
         }
         self.volume.add_change(simd, &inverse, trace, &turned, &p)
     }
