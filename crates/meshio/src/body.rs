@@ -8,6 +8,7 @@ use slipstick_mesh::{
     Surface, WEDGE_CORNERS, hex_jacobian, tet_volume, wedge_jacobian,
 };
 
+use crate::hexahedra::{in_order, keys, serendipity_centres};
 use crate::unusable::refuse_unusable;
 use crate::{CellKind, FileMesh, MeshFileError};
 
@@ -200,23 +201,8 @@ impl<'a> Extraction<'a> {
     /// added them, and at its own centre.
     fn complete(&mut self, cell: u32) -> Result<(), MeshFileError> {
         let nodes = self.nodes(cell);
-        let at = |local: usize| self.file.points[nodes[local] as usize];
-        let combine = |corners: &[usize], by_corner: f64, middles: &[usize], by_middle: f64| -> [f64; 3] {
-            let sum = |of: &[usize], c: usize| of.iter().map(|&local| at(local)[c]).sum::<f64>();
-            std::array::from_fn(|c| by_corner * sum(corners, c) + by_middle * sum(middles, c))
-        };
-        let mut centres: Vec<(Vec<usize>, [f64; 3])> = Vec::with_capacity(7);
-        for corners in HEX_FACES {
-            let on = |edge: &[usize; 2]| edge.iter().all(|corner| corners.contains(corner));
-            let middles: Vec<usize> = (0..12).filter(|&edge| on(&HEX_EDGES[edge])).map(|edge| 8 + edge).collect();
-            centres.push((corners.to_vec(), combine(&corners, -0.25, &middles, 0.5)));
-        }
-        let (corners, middles): (Vec<usize>, Vec<usize>) = ((0..8).collect(), (8..20).collect());
-        let centre = combine(&corners, -0.25, &middles, 0.25);
-        centres.push((corners, centre));
-        for (corners, point) in centres {
-            let mut key: Vec<u32> = corners.iter().map(|&corner| nodes[corner]).collect();
-            key.sort_unstable();
+        let centres = serendipity_centres(nodes, |node| self.file.points[node as usize]);
+        for (key, point) in keys(nodes).into_iter().zip(centres) {
             let next = self.points.len() as u32;
             if next >= DROPPED {
                 return Err(self.at(cell, "there are too many nodes", "use a coarser mesh"));
@@ -295,7 +281,9 @@ impl<'a> Extraction<'a> {
             (CellKind::Wedge6, &[a, b, c, d, e, f]) => Element::Wedge6([a, b, c, d, e, f]),
             (CellKind::Hex8, &[a, b, c, d, e, f, g, h]) => Element::Hex8([a, b, c, d, e, f, g, h]),
             (CellKind::Tet10, nodes) if nodes.len() == 10 => Element::Tet10(std::array::from_fn(|i| nodes[i])),
-            (CellKind::Hex27, nodes) if nodes.len() == 27 => Element::Hex27(self.centred(nodes)),
+            (CellKind::Hex27, nodes) if nodes.len() == 27 => {
+                Element::Hex27(in_order(nodes, |node| self.file.points[node as usize]))
+            }
             (CellKind::Hex20, nodes) if nodes.len() == 20 => Element::Hex27(std::array::from_fn(|i| nodes[i.min(19)])),
             _ => return Err(self.at(cell, &format!("a {} cannot be an element", kind.label()), kind.cure())),
         };
@@ -316,32 +304,6 @@ impl<'a> Extraction<'a> {
             all[26] = centre(&[0, 1, 2, 3, 4, 5, 6, 7]);
         }
         Ok(element)
-    }
-
-    /// A hexahedron of 27 nodes with the last seven in the order of [`Element::Hex27`]. Programs
-    /// differ here, so positions decide: each place gets the node nearest to where the other 20 nodes
-    /// put it.
-    fn centred(&self, nodes: &[u32]) -> [u32; 27] {
-        let at = |local: usize| self.file.points[nodes[local] as usize];
-        let mut out: [u32; 27] = std::array::from_fn(|i| nodes[i]);
-        let mut rest: Vec<u32> = nodes[20..].to_vec();
-        let mut place = |slot: usize, corners: &[usize]| {
-            let inside = |edge: &[usize; 2]| edge.iter().all(|corner| corners.contains(corner));
-            let middles: Vec<usize> = (0..12).filter(|&edge| inside(&HEX_EDGES[edge])).map(|edge| 8 + edge).collect();
-            let by_middle = if middles.len() == 4 { 0.5 } else { 0.25 };
-            let sum = |of: &[usize], c: usize| of.iter().map(|&local| at(local)[c]).sum::<f64>();
-            let wanted: [f64; 3] = std::array::from_fn(|c| by_middle * sum(&middles, c) - 0.25 * sum(corners, c));
-            let distance = |node: u32| -> f64 {
-                self.file.points[node as usize].iter().zip(wanted).map(|(x, y)| (x - y) * (x - y)).sum()
-            };
-            let nearest = (0..rest.len()).min_by(|&a, &b| distance(rest[a]).total_cmp(&distance(rest[b])));
-            if let Some(nearest) = nearest {
-                out[slot] = rest.remove(nearest);
-            }
-        };
-        HEX_FACES.iter().enumerate().for_each(|(face, corners)| place(HEX_FACE_CENTRES[face], corners));
-        place(26, &[0, 1, 2, 3, 4, 5, 6, 7]);
-        out
     }
 
     /// An error at a cell: its number, position and nodes.

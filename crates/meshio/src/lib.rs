@@ -32,6 +32,7 @@ mod cursor;
 mod error;
 mod file_mesh;
 mod gmsh;
+mod hexahedra;
 mod unusable;
 pub mod vtu;
 
@@ -39,3 +40,4 @@ pub use body::ReadBody;
 pub use cell::CellKind;
 pub use error::MeshFileError;
 pub use file_mesh::{Cells, ElementFace, FileMesh};
+pub use hexahedra::second_order_hexahedra;

@@ -29,7 +29,7 @@ mod _slipstick {
     #[pymodule_export]
     use super::gradient::Linearization;
     #[pymodule_export]
-    use super::mesh::{read_mesh, volumes};
+    use super::mesh::{read_mesh, second_order_hexahedra, volumes};
     #[pymodule_export]
     use super::path::Path;
     #[pymodule_export]

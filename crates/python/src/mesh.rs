@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use numpy::ndarray::ArrayView2;
+use numpy::ndarray::ArrayView1;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,14 +13,28 @@ use slipstick::meshio::{CellKind, FileMesh};
 use crate::arrays;
 use crate::errors::{Error, detached};
 
-/// The element with these corners; `None` unless there are 4, 6 or 8.
-fn element(corners: &[u32]) -> Option<Element> {
-    match *corners {
+/// The element with these nodes; `None` unless there are 4, 6, 8, 10 or 27.
+fn element(nodes: &[u32]) -> Option<Element> {
+    match *nodes {
         [a, b, c, d] => Some(Element::Tet4([a, b, c, d])),
         [a, b, c, d, e, f] => Some(Element::Wedge6([a, b, c, d, e, f])),
         [a, b, c, d, e, f, g, h] => Some(Element::Hex8([a, b, c, d, e, f, g, h])),
-        _ => None,
+        _ => <[u32; 10]>::try_from(nodes)
+            .map(Element::Tet10)
+            .or_else(|_| <[u32; 27]>::try_from(nodes).map(Element::Hex27))
+            .ok(),
     }
+}
+
+/// Coordinates of all nodes.
+fn points(nodes: &PyReadonlyArray2<'_, f64>) -> Vec<[f64; 3]> {
+    nodes.as_array().rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect()
+}
+
+/// The nodes of each element. The package has checked their numbers; −1 stands for no node.
+fn rows(elements: &PyReadonlyArray2<'_, i64>) -> Vec<Vec<u32>> {
+    let of = |row: ArrayView1<'_, i64>| row.iter().filter_map(|&node| u32::try_from(node).ok()).collect();
+    elements.as_array().rows().into_iter().map(of).collect()
 }
 
 /// Volumes of elements of one type. The package has checked the numbers of their nodes.
@@ -28,18 +42,30 @@ fn element(corners: &[u32]) -> Option<Element> {
 pub fn volumes<'py>(
     py: Python<'py>,
     nodes: PyReadonlyArray2<'py, f64>,
-    corners: PyReadonlyArray2<'py, i64>,
+    elements: PyReadonlyArray2<'py, i64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let row = |row: usize, of: &ArrayView2<'_, f64>| [of[[row, 0]], of[[row, 1]], of[[row, 2]]];
-    let (nodes, corners) = (nodes.as_array(), corners.as_array());
-    let nodes = (0..nodes.nrows()).map(|node| row(node, &nodes)).collect();
-    let elements = corners.rows().into_iter().map(|row| {
-        let corners: Vec<u32> = row.iter().filter_map(|&node| u32::try_from(node).ok()).collect();
-        element(&corners)
-    });
-    let elements = elements.collect::<Option<Vec<Element>>>();
-    let elements = elements.ok_or_else(|| Error::Internal("elements of an unknown type".into()).raise(py))?;
-    Ok(Mesh { nodes, elements, ..Mesh::default() }.element_volumes().into_pyarray(py))
+    let found = rows(&elements).iter().map(|row| element(row)).collect::<Option<Vec<Element>>>();
+    let elements = found.ok_or_else(|| Error::Internal("elements of an unknown type".into()).raise(py))?;
+    Ok(Mesh { nodes: points(&nodes), elements, ..Mesh::default() }.element_volumes().into_pyarray(py))
+}
+
+/// All points, and hexahedra of 27 nodes in the order of VTK, from hexahedra of 20 or 27 nodes, of
+/// which the last seven may be in any order. Those of 20 have −1 in their place, and get points that
+/// follow the others.
+#[pyfunction]
+pub fn second_order_hexahedra<'py>(
+    py: Python<'py>,
+    nodes: PyReadonlyArray2<'py, f64>,
+    hexahedra: PyReadonlyArray2<'py, i64>,
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>)> {
+    let (mut points, rows) = (points(&nodes), rows(&hexahedra));
+    if rows.iter().any(|row| ![20, 27].contains(&row.len())) {
+        return Err(Error::Internal("hexahedra of unknown order".into()).raise(py));
+    }
+    let cells: Vec<&[u32]> = rows.iter().map(Vec::as_slice).collect();
+    let elements = slipstick::meshio::second_order_hexahedra(&cells, &mut points);
+    let entries = elements.iter().flat_map(|element| element.nodes()).map(|&node| i64::from(node)).collect();
+    Ok((arrays::table(py, &points), arrays::matrix(py, entries, 27)))
 }
 
 /// Cells of one kind: its name, their nodes, and their positions in the file.

@@ -67,13 +67,13 @@ impl Problem {
         arrays::table(py, &self.mesh.nodes).into_any()
     }
 
-    /// Nodes and numbers of the elements with `corners` corners.
-    fn elements<'py>(&self, py: Python<'py>, corners: usize) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
-        let of = |element: &&Element| element.nodes().len() == corners;
+    /// Nodes and numbers of the elements with `nodes` nodes.
+    fn elements<'py>(&self, py: Python<'py>, nodes: usize) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
+        let of = |element: &&Element| element.nodes().len() == nodes;
         let entries = self.mesh.elements.iter().filter(of).flat_map(|e| e.nodes()).map(|&n| i64::from(n)).collect();
         let numbered = self.mesh.elements.iter().enumerate().filter(|(_, element)| of(element));
         let numbers = arrays::numbers(py, numbered.map(|(number, _)| number as u32));
-        (arrays::matrix(py, entries, corners).into_any(), numbers.into_any())
+        (arrays::matrix(py, entries, nodes).into_any(), numbers.into_any())
     }
 
     /// Name, elements and nodes of every body, as ranges.
@@ -96,13 +96,15 @@ impl Problem {
         Ok(sets)
     }
 
-    /// Corners of every facet of every surface, −1 for the fourth of a triangle.
+    /// Corners of every facet of every surface, −1 for the fourth of a triangle; a face of a
+    /// second-order element is one facet.
     fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let surfaces = PyDict::new(py);
         for (name, surface) in &self.mesh.surfaces {
-            let corners = surface.facets.iter().flat_map(|facet| {
-                let nodes = &facet.nodes;
-                (0..4).map(|c| nodes.get(c).map_or(-1, |&node| i64::from(node)))
+            let faces = self.mesh.faces_of_surface(surface);
+            let corners = faces.iter().flat_map(|face| {
+                let corners = if matches!(face.len(), 3 | 6) { 3 } else { 4 };
+                (0..4).map(move |c| if c < corners { i64::from(face[c]) } else { -1 })
             });
             surfaces.set_item(name, arrays::matrix(py, corners.collect(), 4))?;
         }

@@ -82,24 +82,28 @@ def members(entries: ArrayLike, name: str, count: int, what: str) -> NDArray[np.
 def whole(
     entries: ArrayLike | None,
     name: str,
-    columns: int,
+    columns: tuple[int, ...],
     count: int,
     what: str,
     *,
-    filler: bool = False,
+    required: int | None = None,
+    hint: str = "",
 ) -> NDArray[np.int64]:
-    """A table of node numbers; with `filler`, the last column may contain -1."""
+    """A table of node numbers, with one of these numbers of columns. Columns after the first
+    `required` may contain -1. `hint` follows the message about a wrong shape."""
     array = rectangular([] if entries is None else entries, name)
     if array.size == 0:
-        return np.zeros((0, columns), dtype=np.int64)
+        return np.zeros((0, columns[0]), dtype=np.int64)
     if array.dtype.kind not in "iu":
         raise TypeError(f"{name} has dtype {array.dtype}: give whole numbers of {what}")
-    if array.ndim != 2 or array.shape[1] != columns:
-        shape = (array.shape[0] if array.ndim else None, columns)
-        raise ValueError(f"{name} has shape {array.shape}: give {_written(shape)}")
+    if array.ndim != 2 or array.shape[1] not in columns:
+        rows = array.shape[0] if array.ndim else None
+        shapes = " or ".join(_written((rows, number)) for number in columns)
+        raise ValueError(f"{name} has shape {array.shape}: give {shapes}{hint}")
     checked = array
-    if filler:
-        checked = np.where(np.arange(columns) < columns - 1, array, np.maximum(array, 0))
+    if required is not None:
+        optional = np.arange(array.shape[1]) >= required
+        checked = np.where(optional & (array == -1), 0, array)
     _in_range(checked, name, count, what)
     return np.ascontiguousarray(array, dtype=np.int64)
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,29 +37,74 @@ class Body:
     nodes: slice | NDArray[np.int64]
 
 
-_KINDS = (("hexahedra", 8, "C3D8"), ("wedges", 6, "C3D6"), ("tetrahedra", 4, "C3D4"))
+class _Kind(NamedTuple):
+    """Elements of one type and order."""
 
-# Names of cell types in meshio and in the reader of mesh files, by argument.
+    argument: str
+    corners: int
+    nodes: int
+    abaqus: str
+    meshio: str
+    vtk: int
+
+
+_KINDS = (
+    _Kind("hexahedra", 8, 8, "C3D8", "hexahedron", 12),
+    _Kind("hexahedra", 8, 27, "C3D27", "hexahedron27", 29),
+    _Kind("wedges", 6, 6, "C3D6", "wedge", 13),
+    _Kind("tetrahedra", 4, 4, "C3D4", "tetra", 10),
+    _Kind("tetrahedra", 4, 10, "C3D10", "tetra10", 24),
+)
+# Number of corners and possible numbers of nodes, by argument.
+_SHAPES = {"hexahedra": (8, (8, 27)), "wedges": (6, (6,)), "tetrahedra": (4, (4, 10))}
+
+# Nodes of the faces of second-order elements, counter-clockwise seen from outside: corners, the
+# nodes on the edges from each corner to the next, and the one at the centre.
+_FACES_OF = {
+    27: np.array(
+        [
+            [0, 3, 2, 1, 11, 10, 9, 8, 24],
+            [4, 5, 6, 7, 12, 13, 14, 15, 25],
+            [0, 1, 5, 4, 8, 17, 12, 16, 22],
+            [1, 2, 6, 5, 9, 18, 13, 17, 21],
+            [2, 3, 7, 6, 10, 19, 14, 18, 23],
+            [3, 0, 4, 7, 11, 16, 15, 19, 20],
+        ]
+    ),
+    10: np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]]),
+}
+# Abaqus puts the centre of C3D27 before those of its faces, which have another order.
+_C3D27 = [*range(20), 26, 24, 25, 22, 21, 23, 20]
+# Abaqus reads at most 16 numbers on a line.
+_LINE = 16
+
+# Argument and number of nodes of cells, by their names in meshio and in the reader of mesh files.
 _CELLS = {
-    "hexahedra": ("hexahedron", "hex8"),
-    "wedges": ("wedge", "wedge6"),
-    "tetrahedra": ("tetra", "tet4"),
+    "hexahedron": ("hexahedra", 8),
+    "hex8": ("hexahedra", 8),
+    "hexahedron20": ("hexahedra", 20),
+    "hex20": ("hexahedra", 20),
+    "hexahedron27": ("hexahedra", 27),
+    "hex27": ("hexahedra", 27),
+    "wedge": ("wedges", 6),
+    "wedge6": ("wedges", 6),
+    "wedge15": ("wedges", 15),
+    "wedge18": ("wedges", 18),
+    "tetra": ("tetrahedra", 4),
+    "tet4": ("tetrahedra", 4),
+    "tetra10": ("tetrahedra", 10),
+    "tet10": ("tetrahedra", 10),
 }
-_FACETS = ("triangle", "quad", "triangle3", "quad4")
-_SECOND_ORDER = {
-    "hexahedron20": "hexahedron",
-    "hexahedron27": "hexahedron",
-    "hex20": "hexahedron",
-    "hex27": "hexahedron",
-    "wedge15": "wedge",
-    "wedge18": "wedge",
-    "tetra10": "tetra",
-    "tet10": "tetra",
-    "triangle6": "triangle",
-    "quad8": "quad",
-    "quad9": "quad",
+# Numbers of corners of facets.
+_FACETS = {
+    "triangle": 3,
+    "triangle3": 3,
+    "triangle6": 3,
+    "quad": 4,
+    "quad4": 4,
+    "quad8": 4,
+    "quad9": 4,
 }
-_CORNERS = {"hexahedron": 8, "wedge": 6, "tetra": 4, "triangle": 3, "quad": 4}
 _SMALL = ("vertex", "line", "line3", "point", "line2")
 
 # name of a part, and numbers of its cells
@@ -74,23 +119,34 @@ class Mesh:
 
     ``problem.mesh`` is an example. A mesh that you make can be a body of a case: pass it as the
     ``mesh`` of the body, or as ``{"file": mesh, "part": NAME, "scale": FACTOR}``, where `part` is
-    one of its bodies.
+    one of its bodies. Elements whose nodes are numbered in inverted order are then corrected, with
+    a warning.
+
+    The nodes of a second-order element are its corners, then nodes on its edges; a hexahedron also
+    has nodes at the centres of its faces and at its own. All elements of a body have the same
+    order. If bodies differ, so that one array holds hexahedra or tetrahedra of both orders, linear
+    ones have -1 for the nodes that they lack.
 
     Parameters
     ----------
     nodes : array_like, shape (nodes, 3)
         Coordinates. [L]
-    hexahedra, wedges, tetrahedra : array_like of int, shapes (k, 8), (k, 6), (k, 4)
-        Nodes of the elements. Hexahedra and tetrahedra are numbered as in VTK, wedges as in Gmsh.
-        Elements whose nodes are numbered in inverted order are corrected when a case uses them,
-        with a warning.
+    hexahedra : array_like of int, shape (k, 8) or (k, 27)
+        Nodes of linear or second-order hexahedra, numbered as in VTK (hexahedron, triquadratic
+        hexahedron).
+    wedges : array_like of int, shape (k, 6)
+        Nodes of wedges, numbered as in Gmsh.
+    tetrahedra : array_like of int, shape (k, 4) or (k, 10)
+        Nodes of linear or second-order tetrahedra, numbered as in VTK (tetra, quadratic tetra).
     bodies : mapping of str to array_like of int, slice or Body
         Numbers of the elements of each body; by default, all elements form one body.
     sets : mapping of str to array_like of int
-        Node sets. In a case, a set is called ``{body}_{set}``.
+        Node sets, with the mid-side nodes that belong to them. In a case, a set is called
+        ``{body}_{set}``.
     surfaces : mapping of str to array_like of int, shape (facets, 3) or (facets, 4)
         Corners of facets on the boundary of the bodies, clockwise or counter-clockwise; the fourth
-        corner of a triangle is -1. In a case, a surface is called ``{body}_{surface}``.
+        corner of a triangle is -1. Mid-side nodes belong to a facet without being given. In a
+        case, a surface is called ``{body}_{surface}``.
     hexahedron_numbers, wedge_numbers, tetrahedron_numbers : array_like of int, shape (k,)
         Numbers of the elements.
 
@@ -98,16 +154,20 @@ class Mesh:
     ----------
     nodes : ndarray, shape (nodes, 3)
         Coordinates, in units of length.
-    hexahedra, wedges, tetrahedra : ndarray of int, shapes (k, 8), (k, 6), (k, 4)
-        Nodes of the elements.
+    hexahedra : ndarray of int, shape (k, 8) or (k, 27)
+        Nodes of the hexahedra.
+    wedges : ndarray of int, shape (k, 6)
+        Nodes of the wedges.
+    tetrahedra : ndarray of int, shape (k, 4) or (k, 10)
+        Nodes of the tetrahedra.
     hexahedron_numbers, wedge_numbers, tetrahedron_numbers : ndarray of int, shape (k,)
         Numbers of these elements.
     volumes : ndarray, shape (elements,)
-        Volumes of all elements.
+        Volumes of all elements, exact for curved ones too. [L³]
     bodies : mapping of str to Body
         The bodies by name, in the order of their elements.
     sets : mapping of str to ndarray of int
-        Nodes of every node set and surface, ascending.
+        Nodes of every node set and surface, ascending, with mid-side nodes.
     surfaces : mapping of str to ndarray of int, shape (facets, 4)
         Corners of the facets of every surface; the fourth corner of a triangle is -1. Those of
         ``problem.mesh`` are counter-clockwise seen from outside.
@@ -115,7 +175,8 @@ class Mesh:
     Raises
     ------
     ValueError, TypeError
-        If an array has a wrong shape or type, or refers to nodes or elements that do not exist.
+        If an array has a wrong shape or type, or refers to nodes or elements that do not exist; or
+        if elements of a body are of different orders.
 
     Examples
     --------
@@ -159,24 +220,20 @@ class Mesh:
             nodes, "nodes", (None, 3), "three coordinates for each node"
         )
         count = len(self.nodes)
-        corners = []
-        for (name, columns, _), given in zip(_KINDS, (hexahedra, wedges, tetrahedra), strict=True):
-            found = _arrays.whole(given, name, columns, count, "nodes")
-            twice = np.flatnonzero((np.diff(np.sort(found, axis=1), axis=1) == 0).any(axis=1))
-            if len(twice):
-                raise ValueError(f"{name}[{twice[0]}] has a node twice: {found[twice[0]].tolist()}")
-            corners.append(found)
-        self.hexahedra, self.wedges, self.tetrahedra = corners
-        self.elements = sum(len(found) for found in corners)
+        cells = []
+        for name, given in zip(_SHAPES, (hexahedra, wedges, tetrahedra), strict=True):
+            cells.append(_cells(given, name, count))
+        self.hexahedra, self.wedges, self.tetrahedra = cells
+        self.elements = sum(len(found) for found in cells)
         """Number of elements."""
         if self.elements == 0:
             raise ValueError("there are no elements: give hexahedra, wedges or tetrahedra")
         numbers = []
         first = 0
         for name, given, found in (
-            ("hexahedron_numbers", hexahedron_numbers, corners[0]),
-            ("wedge_numbers", wedge_numbers, corners[1]),
-            ("tetrahedron_numbers", tetrahedron_numbers, corners[2]),
+            ("hexahedron_numbers", hexahedron_numbers, cells[0]),
+            ("wedge_numbers", wedge_numbers, cells[1]),
+            ("tetrahedron_numbers", tetrahedron_numbers, cells[2]),
         ):
             if given is None:
                 given = np.arange(first, first + len(found))
@@ -190,6 +247,7 @@ class Mesh:
         self._of_bodies = {
             name: _elements(given, name, self.elements) for name, given in (bodies or {}).items()
         }
+        self._refuse_mixed_orders()
         self.sets: dict[str, NDArray[np.int64]] = {
             name: np.unique(_arrays.members(given, f"sets[{name!r}]", count, "nodes"))
             for name, given in (sets or {}).items()
@@ -197,16 +255,20 @@ class Mesh:
         self.surfaces: dict[str, NDArray[np.int64]] = {
             name: _facets(given, name, count) for name, given in (surfaces or {}).items()
         }
-        for name, facets in self.surfaces.items():
-            self.sets.setdefault(name, np.unique(facets[facets >= 0]))
+        for name, faces in self._faces().items():
+            self.sets.setdefault(name, np.unique(faces[faces >= 0]))
 
     @classmethod
     def _of(cls, problem: _slipstick.Problem) -> Mesh:
         self = cls.__new__(cls)
         self.nodes = _arrays.frozen(problem.nodes())
-        self.hexahedra, self.hexahedron_numbers = map(_arrays.frozen, problem.elements(8))
+        self.hexahedra, self.hexahedron_numbers = _both_orders(
+            problem.elements(8), problem.elements(27)
+        )
         self.wedges, self.wedge_numbers = map(_arrays.frozen, problem.elements(6))
-        self.tetrahedra, self.tetrahedron_numbers = map(_arrays.frozen, problem.elements(4))
+        self.tetrahedra, self.tetrahedron_numbers = _both_orders(
+            problem.elements(4), problem.elements(10)
+        )
         self.elements = problem.element_count
         self._of_bodies = {name: np.arange(*elements) for name, elements, _ in problem.bodies()}
         self.sets = {name: _arrays.frozen(nodes) for name, nodes in problem.sets().items()}
@@ -217,8 +279,8 @@ class Mesh:
     def volumes(self) -> NDArray[np.float64]:
         """Volumes of all elements, shape (elements,). [L³]"""
         volumes = np.empty(self.elements)
-        for corners, numbers in self._blocks():
-            volumes[numbers] = _slipstick.volumes(self.nodes, corners)
+        for _, cells, numbers in self._blocks():
+            volumes[numbers] = _slipstick.volumes(self.nodes, cells)
         return _arrays.frozen(volumes)
 
     @cached_property
@@ -227,17 +289,71 @@ class Mesh:
         found = {}
         for name, elements in self._of_bodies.items():
             nodes = [
-                corners[np.isin(numbers, elements)].ravel() for corners, numbers in self._blocks()
+                cells[np.isin(numbers, elements)].ravel() for _, cells, numbers in self._blocks()
             ]
             found[name] = Body(_range(elements), _range(np.unique(np.concatenate(nodes))))
         return found
 
-    def _blocks(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-        return [
-            (self.hexahedra, self.hexahedron_numbers),
-            (self.wedges, self.wedge_numbers),
-            (self.tetrahedra, self.tetrahedron_numbers),
-        ]
+    def _blocks(self) -> list[tuple[_Kind, NDArray[np.int64], NDArray[np.int64]]]:
+        """Kind, nodes and numbers of the elements of each kind that the mesh has."""
+        given = {
+            "hexahedra": (self.hexahedra, self.hexahedron_numbers),
+            "wedges": (self.wedges, self.wedge_numbers),
+            "tetrahedra": (self.tetrahedra, self.tetrahedron_numbers),
+        }
+        blocks = []
+        for kind in _KINDS:
+            cells, numbers = given[kind.argument]
+            if cells.shape[1] > kind.corners:
+                chosen = (cells[:, -1] >= 0) == (kind.nodes > kind.corners)
+                cells, numbers = cells[chosen, : kind.nodes], numbers[chosen]
+            if len(cells) and cells.shape[1] == kind.nodes:
+                blocks.append((kind, cells, numbers))
+        return blocks
+
+    def _refuse_mixed_orders(self) -> None:
+        """Refuse a mesh without any body whose elements are all of the same order."""
+        second = np.zeros(self.elements, dtype=bool)
+        for kind, _, numbers in self._blocks():
+            second[numbers] = kind.nodes > kind.corners
+        mixed = []
+        for name, elements in (self._of_bodies or {"": np.arange(self.elements)}).items():
+            if second[elements].all() or not second[elements].any():
+                return
+            mixed.append((f"bodies[{name!r}]" if name else "the mesh", elements))
+        name, elements = mixed[0]
+        quadratic = int(second[elements].sum())
+        raise ValueError(
+            f"{name} has {len(elements) - quadratic} linear and {quadratic} second-order elements: "
+            "mesh each body with elements of one order, or drop mid-side nodes with "
+            "first_order=True where the mesh is read"
+        )
+
+    def _faces(self) -> dict[str, NDArray[np.int64]]:
+        """All nodes of the facets of every surface, shape (facets, 9), with -1 after the last one.
+        Facets that are faces of second-order elements have 6 or 9 nodes."""
+        found = {}
+        for name, facets in self.surfaces.items():
+            found[name] = np.full((len(facets), 9), -1, dtype=np.int64)
+            found[name][:, :4] = facets
+        corners = [facets[facets >= 0] for facets in self.surfaces.values()]
+        near = np.zeros(len(self.nodes), dtype=bool)
+        near[np.concatenate([np.zeros(0, np.int64), *corners])] = True
+        faces: dict[tuple[int, ...], list[int]] = {}
+        for kind, cells, _ in self._blocks():
+            if kind.nodes == kind.corners:
+                continue
+            of_cells = _FACES_OF[kind.nodes]
+            count = 3 if kind.nodes == 10 else 4
+            rows = cells[:, of_cells][near[cells[:, of_cells[:, :count]]].all(axis=2)]
+            faces.update((tuple(sorted(row[:count])), row) for row in rows.tolist())
+        if faces:
+            for name, facets in self.surfaces.items():
+                for facet, row in enumerate(facets.tolist()):
+                    face = faces.get(tuple(sorted(row if row[3] >= 0 else row[:3])))
+                    if face is not None:
+                        found[name][facet, : len(face)] = face
+        return found
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], *, first_order: bool = False) -> Mesh:
@@ -248,7 +364,8 @@ class Mesh:
         path : path-like
             A ``.msh``, ``.inp`` or ``.vtu`` file.
         first_order : bool
-            Whether to drop the mid-side nodes of second-order elements.
+            Whether to drop the mid-side nodes of second-order elements. Otherwise, hexahedra of 20
+            nodes get the nodes that they lack.
 
         Returns
         -------
@@ -263,7 +380,7 @@ class Mesh:
         InputError
             If it is not a supported mesh file.
         ValueError
-            If it contains unsupported elements.
+            If it contains unsupported elements, or elements of both orders in each body.
         """
         points, blocks, cell_sets, node_sets, faces, _ = _slipstick.read_mesh(FilePath(path))
         return _assembled(points, blocks, cell_sets, node_sets, faces, first_order, os.fspath(path))
@@ -279,7 +396,7 @@ class Mesh:
             tetrahedra, surfaces if they have triangles or quadrilaterals, and otherwise node sets;
             point sets become node sets.
         first_order : bool
-            Whether to drop the mid-side nodes of second-order elements.
+            As for :meth:`read`.
 
         Returns
         -------
@@ -288,7 +405,7 @@ class Mesh:
         Raises
         ------
         ValueError
-            If it contains unsupported elements.
+            If it contains unsupported elements, or elements of both orders in each body.
         """
         blocks = []
         first = 0
@@ -329,8 +446,9 @@ class Mesh:
         Parameters
         ----------
         grid : pyvista.UnstructuredGrid
-            Hexahedra, voxels, wedges and tetrahedra. Other cells are ignored, but unsupported solid
-            cells are an error. Convert other kinds of grids with ``cast_to_unstructured_grid``.
+            Hexahedra, voxels, wedges and tetrahedra; hexahedra and tetrahedra of first or second
+            order. Other cells are ignored, but unsupported solid cells are an error. Convert other
+            kinds of grids with ``cast_to_unstructured_grid``.
         bodies : str, optional
             Name of a cell array: cells with equal values form a body, named after the value. By
             default, all cells form one body.
@@ -339,7 +457,7 @@ class Mesh:
         sets : mapping of str to array_like of int, optional
             As for :class:`Mesh`.
         first_order : bool
-            Whether to drop the mid-side nodes of second-order elements.
+            As for :meth:`read`.
 
         Returns
         -------
@@ -394,31 +512,40 @@ class Mesh:
         lines = ["*NODE"]
         lines += [f"{n},{x!r},{y!r},{z!r}" for n, (x, y, z) in enumerate(self.nodes.tolist())]
         rows: list[tuple[str, list[int]]] = [("", [])] * self.elements
-        for (_, _, kind), (corners, numbers) in zip(_KINDS, self._blocks(), strict=True):
-            for number, row in zip(numbers.tolist(), corners.tolist(), strict=True):
-                rows[number] = (kind, row)
+        for kind, cells, numbers in self._blocks():
+            if kind.nodes == 27:
+                cells = cells[:, _C3D27]
+            for number, row in zip(numbers.tolist(), cells.tolist(), strict=True):
+                rows[number] = (kind.abaqus, row)
         # elements keep the order of their numbers
         last = ""
-        for number, (kind, row) in enumerate(rows):
-            if kind != last:
-                lines.append(f"*ELEMENT, TYPE={kind}")
-                last = kind
-            lines.append(f"{number}," + ",".join(map(str, row)))
+        for number, (element_type, row) in enumerate(rows):
+            if element_type != last:
+                lines.append(f"*ELEMENT, TYPE={element_type}")
+                last = element_type
+            lines += _element_lines(number, row)
         for name, elements in self._of_bodies.items():
             if name in self.surfaces:
                 raise ValueError(f"a body and a surface are both called {name!r}: rename one")
             lines.append(f"*ELSET, ELSET={_set_name(name, 'bodies')}")
             lines += map(str, elements.tolist())
         number = self.elements
-        for name, facets in self.surfaces.items():
-            for kind, chosen in (
-                ("S3", facets[facets[:, 3] < 0][:, :3]),
-                ("S4", facets[facets[:, 3] >= 0]),
+        for name, faces in self._faces().items():
+            counts = (faces >= 0).sum(axis=1)
+            # the reader finds the centres of faces itself
+            for element_type, count, written in (
+                ("S3", 3, 3),
+                ("S4", 4, 4),
+                ("M3D6", 6, 6),
+                ("M3D8", 9, 8),
             ):
+                chosen = faces[counts == count, :written]
                 if len(chosen):
-                    lines.append(f"*ELEMENT, TYPE={kind}, ELSET={_set_name(name, 'surfaces')}")
+                    lines.append(
+                        f"*ELEMENT, TYPE={element_type}, ELSET={_set_name(name, 'surfaces')}"
+                    )
                     for row in chosen.tolist():
-                        lines.append(f"{number}," + ",".join(map(str, row)))
+                        lines += _element_lines(number, row)
                         number += 1
         for name, nodes in self.sets.items():
             if name not in self.surfaces:
@@ -457,13 +584,10 @@ class Mesh:
         types = np.zeros(self.elements, dtype=np.uint8)
         # before version 9.7, VTK numbers wedges in the opposite sense
         older = pyvista.vtk_version_info < (9, 7)
-        wedges = self.wedges[:, [0, 2, 1, 3, 5, 4]] if older else self.wedges
-        for kind, corners, numbers in (
-            (pyvista.CellType.HEXAHEDRON, self.hexahedra, self.hexahedron_numbers),
-            (pyvista.CellType.WEDGE, wedges, self.wedge_numbers),
-            (pyvista.CellType.TETRA, self.tetrahedra, self.tetrahedron_numbers),
-        ):
-            types[numbers] = kind
+        for kind, corners, numbers in self._blocks():
+            if kind.argument == "wedges" and older:
+                corners = corners[:, [0, 2, 1, 3, 5, 4]]
+            types[numbers] = kind.vtk
             for number, nodes in zip(numbers, corners, strict=True):
                 cells[number] = nodes
         flat = np.concatenate([np.concatenate(([len(c)], c)) for c in cells if c is not None])
@@ -487,17 +611,12 @@ class Mesh:
         """
         import meshio
 
-        kinds = [
-            ("hexahedron", self.hexahedra, self.hexahedron_numbers),
-            ("wedge", self.wedges, self.wedge_numbers),
-            ("tetra", self.tetrahedra, self.tetrahedron_numbers),
-        ]
-        kinds = [kind for kind in kinds if len(kind[1])]
+        blocks = self._blocks()
         data = {
-            name: [np.asarray(values)[numbers] for _, _, numbers in kinds]
+            name: [np.asarray(values)[numbers] for _, _, numbers in blocks]
             for name, values in (cell_data or {}).items()
         }
-        cells = [(name, corners) for name, corners, _ in kinds]
+        cells = [(kind.meshio, nodes) for kind, nodes, _ in blocks]
         return meshio.Mesh(self.nodes, cells, cell_data=data, point_sets=dict(self.sets))
 
 
@@ -525,8 +644,7 @@ _VTK = {
 
 
 def _dimension(kind: str) -> int:
-    kind = _SECOND_ORDER.get(kind, kind)
-    return 1 if kind in _SMALL else 2 if kind in _FACETS or kind == "quad" else 3
+    return 1 if kind in _SMALL else 2 if kind in _FACETS else 3
 
 
 def _assembled(
@@ -542,29 +660,28 @@ def _assembled(
     solids: dict[str, list[tuple[NDArray[np.int64], NDArray[np.int64]]]] = {}
     facets: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
     small: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
-    for name, cells, positions in blocks:
-        kind = name
-        if kind in _SECOND_ORDER:
-            if not first_order:
-                raise ValueError(
-                    f"{source} has {len(cells)} second-order elements ({kind}): "
-                    "give first_order=True, which drops their mid-side nodes"
-                )
-            kind = _SECOND_ORDER[kind]
-            cells = cells[:, : _CORNERS[kind]]
+    for kind, cells, positions in blocks:
         if kind in _FACETS:
             padded = np.full((len(cells), 4), -1, dtype=np.int64)
-            padded[:, : cells.shape[1]] = cells
+            padded[:, : _FACETS[kind]] = cells[:, : _FACETS[kind]]
             facets.append((padded, positions))
             continue
         if kind in _SMALL:
             small.append((cells, positions))
             continue
-        argument = next((key for key, names in _CELLS.items() if kind in names), None)
-        if argument is None:
+        if kind not in _CELLS:
             raise ValueError(
                 f"{source} has {len(cells)} cells of type {kind}, which are not supported: "
                 "mesh with hexahedra, wedges or tetrahedra, or remove them"
+            )
+        argument, _ = _CELLS[kind]
+        corners, _ = _SHAPES[argument]
+        if first_order:
+            cells = cells[:, :corners]
+        elif argument == "wedges" and cells.shape[1] > corners:
+            raise ValueError(
+                f"{source} has {len(cells)} second-order wedges ({kind}), which are not supported: "
+                "give first_order=True, which drops their mid-side nodes"
             )
         solids.setdefault(argument, []).append((cells, positions))
     if not solids:
@@ -574,11 +691,13 @@ def _assembled(
     total = sum(len(positions) for _, _, positions in blocks)
     elements = np.full(total, -1, dtype=np.int64)
     first = 0
-    for argument, _, _ in _KINDS:
+    for argument in _SHAPES:
         parts = solids.get(argument, [])
         if not parts:
             continue
-        arrays[argument] = np.concatenate([cells for cells, _ in parts])
+        width = max(cells.shape[1] for cells, _ in parts)
+        width = 27 if width == 20 else width
+        arrays[argument] = np.concatenate([_widened(cells, width) for cells, _ in parts])
         positions = np.concatenate([positions for _, positions in parts])
         elements[positions] = np.arange(first, first + len(positions))
         first += len(positions)
@@ -598,10 +717,12 @@ def _assembled(
             # points and lines
             nodes = [of[np.isin(positions, cells)].ravel() for of, positions in small]
             sets[name] = np.unique(np.concatenate([np.zeros(0, np.int64), *nodes]))
-    # keep only nodes that elements use: mid-side nodes and points of geometry belong to none
+    if "hexahedra" in arrays and arrays["hexahedra"].shape[1] == 27:
+        points, arrays["hexahedra"], sets = _completed(points, arrays["hexahedra"], sets)
+    # keep only nodes that elements use: dropped nodes and points of geometry belong to none
     used = np.zeros(len(points), dtype=bool)
     for cells in arrays.values():
-        used[cells] = True
+        used[cells[cells >= 0]] = True
     number = np.full(len(points) + 1, -1, dtype=np.int64)
     number[:-1][used] = np.arange(int(used.sum()))
     surfaces = {
@@ -618,6 +739,78 @@ def _assembled(
     )
 
 
+def _widened(cells: NDArray[np.int64], columns: int) -> NDArray[np.int64]:
+    """The same rows with -1 after their last node."""
+    wide = np.full((len(cells), columns), -1, dtype=np.int64)
+    wide[:, : cells.shape[1]] = cells
+    return wide
+
+
+def _completed(
+    points: NDArray[np.float64], hexahedra: NDArray[np.int64], sets: _Sets
+) -> tuple[NDArray[np.float64], NDArray[np.int64], dict[str, NDArray[np.int64]]]:
+    """Hexahedra of 27 nodes, numbered as in VTK, instead of those of 20, as the reader of case
+    files makes them. The centre of a face belongs to a set if the other nodes of the face do."""
+    second = hexahedra[:, 8] >= 0
+    lacking = second & (hexahedra[:, 26] < 0)
+    hexahedra = hexahedra.copy()
+    points, hexahedra[second] = _slipstick.second_order_hexahedra(
+        np.ascontiguousarray(points), hexahedra[second]
+    )
+    faces = hexahedra[lacking][:, _FACES_OF[27]]
+    grown = {}
+    for name, nodes in sets.items():
+        chosen = np.zeros(len(points), dtype=bool)
+        chosen[nodes] = True
+        centres = faces[chosen[faces[:, :, :8]].all(axis=2)][:, 8]
+        grown[name] = np.union1d(nodes, centres)
+    return points, hexahedra, grown
+
+
+def _both_orders(
+    linear: tuple[NDArray[np.int64], NDArray[np.int64]],
+    quadratic: tuple[NDArray[np.int64], NDArray[np.int64]],
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Elements of both orders in one array, and their numbers, which ascend."""
+    if len(linear[0]) == 0 or len(quadratic[0]) == 0:
+        cells, numbers = quadratic if len(quadratic[0]) else linear
+        return _arrays.frozen(cells), _arrays.frozen(numbers)
+    cells = np.concatenate([_widened(linear[0], quadratic[0].shape[1]), quadratic[0]])
+    numbers = np.concatenate([linear[1], quadratic[1]])
+    order = np.argsort(numbers)
+    return _arrays.frozen(cells[order]), _arrays.frozen(numbers[order])
+
+
+def _element_lines(number: int, nodes: list[int]) -> list[str]:
+    """An element in an Abaqus file."""
+    entries = [str(entry) for entry in (number, *nodes)]
+    parts = [entries[start : start + _LINE] for start in range(0, len(entries), _LINE)]
+    return [",".join(part) + "," for part in parts[:-1]] + [",".join(parts[-1])]
+
+
+def _cells(given: ArrayLike | None, name: str, count: int) -> NDArray[np.int64]:
+    """Elements of one type."""
+    corners, columns = _SHAPES[name]
+    array = _arrays.rectangular([] if given is None else given, name)
+    hint = ""
+    if name == "hexahedra" and array.shape[1:] == (20,):
+        hint = "; from_meshio and from_pyvista add the nodes that hexahedra of 20 nodes lack"
+    found = _arrays.whole(array, name, columns, count, "nodes", required=corners, hint=hint)
+    lacks = found < 0
+    partly = np.flatnonzero(lacks.any(axis=1) & ~lacks[:, corners:].all(axis=1))
+    if len(partly):
+        raise ValueError(
+            f"{name}[{partly[0]}] lacks mid-side nodes: give all {found.shape[1]} nodes, or -1 for "
+            f"each except the {corners} corners of a linear element"
+        )
+    ascending = np.sort(found, axis=1)
+    twice = ((np.diff(ascending, axis=1) == 0) & (ascending[:, 1:] >= 0)).any(axis=1)
+    if twice.any():
+        row = int(np.argmax(twice))
+        raise ValueError(f"{name}[{row}] has a node twice: {found[row].tolist()}")
+    return found if (found[:, -1] >= 0).any() else np.ascontiguousarray(found[:, :corners])
+
+
 def _elements(given: ArrayLike | slice | Body, name: str, count: int) -> NDArray[np.int64]:
     if isinstance(given, Body):
         given = given.elements
@@ -631,14 +824,8 @@ def _elements(given: ArrayLike | slice | Body, name: str, count: int) -> NDArray
 
 def _facets(given: ArrayLike, name: str, count: int) -> NDArray[np.int64]:
     place = f"surfaces[{name!r}]"
-    array = _arrays.rectangular(given, place)
-    columns = array.shape[1] if array.ndim == 2 and array.shape[1] in (3, 4) else 4
-    found = _arrays.whole(given, place, columns, count, "nodes", filler=columns == 4)
-    if columns == 4:
-        return found
-    padded = np.full((len(found), 4), -1, dtype=np.int64)
-    padded[:, :3] = found
-    return padded
+    found = _arrays.whole(given, place, (3, 4), count, "nodes", required=3)
+    return _widened(found, 4)
 
 
 def _range(numbers: NDArray[np.int64]) -> slice | NDArray[np.int64]:
