@@ -49,6 +49,9 @@ pub fn volumes<'py>(
     Ok(Mesh { nodes: points(&nodes), elements, ..Mesh::default() }.element_volumes().into_pyarray(py))
 }
 
+/// Points, and the nodes of cells.
+type Cells<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>);
+
 /// All points, and hexahedra of 27 nodes in the order of VTK, from hexahedra of 20 or 27 nodes, of
 /// which the last seven may be in any order. Those of 20 have −1 in their place, and get points that
 /// follow the others.
@@ -57,7 +60,7 @@ pub fn second_order_hexahedra<'py>(
     py: Python<'py>,
     nodes: PyReadonlyArray2<'py, f64>,
     hexahedra: PyReadonlyArray2<'py, i64>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>)> {
+) -> PyResult<Cells<'py>> {
     let (mut points, rows) = (points(&nodes), rows(&hexahedra));
     if rows.iter().any(|row| ![20, 27].contains(&row.len())) {
         return Err(Error::Internal("hexahedra of unknown order".into()).raise(py));

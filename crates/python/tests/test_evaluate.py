@@ -197,7 +197,6 @@ def test_parameters_are_those_of_a_case_with_these_values(
     assert again.solve(density).objective == problem.solve(density).objective
 
 
-
 def test_modulus_of_rubber() -> None:
     """A law without Young's modulus among its constants: all its moduli change by one factor."""
     text = ss.Case.template("cube-on-cuboid").text
