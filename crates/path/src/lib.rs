@@ -29,6 +29,8 @@ mod failure;
 mod linear;
 mod march;
 mod newton;
+#[cfg(test)]
+mod pressed;
 mod problem;
 pub mod slider;
 mod solver;

@@ -29,18 +29,9 @@ impl WithSimd for AddForces<'_> {
         for element in self.elements {
             let (section, scaling) = (&self.sections[element.section()], self.scalings[element.number()]);
             let d = local(&element.nodes, self.d);
-            let done = interpolated::internal_force(
-                simd,
-                &mut scratch,
-                section,
-                &element.geometry,
-                scaling,
-                &d,
-                #[inline(always)]
-                |force| add_to_nodes(&element.nodes, force, self.target),
-            );
-            if done.is_none() {
-                self.inverted.push(element.number);
+            match interpolated::internal_force(simd, &mut scratch, section, &element.geometry, scaling, &d) {
+                Some(force) => add_to_nodes(&element.nodes, &force, self.target),
+                None => self.inverted.push(element.number),
             }
         }
     }
@@ -70,19 +61,9 @@ impl WithSimd for AddProducts<'_> {
             }
             let (section, scaling) = (&self.sections[element.section()], self.scalings[element.number()]);
             let d = local(&element.nodes, self.d);
-            let done = interpolated::tangent_product(
-                simd,
-                &mut scratch,
-                section,
-                &element.geometry,
-                scaling,
-                &d,
-                &v,
-                #[inline(always)]
-                |force| add_to_nodes(&element.nodes, force, self.target),
-            );
-            if done.is_none() {
-                self.inverted.push(element.number);
+            match interpolated::tangent_product(simd, &mut scratch, section, &element.geometry, scaling, &d, &v) {
+                Some(force) => add_to_nodes(&element.nodes, &force, self.target),
+                None => self.inverted.push(element.number),
             }
         }
     }

@@ -2,7 +2,7 @@
 //! and elements. All functions are inlined into a caller that is compiled for the instruction set
 //! detected at run time.
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 /// Number of Gauss points, or of tetrahedra, that are computed at once.
 pub const POINTS: usize = 8;
@@ -12,6 +12,12 @@ pub(crate) type AtPoints = [f64; POINTS];
 pub(crate) type Matrices = [[AtPoints; 3]; 3];
 /// A 3×3 matrix at as many points as a register holds.
 pub(crate) type Matrix<S> = [[<S as Simd>::f64s; 3]; 3];
+
+/// Runs an operation that is compiled once for an instruction set, instead of within each caller.
+#[inline(never)]
+pub(crate) fn once<S: Simd, T: WithSimd>(simd: S, operation: T) -> T::Output {
+    simd.vectorize(operation)
+}
 
 /// Inverse and determinant; the inverse is meaningless if the determinant vanishes.
 #[inline(always)]

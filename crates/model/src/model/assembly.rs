@@ -55,7 +55,7 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
             Some(Prepared { now, node, row: nodes + j, traction })
         })
         .collect();
-    let (offsets, terms) = by_rows(&model.map, &prepared, matrix.pattern().rows());
+    let (offsets, terms) = by_rows(&model.points.map, &prepared, matrix.pattern().rows());
     let pattern = matrix.pattern().clone();
     let (mut rest, mut begin) = (matrix.values_mut(), 0);
     let mut rows = Vec::new();
@@ -74,9 +74,9 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
         for term in terms {
             match *term {
                 Term::Force { node, support, weight } => {
-                    prepared[node as usize].add_force_row(&model.map, support as usize, weight, &mut add);
+                    prepared[node as usize].add_force_row(&model.points.map, support as usize, weight, &mut add);
                 }
-                Term::Condition { node } => prepared[node as usize].add_condition_row(&model.map, &mut add),
+                Term::Condition { node } => prepared[node as usize].add_condition_row(&model.points.map, &mut add),
             }
         }
     });

@@ -136,10 +136,12 @@ impl ContactModel {
     pub(super) fn scale(&self, density: &[f64]) -> (Vec<ElementScaling>, Vec<ElementScaling>) {
         let none = ElementScaling { factor: 0.0, gamma: 0.0 };
         let of = |(&density, &designed): (&f64, &bool)| match designed {
-            true => (self.interpolation.scaling(density), self.interpolation.derivative(density)),
+            true => {
+                (self.penalization.interpolation.scaling(density), self.penalization.interpolation.derivative(density))
+            }
             false => (ElementScaling::SOLID, none),
         };
-        density.iter().zip(&self.designed).map(of).unzip()
+        density.iter().zip(&self.penalization.designed).map(of).unzip()
     }
 
     /// The bodies' own stiffness at each slave node, with these scalings: moduli of both sides in
@@ -147,12 +149,12 @@ impl ContactModel {
     pub(super) fn local_stiffness(&self, scalings: &[ElementScaling]) -> Vec<f64> {
         let modulus =
             |elements: &[u32]| elements.iter().map(|&e| self.modulus(e, scalings)).sum::<f64>() / elements.len() as f64;
-        let master: Vec<f64> = self.master_elements.iter().map(|m| modulus(m)).collect();
+        let master: Vec<f64> = self.contact_elements.of_masters.iter().map(|m| modulus(m)).collect();
         let of = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (s, m) = (modulus(elements), master[slave.interface as usize]);
             in_series(s, m).0 / slave.size
         };
-        self.slaves.iter().zip(&self.slave_elements).map(of).collect()
+        self.slaves.iter().zip(&self.contact_elements.of_slaves).map(of).collect()
     }
 
     /// Young's modulus of an element with these scalings; infinite if it is rigid. \[F/L²\]

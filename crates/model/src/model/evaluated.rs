@@ -208,7 +208,7 @@ impl Design {
                 let pair = model.pair(&model.slaves[j]);
                 let mut at = NodeStep::of(pair.is_active(step.time), pair.offset_at(step.time));
                 at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
-                let measures = at.measures(now, &model.settings[j]);
+                let measures = at.measures(now, &model.start.settings[j]);
                 let law = self.law(step, j, &measures, y, &steering);
                 NodeState { step: at, measures, law }
             })

@@ -37,11 +37,13 @@ mod parameters;
 mod partition;
 pub mod pattern;
 mod place;
+mod points;
 pub mod prescribed;
 mod results;
 mod rigid;
 mod rotation;
 mod share;
+mod slaves;
 mod step;
 mod variation;
 mod viscosity;
@@ -52,15 +54,16 @@ pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, G
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 pub use loads::{Loaded, Loads};
 use nalgebra::Vector3;
-use node::NodeSettings;
 pub use pair::{ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 pub use place::{PairState, Unknown};
+use points::ContactPoints;
 use prescribed::Prescribed;
 pub use results::{ContactResults, NodalContact};
 use rigid::RigidBodies;
 pub use share::Share;
+use slaves::{ContactElements, SlaveData, StartDesign};
 use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
@@ -70,27 +73,12 @@ use std::sync::Arc;
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 
-/// Constant data of a slave node.
-#[derive(Debug, Clone, Copy)]
-struct SlaveData {
-    interface: u32,
-    /// Reference area of the slave surface around the node. \[L²\]
-    area: f64,
-    /// Facet size around the node. \[L\]
-    size: f64,
-    /// How many times the area counts, including its mirror images.
-    images: f64,
-}
-
-/// The bodies' own stiffness at the contact, at the start design.
-#[derive(Debug, Clone, Default)]
-struct StartStiffness {
-    /// The density of every element there.
-    density: Vec<f64>,
-    /// E_eff/h at each slave node. \[F/L³\]
-    local_stiffness: Vec<f64>,
-    /// Its logarithmic derivative ∂ln/∂ln E for each body: one list per slave node.
-    shares: Vec<Vec<f64>>,
+/// Effect of the density on the elements.
+#[derive(Debug, Clone)]
+struct Penalization {
+    interpolation: Interpolation,
+    /// Which elements are designed.
+    designed: Vec<bool>,
 }
 
 /// The discrete contact problem; see the module's description. It never changes while a path is
@@ -101,8 +89,7 @@ pub struct ContactModel {
     share: Share,
     own: Vec<bool>,
     solid: Arc<SolidModel>,
-    interpolation: Interpolation,
-    designed: Vec<bool>,
+    penalization: Penalization,
     coordinates: Vec<f64>,
     /// Displacements at rest, three per node; empty: zero.
     rest: Vec<f64>,
@@ -110,10 +97,7 @@ pub struct ContactModel {
     bodies: Vec<Range<usize>>,
     /// Rigid bodies.
     rigid: RigidBodies,
-    /// The points of the contact surfaces.
-    map: ContactMap,
-    /// Which coordinates of these points are prescribed, if they are not those of the nodes.
-    mapped_fixed: Vec<bool>,
+    points: ContactPoints,
     interfaces: Vec<ModelInterface>,
     /// Uzawa's iteration, if a pair has the augmented Lagrangian.
     uzawa: Option<Uzawa>,
@@ -121,13 +105,8 @@ pub struct ContactModel {
     loads: Loads,
     viscosity: Viscosity,
     slaves: Vec<SlaveData>,
-    /// Elements at each slave node's facets, and at each interface's master facets, for E_eff.
-    slave_elements: Vec<Vec<u32>>,
-    master_elements: Vec<Vec<u32>>,
-    start: StartStiffness,
-    /// Constants of the law of each slave node; they belong to the model, so they do not change
-    /// with the design.
-    settings: Vec<NodeSettings>,
+    contact_elements: ContactElements,
+    start: StartDesign,
     unknowns: Unknowns,
     pattern: ContactPattern,
     floors: Floors,
@@ -182,7 +161,7 @@ impl ContactModel {
             parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let map = ContactMap::new(mesh);
-        let (slaves, slave_elements, master_elements) = slave_data(mesh, &map, &interfaces);
+        let (slaves, contact_elements) = slaves::tables(mesh, &map, &interfaces);
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
         let rigid = RigidBodies::new(mesh);
         let masters = masters.map(|facet| {
@@ -190,7 +169,6 @@ impl ContactModel {
             rigid.add_references(&mut nodes);
             nodes
         });
-        let mapped_fixed = mapped_fixed(&map, &rigid, prescribed.fixed());
         let mut bulk = if share.is_part() {
             loads.couple(mesh.node_neighbours_in(|e| share.has_element(e)), &share)
         } else {
@@ -201,6 +179,7 @@ impl ContactModel {
             interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
         let multipliers = interfaces.iter().any(|i| i.enforcement.method.has_multipliers());
         let pattern = ContactPattern::new(bulk, masters, own.clone(), multipliers && !slaves.is_empty());
+        let points = ContactPoints::new(map, &rigid, prescribed.fixed());
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
@@ -216,46 +195,27 @@ impl ContactModel {
             share,
             own,
             solid: Arc::new(solid),
-            interpolation,
-            designed,
+            penalization: Penalization { interpolation, designed },
             coordinates,
             rest: Vec::new(),
             bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
             rigid,
-            map,
-            mapped_fixed,
+            points,
             interfaces,
             uzawa,
             prescribed,
             loads,
             viscosity,
             slaves,
-            slave_elements,
-            master_elements,
-            start: StartStiffness::default(),
-            settings: Vec::new(),
+            contact_elements,
+            start: StartDesign::default(),
             unknowns: Unknowns::default(),
             pattern,
             floors,
         };
-        let (scalings, _) = model.scale(start);
-        model.start = StartStiffness {
-            density: start.to_vec(),
-            local_stiffness: model.local_stiffness(&scalings),
-            shares: model.stiffness_shares(&scalings),
-        };
-        model.settings = (0..model.slaves.len()).map(|j| model.node_settings(j)).collect();
+        model.start_at(start.to_vec());
         model.unknowns = model.count_unknowns();
         model
-    }
-
-    fn node_settings(&self, j: usize) -> NodeSettings {
-        let SlaveData { area: reference_area, interface, size, .. } = self.slaves[j];
-        let multipliers = self.method_of(j).has_multipliers();
-        let edge_stiffness =
-            if multipliers { DEFAULT_STIFFNESS * self.start.local_stiffness[j] } else { f64::INFINITY };
-        let edge_cover = self.interfaces[interface as usize].edge_cover;
-        NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers }
     }
 
     fn count_unknowns(&self) -> Unknowns {
@@ -331,7 +291,7 @@ impl ContactModel {
 
     /// Sets the exponent by which densities are penalized; it takes effect with the next [`Design`].
     pub(crate) fn set_penalization(&mut self, penalization: f64) {
-        self.interpolation.simp.penalization = penalization;
+        self.penalization.interpolation.simp.penalization = penalization;
     }
 
     /// Prescribed motion.
@@ -403,67 +363,6 @@ impl ContactModel {
     fn positions(&self, y: &[f64]) -> Vec<f64> {
         self.coordinates.iter().zip(y).map(|(x, d)| x + d).collect()
     }
-
-    /// Current positions x̂ = T x of the points of the contact surfaces, [`ContactMap`].
-    fn contact_positions(&self, y: &[f64]) -> Vec<f64> {
-        let x = self.positions(y);
-        if self.map.is_identity() { x } else { self.map.apply(&x) }
-    }
-
-    /// T v of a nodal vector, or of unknowns.
-    fn contact_vector<'a>(&self, v: &'a [f64]) -> Cow<'a, [f64]> {
-        if self.map.is_identity() { Cow::Borrowed(v) } else { Cow::Owned(self.map.apply(v)) }
-    }
-
-    /// Adds to `out` what `add` adds to the entries of the points of the contact surfaces: Tᵀ of it.
-    fn add_from_contact(&self, out: &mut [f64], add: impl FnOnce(&mut [f64])) {
-        if self.map.is_identity() {
-            return add(out);
-        }
-        let mut part = vec![0.0; out.len()];
-        add(&mut part);
-        out.iter_mut().zip(self.map.apply_transposed(&part)).for_each(|(to, part)| *to += part);
-    }
-
-    /// Replaces derivatives with respect to the points of the contact surfaces by those with respect
-    /// to the nodes.
-    fn pull_to_nodes(&self, v: &mut Vec<f64>) {
-        if !self.map.is_identity() {
-            *v = self.map.apply_transposed(v);
-        }
-    }
-
-    /// The nodes that the row of a slave node reaches.
-    fn support_of<'a>(&self, node: Option<&'a NodeState>) -> Cow<'a, [u32]> {
-        let support = node.map_or(&[][..], |node| &node.step.support);
-        if self.map.is_identity() && self.rigid.is_empty() {
-            return Cow::Borrowed(support);
-        }
-        let mut nodes = self.map.parents(support.iter().copied());
-        self.rigid.add_references(&mut nodes);
-        Cow::Owned(nodes)
-    }
-
-    /// Which coordinates of the points of the contact surfaces are prescribed.
-    pub fn contact_fixed(&self) -> &[bool] {
-        if self.mapped_fixed.is_empty() { self.prescribed.fixed() } else { &self.mapped_fixed }
-    }
-}
-
-/// A point is prescribed along an axis if all nodes that it depends on are. Empty: the points are the
-/// nodes.
-fn mapped_fixed(map: &ContactMap, rigid: &RigidBodies, fixed: &[bool]) -> Vec<bool> {
-    if map.is_identity() && rigid.is_empty() {
-        return Vec::new();
-    }
-    let fixed = &rigid.point_is_fixed(fixed);
-    let mut out = fixed.clone();
-    for node in 0..fixed.len() / 3 {
-        map.each(node as u32, |parent, _| {
-            (0..3).for_each(|c| out[3 * node + c] &= fixed[3 * parent as usize + c]);
-        });
-    }
-    out
 }
 
 impl std::fmt::Debug for ContactModel {
@@ -479,37 +378,4 @@ impl std::fmt::Debug for ContactModel {
 /// With an inverted element, the trial state is invalid.
 pub(crate) fn inverted(error: InvertedElements) -> StateError {
     StateError::InvertedElements { elements: error.elements }
-}
-
-type SlaveTables = (Vec<SlaveData>, Vec<Vec<u32>>, Vec<Vec<u32>>);
-
-/// Reference areas, sizes and adjacent elements of all slave nodes.
-fn slave_data(mesh: &Mesh, map: &ContactMap, interfaces: &[ModelInterface]) -> SlaveTables {
-    let points = map.points(&mesh.nodes);
-    let touching = mesh.node_elements();
-    let elements_at = |nodes: &mut dyn Iterator<Item = u32>| {
-        let mut all: Vec<u32> = nodes.flat_map(|n| touching.of(n as usize).iter().copied()).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
-    };
-    let (mut slaves, mut slave_elements, mut master_elements) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, model) in interfaces.iter().enumerate() {
-        let interface = &model.interface;
-        let areas: Vec<f64> =
-            interface.slave_facets().iter().map(|f| slipstick_mesh::facet_area(&f.corners(&points))).collect();
-        for slave in interface.slave_nodes() {
-            let around: f64 = slave.facets.iter().map(|&(f, _)| areas[f as usize]).sum();
-            let share = |f: u32| areas[f as usize] / interface.slave_facets()[f as usize].len() as f64;
-            slaves.push(SlaveData {
-                interface: i as u32,
-                area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
-                size: (around / slave.facets.len() as f64).sqrt(),
-                images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
-            });
-            slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
-        }
-        master_elements.push(elements_at(&mut interface.master_facets().iter().flatten().copied()));
-    }
-    (slaves, slave_elements, master_elements)
 }

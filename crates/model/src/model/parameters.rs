@@ -67,7 +67,7 @@ impl ContactModel {
             };
             self.bodies.iter().map(|body| within(body) / elements.len() as f64).collect()
         };
-        let master: Vec<Vec<f64>> = self.master_elements.iter().map(|elements| moduli(elements)).collect();
+        let master: Vec<Vec<f64>> = self.contact_elements.of_masters.iter().map(|elements| moduli(elements)).collect();
         let shares = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (slaves, masters) = (moduli(elements), &master[slave.interface as usize]);
             let (s, m) = (slaves.iter().sum::<f64>(), masters.iter().sum::<f64>());
@@ -75,7 +75,7 @@ impl ContactModel {
             let part = |of: f64, value: f64, sum: f64| if of == 0.0 { 0.0 } else { of * value / sum };
             slaves.iter().zip(masters).map(|(a, b)| part(of_s, *a, s) + part(of_m, *b, m)).collect()
         };
-        self.slaves.iter().zip(&self.slave_elements).map(shares).collect()
+        self.slaves.iter().zip(&self.contact_elements.of_slaves).map(shares).collect()
     }
 
     /// Adds (∂ŷ/∂a)ᵀ μ of every motion and λᵀ ∂F/∂a of every load.

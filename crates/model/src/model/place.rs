@@ -108,7 +108,7 @@ impl ContactModel {
                 Freedom::Gap { .. } | Freedom::None => 0,
             };
             state.conditions += 1 + if status == Status::Stick as u8 { slips } else { 0 };
-            let support = self.map.parents(contact.kinematics.nodes[row].support.iter().copied());
+            let support = self.points.map.parents(contact.kinematics.nodes[row].support.iter().copied());
             let dofs = support.into_iter().flat_map(|node| (0..3).map(move |c| 3 * node as usize + c));
             free.extend(dofs.filter(|&dof| !self.prescribed.fixed()[dof]));
         }

@@ -1,7 +1,7 @@
 //! The model of a load case that differs from the others in friction, moduli, motions, loads or
 //! positions of bodies.
 
-use super::{ContactModel, Parameter, StartStiffness};
+use super::{ContactModel, Parameter};
 use slipstick_solid::{MaterialError, Section};
 use std::sync::Arc;
 
@@ -65,13 +65,7 @@ impl ContactModel {
             let sections = self.solid.sections().iter().zip(&variation.moduli).map(stiffened);
             let sections = sections.collect::<Result<Vec<Section>, MaterialError>>()?;
             model.solid = Arc::new(self.solid.as_ref().clone().with_sections(sections));
-            let (scalings, _) = model.scale(&self.start.density);
-            model.start = StartStiffness {
-                density: self.start.density.clone(),
-                local_stiffness: model.local_stiffness(&scalings),
-                shares: model.stiffness_shares(&scalings),
-            };
-            model.settings = (0..model.slaves.len()).map(|j| model.node_settings(j)).collect();
+            model.start_at(self.start.density.clone());
         }
         Ok(model)
     }

@@ -27,7 +27,7 @@
 use super::geometry::ReferenceGeometry;
 use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
 use super::kernel::{Deformation, Scratch};
-use super::moduli::{Blocks, add_blocks};
+use super::moduli::{Blocks, to_pairs};
 use crate::law::{Local, Stress};
 use crate::power::inverse_power;
 use crate::registers::{
@@ -169,15 +169,14 @@ impl<S: Simd, L: Stress> At<'_, S, L> {
 
 /// See [`super::kernel::internal_force`].
 #[inline(always)]
-pub(super) fn internal_force<S: Simd, R>(
+pub(super) fn internal_force<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
+) -> Option<Corners> {
     let Scratch { deformation, matrices, further, .. } = scratch;
     let mean = further.mean();
     deformation.evaluate(simd, at, d);
@@ -190,12 +189,12 @@ pub(super) fn internal_force<S: Simd, R>(
         let p = mean.at(simd, law, deformation, v).stress(simd);
         store_scaled(simd, matrices, at, modulus, v, &p);
     }
-    finite(integrate(simd, matrices), then)
+    finite(integrate(simd, matrices))
 }
 
 /// See [`super::kernel::tangent_product`].
 #[inline(always)]
-pub(super) fn tangent_product<S: Simd, R>(
+pub(super) fn tangent_product<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     law: &impl Stress,
@@ -203,8 +202,7 @@ pub(super) fn tangent_product<S: Simd, R>(
     factor: f64,
     d: &Corners,
     direction: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
+) -> Option<Corners> {
     let Scratch { deformation, matrices, further, .. } = scratch;
     let mean = further.mean();
     deformation.evaluate(simd, at, d);
@@ -235,7 +233,7 @@ pub(super) fn tangent_product<S: Simd, R>(
         let p = array(|a, b| simd.mul_add_e_f64s(j, inverse[b][a], p[a][b]));
         store_scaled(simd, matrices, at, modulus, v, &p);
     }
-    finite(integrate(simd, matrices), then)
+    finite(integrate(simd, matrices))
 }
 
 /// See [`super::kernel::tangent`].
@@ -247,9 +245,8 @@ pub(super) fn tangent<S: Simd>(
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
-    let Scratch { deformation, matrices, further, .. } = scratch;
+    let Scratch { deformation, matrices, further, tangent, .. } = scratch;
     let (moduli, mean) = further.both();
     deformation.evaluate(simd, at, d);
     if !deformation.is_admissible() {
@@ -282,7 +279,7 @@ pub(super) fn tangent<S: Simd>(
     let e = integrate(simd, matrices);
     moduli.integrate(simd);
     add_products(&mut moduli.blocks, &e, &h, modulus * sum(&at.weights, &work));
-    add_blocks(&moduli.blocks, add);
+    to_pairs(&moduli.blocks, tangent);
     Some(())
 }
 

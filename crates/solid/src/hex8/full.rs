@@ -18,15 +18,14 @@ impl Deformation {
 
 /// See [`super::kernel::internal_force`].
 #[inline(always)]
-pub(super) fn internal_force<S: Simd, R>(
+pub(super) fn internal_force<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     law: &impl Stress,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
+) -> Option<Corners> {
     let deformation = &mut scratch.deformation;
     deformation.evaluate(simd, at, d);
     if !deformation.is_admissible() {
@@ -42,12 +41,12 @@ pub(super) fn internal_force<S: Simd, R>(
         let p = array(|a, b| simd.mul_f64s(scale, p[a][b]));
         store_matrix::<S>(stress, v, &to_parent(simd, at, &p, v));
     }
-    finite(integrate(simd, stress), then)
+    finite(integrate(simd, stress))
 }
 
 /// See [`super::kernel::tangent_product`].
 #[inline(always)]
-pub(super) fn tangent_product<S: Simd, R>(
+pub(super) fn tangent_product<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     law: &impl Stress,
@@ -55,8 +54,7 @@ pub(super) fn tangent_product<S: Simd, R>(
     factor: f64,
     d: &Corners,
     direction: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
+) -> Option<Corners> {
     let deformation = &mut scratch.deformation;
     deformation.evaluate(simd, at, d);
     if !deformation.is_admissible() {
@@ -73,7 +71,7 @@ pub(super) fn tangent_product<S: Simd, R>(
         let p = array(|a, b| simd.mul_f64s(scale, p[a][b]));
         store_matrix::<S>(stress, v, &to_parent(simd, at, &p, v));
     }
-    finite(integrate(simd, stress), then)
+    finite(integrate(simd, stress))
 }
 
 /// See [`super::kernel::tangent`].
@@ -85,11 +83,10 @@ pub(super) fn tangent<S: Simd>(
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
     match law.volumetric_exponent() {
-        Some(exponent) => by_spatial_gradients(simd, scratch, law, exponent, at, factor, d, add),
-        None => by_moduli(simd, scratch, law, at, factor, d, add),
+        Some(exponent) => by_spatial_gradients(simd, scratch, law, exponent, at, factor, d),
+        None => by_moduli(simd, scratch, law, at, factor, d),
     }
 }
 
@@ -102,9 +99,8 @@ fn by_moduli<S: Simd>(
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
-    let Scratch { deformation, further, .. } = scratch;
+    let Scratch { deformation, further, tangent, .. } = scratch;
     let moduli = further.moduli();
     deformation.evaluate(simd, at, d);
     if !deformation.is_admissible() {
@@ -124,7 +120,7 @@ fn by_moduli<S: Simd>(
         );
     }
     moduli.integrate(simd);
-    moduli::add_blocks(&moduli.blocks, add);
+    moduli::to_pairs(&moduli.blocks, tangent);
     Some(())
 }
 
@@ -142,7 +138,6 @@ fn by_spatial_gradients<S: Simd>(
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    mut add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
     let deformation = &mut scratch.deformation;
     deformation.evaluate(simd, at, d);
@@ -159,27 +154,23 @@ fn by_spatial_gradients<S: Simd>(
     for i in 0..8 {
         for tile in i / S::F64_LANES..8 / S::F64_LANES {
             sum_over_points(simd, scratch, i, tile);
-            let [t0, t1, t2] = &scratch.sums;
+            let Scratch { sums: [t0, t1, t2], tangent, .. } = &mut *scratch;
             let first = tile * S::F64_LANES;
             let (t0, t1, t2) = (t0.as_chunks::<3>().0, t1.as_chunks::<3>().0, t2.as_chunks::<3>().0);
             for lane in i.saturating_sub(first)..S::F64_LANES {
                 let (k, t0, t1, t2) = (first + lane, t0[lane], t1[lane], t2[lane]);
                 let l = modulus * at.laplacian[pair(i, k)];
-                add(
-                    i,
-                    k,
-                    [
-                        exponent * t0[0] + t0[0] + l,
-                        exponent * t0[1] + t1[0],
-                        exponent * t0[2] + t2[0],
-                        exponent * t1[0] + t0[1],
-                        exponent * t1[1] + t1[1] + l,
-                        exponent * t1[2] + t2[1],
-                        exponent * t2[0] + t0[2],
-                        exponent * t2[1] + t1[2],
-                        exponent * t2[2] + t2[2] + l,
-                    ],
-                );
+                tangent[pair(i, k)] = [
+                    exponent * t0[0] + t0[0] + l,
+                    exponent * t0[1] + t1[0],
+                    exponent * t0[2] + t2[0],
+                    exponent * t1[0] + t0[1],
+                    exponent * t1[1] + t1[1] + l,
+                    exponent * t1[2] + t2[1],
+                    exponent * t2[0] + t0[2],
+                    exponent * t2[1] + t1[2],
+                    exponent * t2[2] + t2[2] + l,
+                ];
             }
         }
     }

@@ -59,12 +59,12 @@ pub(crate) fn integrate<S: Simd>(simd: S, q: &Matrices) -> Corners {
     force
 }
 
-/// Applies `then` to the force, unless an entry is not a number.
+/// The force, unless an entry is not a number.
 #[inline(always)]
-pub(crate) fn finite<R>(force: Corners, then: impl FnOnce(&Corners) -> R) -> Option<R> {
+pub(crate) fn finite(force: Corners) -> Option<Corners> {
     let mut finite = true;
     for f in force.as_flattened() {
         finite &= f.is_finite();
     }
-    if finite { Some(then(&force)) } else { None }
+    finite.then_some(force)
 }

@@ -6,37 +6,41 @@
 //! f = s [ γ f(γd) + (1 − γ²) K(0) d ],     K = s [ γ² K(γd) + (1 − γ²) K(0) ]
 //! ```
 //!
-//! With γ = 1 these are the plain integrals, at the same cost. The other case is compiled
-//! separately.
+//! With γ = 1 these are the plain integrals, at the same cost.
 
-use super::geometry::ReferenceGeometry;
+use super::geometry::{ReferenceGeometry, pair};
 use super::integrate::Corners;
 use super::kernel::{self, REST, Scratch};
 use crate::interpolation::ElementScaling;
 use crate::section::Section;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 /// Internal force; `None` if the finite-strain part is inverted or the force is not finite.
 #[inline(always)]
-pub(crate) fn internal_force<S: Simd, R>(
+pub(crate) fn internal_force<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     section: &Section,
     at: &ReferenceGeometry,
     scaling: ElementScaling,
     d: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
-    if scaling.gamma == 1.0 {
-        kernel::internal_force(simd, scratch, section, at, scaling.factor, d, then)
-    } else {
-        simd.vectorize(Force { scratch, section, at, scaling, d }).map(|force| then(&force))
+) -> Option<Corners> {
+    let ElementScaling { factor, gamma } = scaling;
+    if gamma == 1.0 {
+        return kernel::internal_force(simd, scratch, section, at, factor, d);
     }
+    let linear = factor * (1.0 - gamma * gamma);
+    let linear = kernel::tangent_product(simd, scratch, section, at, linear, &REST, d)?;
+    if gamma == 0.0 {
+        return Some(linear);
+    }
+    let finite = kernel::internal_force(simd, scratch, section, at, factor * gamma, &scaled(d, gamma))?;
+    Some(sum(finite, &linear))
 }
 
 /// Product of the tangent with corner displacements `direction`; `None` as for [`internal_force`].
 #[inline(always)]
-pub(crate) fn tangent_product<S: Simd, R>(
+pub(crate) fn tangent_product<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     section: &Section,
@@ -44,13 +48,18 @@ pub(crate) fn tangent_product<S: Simd, R>(
     scaling: ElementScaling,
     d: &Corners,
     direction: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
-    if scaling.gamma == 1.0 {
-        kernel::tangent_product(simd, scratch, section, at, scaling.factor, d, direction, then)
-    } else {
-        simd.vectorize(Product { scratch, section, at, scaling, d, direction }).map(|force| then(&force))
+) -> Option<Corners> {
+    let ElementScaling { factor, gamma } = scaling;
+    if gamma == 1.0 {
+        return kernel::tangent_product(simd, scratch, section, at, factor, d, direction);
     }
+    let square = gamma * gamma;
+    let linear = kernel::tangent_product(simd, scratch, section, at, factor * (1.0 - square), &REST, direction)?;
+    if gamma == 0.0 {
+        return Some(linear);
+    }
+    let finite = kernel::tangent_product(simd, scratch, section, at, factor * square, &scaled(d, gamma), direction)?;
+    Some(sum(finite, &linear))
 }
 
 /// Tangent: calls `add` with i, k and blocks of the pairs of corners i ≤ k, whose sum is the
@@ -63,13 +72,22 @@ pub(crate) fn tangent<S: Simd>(
     at: &ReferenceGeometry,
     scaling: ElementScaling,
     d: &Corners,
-    add: impl FnMut(usize, usize, [f64; 9]),
+    mut add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
-    if scaling.gamma == 1.0 {
-        kernel::tangent(simd, scratch, section, at, scaling.factor, d, add)
-    } else {
-        simd.vectorize(Tangent { scratch, section, at, scaling, d, add })
+    let ElementScaling { factor, gamma } = scaling;
+    // the finite-strain part first: if it is inverted, nothing is added
+    let square = gamma * gamma;
+    let finite = (gamma != 0.0).then(|| (factor * square, if gamma == 1.0 { *d } else { scaled(d, gamma) }));
+    let linear = (gamma != 1.0).then_some((factor * (1.0 - square), REST));
+    for (factor, d) in finite.into_iter().chain(linear) {
+        kernel::tangent(simd, scratch, section, at, factor, &d)?;
+        for i in 0..8 {
+            for k in i..8 {
+                add(i, k, scratch.tangent[pair(i, k)]);
+            }
+        }
     }
+    Some(())
 }
 
 /// λ · ∂f/∂φ, where `slope` is the derivative of the scaling with respect to the density φ. \[F L\]
@@ -91,11 +109,18 @@ pub(crate) fn pull_back<S: Simd>(
     d: &Corners,
     lambda: &Corners,
 ) -> Option<f64> {
-    if scaling.gamma == 1.0 && slope.gamma == 0.0 {
-        kernel::internal_force(simd, scratch, section, at, 1.0, d, |force| slope.factor * dot(force, lambda))
-    } else {
-        simd.vectorize(PullBack { scratch, section, at, scaling, slope, d, lambda })
+    let ElementScaling { factor, gamma } = scaling;
+    if gamma == 1.0 && slope.gamma == 0.0 {
+        let force = kernel::internal_force(simd, scratch, section, at, 1.0, d)?;
+        return Some(slope.factor * dot(&force, lambda));
     }
+    let at_scaled = scaled(d, gamma);
+    let force = dot(&kernel::internal_force(simd, scratch, section, at, 1.0, &at_scaled)?, lambda);
+    let finite = dot(&kernel::tangent_product(simd, scratch, section, at, 1.0, &at_scaled, d)?, lambda);
+    let linear = dot(&kernel::tangent_product(simd, scratch, section, at, 1.0, &REST, d)?, lambda);
+    let by_factor = gamma * force + (1.0 - gamma * gamma) * linear;
+    let by_gamma = factor * (force + gamma * (finite - 2.0 * linear));
+    Some(slope.factor * by_factor + slope.gamma * by_gamma)
 }
 
 /// Displacements relative to the first corner, scaled: a translation, however large, causes no
@@ -126,104 +151,4 @@ fn sum(mut a: Corners, b: &Corners) -> Corners {
         *a += b;
     }
     a
-}
-
-struct Force<'a> {
-    scratch: &'a mut Scratch,
-    section: &'a Section,
-    at: &'a ReferenceGeometry,
-    scaling: ElementScaling,
-    d: &'a Corners,
-}
-
-impl WithSimd for Force<'_> {
-    type Output = Option<Corners>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { scratch, section, at, scaling: ElementScaling { factor, gamma }, d } = self;
-        let linear = factor * (1.0 - gamma * gamma);
-        let linear = kernel::tangent_product(simd, scratch, section, at, linear, &REST, d, |f| *f)?;
-        if gamma == 0.0 {
-            return Some(linear);
-        }
-        kernel::internal_force(simd, scratch, section, at, factor * gamma, &scaled(d, gamma), |f| sum(*f, &linear))
-    }
-}
-
-struct Product<'a> {
-    scratch: &'a mut Scratch,
-    section: &'a Section,
-    at: &'a ReferenceGeometry,
-    scaling: ElementScaling,
-    d: &'a Corners,
-    direction: &'a Corners,
-}
-
-impl WithSimd for Product<'_> {
-    type Output = Option<Corners>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { scratch, section, at, scaling: ElementScaling { factor, gamma }, d, direction } = self;
-        let square = gamma * gamma;
-        let linear =
-            kernel::tangent_product(simd, scratch, section, at, factor * (1.0 - square), &REST, direction, |f| *f)?;
-        if gamma == 0.0 {
-            return Some(linear);
-        }
-        let d = scaled(d, gamma);
-        kernel::tangent_product(simd, scratch, section, at, factor * square, &d, direction, |f| sum(*f, &linear))
-    }
-}
-
-struct Tangent<'a, A> {
-    scratch: &'a mut Scratch,
-    section: &'a Section,
-    at: &'a ReferenceGeometry,
-    scaling: ElementScaling,
-    d: &'a Corners,
-    add: A,
-}
-
-impl<A: FnMut(usize, usize, [f64; 9])> WithSimd for Tangent<'_, A> {
-    type Output = Option<()>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { scratch, section, at, scaling: ElementScaling { factor, gamma }, d, mut add } = self;
-        let square = gamma * gamma;
-        // the finite-strain part first: if it is inverted, nothing is added
-        if gamma != 0.0 {
-            kernel::tangent(simd, scratch, section, at, factor * square, &scaled(d, gamma), &mut add)?;
-        }
-        kernel::tangent(simd, scratch, section, at, factor * (1.0 - square), &REST, add)
-    }
-}
-
-struct PullBack<'a> {
-    scratch: &'a mut Scratch,
-    section: &'a Section,
-    at: &'a ReferenceGeometry,
-    scaling: ElementScaling,
-    slope: ElementScaling,
-    d: &'a Corners,
-    lambda: &'a Corners,
-}
-
-impl WithSimd for PullBack<'_> {
-    type Output = Option<f64>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { scratch, section, at, scaling: ElementScaling { factor, gamma }, slope, d, lambda } = self;
-        let at_scaled = scaled(d, gamma);
-        let with_lambda = |force: &Corners| dot(force, lambda);
-        let force = kernel::internal_force(simd, scratch, section, at, 1.0, &at_scaled, with_lambda)?;
-        let finite = kernel::tangent_product(simd, scratch, section, at, 1.0, &at_scaled, d, with_lambda)?;
-        let linear = kernel::tangent_product(simd, scratch, section, at, 1.0, &REST, d, with_lambda)?;
-        let by_factor = gamma * force + (1.0 - gamma * gamma) * linear;
-        let by_gamma = factor * (force + gamma * (finite - 2.0 * linear));
-        Some(slope.factor * by_factor + slope.gamma * by_gamma)
-    }
 }

@@ -1,9 +1,10 @@
 //! The element integrals by material and formulation, generic over the instruction set.
 //!
 //! A register holds a few Gauss points while strains and stresses are computed, and a few corners
-//! while they are integrated. All functions are inlined into a caller that is compiled for the
-//! instruction set detected at run time ([`pulp::Arch`]), one for each law, so that no law slows
-//! down the others.
+//! while they are integrated. Each integral is one function for each law and instruction set (the one
+//! detected at run time, [`pulp::Arch`], is used), so that no law slows down the others. It is not
+//! inlined into its callers, and takes no closures: otherwise the compiler would repeat it for each
+//! of them, which took most of the time of a build.
 
 use super::f_bar::{self, Mean};
 use super::full;
@@ -11,7 +12,7 @@ use super::geometry::ReferenceGeometry;
 use super::integrate::{Corners, displacement_gradient};
 use super::moduli::Moduli;
 use crate::law::{Stress, with_stress};
-use crate::registers::{AtPoints, Matrices, POINTS, invert, store, store_matrix};
+use crate::registers::{AtPoints, Matrices, POINTS, invert, once, store, store_matrix};
 use crate::section::{Formulation, Section};
 use pulp::{Simd, WithSimd};
 
@@ -39,8 +40,13 @@ pub(crate) struct Scratch {
     pub(super) gradients: [[f64; 24]; POINTS],
     /// Sums over the points, see `by_spatial_gradients` in full.rs.
     pub(super) sums: [[f64; 24]; 3],
+    /// The result of [`tangent`].
+    pub(super) tangent: Pairs,
     pub(super) further: Further,
 }
+
+/// The row-major 3×3 blocks of a tangent, for the pairs of corners i ≤ k, at [`pair`](super::geometry::pair).
+pub(super) type Pairs = [[f64; 9]; 36];
 
 /// Data that only some materials and formulations need, computed on first use.
 #[derive(Default)]
@@ -75,6 +81,7 @@ impl Scratch {
             weighted: [[[0.0; 8]; 3]; POINTS],
             gradients: [[0.0; 24]; POINTS],
             sums: [[0.0; 24]; 3],
+            tangent: [[0.0; 9]; 36],
             further: Further::default(),
         }
     }
@@ -115,24 +122,21 @@ impl Deformation {
 
 /// Internal force at stiffness `factor` times that of the material, or `None` if the element is
 /// inverted or its force is not finite.
-#[inline(always)]
-pub(super) fn internal_force<S: Simd, R>(
+pub(super) fn internal_force<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     section: &Section,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
+) -> Option<Corners> {
     let formulation = section.formulation;
-    with_stress!(&section.material, law => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }))
+    with_stress!(S, &section.material, law => once(simd, Force { law, formulation, scratch, at, factor, d }))
 }
 
 /// Product of the tangent at stiffness `factor` times that of the material with corner
 /// displacements `direction`; `None` as for [`internal_force`].
-#[inline(always)]
-pub(super) fn tangent_product<S: Simd, R>(
+pub(super) fn tangent_product<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     section: &Section,
@@ -140,18 +144,15 @@ pub(super) fn tangent_product<S: Simd, R>(
     factor: f64,
     d: &Corners,
     direction: &Corners,
-    then: impl FnOnce(&Corners) -> R,
-) -> Option<R> {
+) -> Option<Corners> {
     let formulation = section.formulation;
-    with_stress!(&section.material, law => {
-        simd.vectorize(Product { law, formulation, scratch, at, factor, d, direction, then })
+    with_stress!(S, &section.material, law => {
+        once(simd, Product { law, formulation, scratch, at, factor, d, direction })
     })
 }
 
-/// Tangent at stiffness `factor` times that of the material: calls `add` with i, k and the
-/// row-major 3×3 block of every pair of corners i ≤ k. `None`, without any call, if the element is
-/// inverted.
-#[inline(always)]
+/// Tangent at stiffness `factor` times that of the material, into [`Scratch::tangent`]. `None` if the
+/// element is inverted.
 pub(super) fn tangent<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
@@ -159,39 +160,37 @@ pub(super) fn tangent<S: Simd>(
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
-    add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
     let formulation = section.formulation;
-    with_stress!(&section.material, law => simd.vectorize(Tangent { law, formulation, scratch, at, factor, d, add }))
+    with_stress!(S, &section.material, law => once(simd, Tangent { law, formulation, scratch, at, factor, d }))
 }
 
-struct Force<'a, L, T> {
+struct Force<'a, L> {
     law: L,
     formulation: Formulation,
     scratch: &'a mut Scratch,
     at: &'a ReferenceGeometry,
     factor: f64,
     d: &'a Corners,
-    then: T,
 }
 
-impl<L: Stress, R, T: FnOnce(&Corners) -> R> WithSimd for Force<'_, L, T> {
-    type Output = Option<R>;
+impl<L: Stress> WithSimd for Force<'_, L> {
+    type Output = Option<Corners>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { law, formulation, scratch, at, factor, d, then } = self;
+        let Self { law, formulation, scratch, at, factor, d } = self;
         if law.small_strains() {
-            return Product { law, formulation, scratch, at, factor, d: &REST, direction: d, then }.with_simd(simd);
+            return once(simd, Product { law, formulation, scratch, at, factor, d: &REST, direction: d });
         }
         match formulation {
-            Formulation::Full => full::internal_force(simd, scratch, &law, at, factor, d, then),
-            Formulation::FBar => f_bar::internal_force(simd, scratch, &law, at, factor, d, then),
+            Formulation::Full => full::internal_force(simd, scratch, &law, at, factor, d),
+            Formulation::FBar => f_bar::internal_force(simd, scratch, &law, at, factor, d),
         }
     }
 }
 
-struct Product<'a, L, T> {
+struct Product<'a, L> {
     law: L,
     formulation: Formulation,
     scratch: &'a mut Scratch,
@@ -199,43 +198,41 @@ struct Product<'a, L, T> {
     factor: f64,
     d: &'a Corners,
     direction: &'a Corners,
-    then: T,
 }
 
-impl<L: Stress, R, T: FnOnce(&Corners) -> R> WithSimd for Product<'_, L, T> {
-    type Output = Option<R>;
+impl<L: Stress> WithSimd for Product<'_, L> {
+    type Output = Option<Corners>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { law, formulation, scratch, at, factor, d, direction, then } = self;
+        let Self { law, formulation, scratch, at, factor, d, direction } = self;
         let d = if law.small_strains() { &REST } else { d };
         match formulation {
-            Formulation::Full => full::tangent_product(simd, scratch, &law, at, factor, d, direction, then),
-            Formulation::FBar => f_bar::tangent_product(simd, scratch, &law, at, factor, d, direction, then),
+            Formulation::Full => full::tangent_product(simd, scratch, &law, at, factor, d, direction),
+            Formulation::FBar => f_bar::tangent_product(simd, scratch, &law, at, factor, d, direction),
         }
     }
 }
 
-struct Tangent<'a, L, A> {
+struct Tangent<'a, L> {
     law: L,
     formulation: Formulation,
     scratch: &'a mut Scratch,
     at: &'a ReferenceGeometry,
     factor: f64,
     d: &'a Corners,
-    add: A,
 }
 
-impl<L: Stress, A: FnMut(usize, usize, [f64; 9])> WithSimd for Tangent<'_, L, A> {
+impl<L: Stress> WithSimd for Tangent<'_, L> {
     type Output = Option<()>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { law, formulation, scratch, at, factor, d, add } = self;
+        let Self { law, formulation, scratch, at, factor, d } = self;
         let d = if law.small_strains() { &REST } else { d };
         match formulation {
-            Formulation::Full => full::tangent(simd, scratch, &law, at, factor, d, add),
-            Formulation::FBar => f_bar::tangent(simd, scratch, &law, at, factor, d, add),
+            Formulation::Full => full::tangent(simd, scratch, &law, at, factor, d),
+            Formulation::FBar => f_bar::tangent(simd, scratch, &law, at, factor, d),
         }
     }
 }

@@ -56,7 +56,7 @@ pub fn internal_force(
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-            interpolated::internal_force(simd, &mut Scratch::new(), self.0, self.2, self.1, self.3, |force| *force)
+            interpolated::internal_force(simd, &mut Scratch::new(), self.0, self.2, self.1, self.3)
         }
     }
     Arch::new().dispatch(Force(section, scaling, at, d))

@@ -1,8 +1,9 @@
 //! Tangents of any law from its moduli: the changes of stress under the nine unit changes of F at
 //! each Gauss point.
 
-use super::geometry::{PARENT_BY_POINT, ReferenceGeometry};
+use super::geometry::{PARENT_BY_POINT, ReferenceGeometry, pair};
 use super::integrate::to_parent;
+use super::kernel::Pairs;
 use crate::registers::{AtPoints, Matrix, POINTS, array, load, store};
 use pulp::Simd;
 
@@ -84,18 +85,17 @@ impl Moduli {
     }
 }
 
-/// Calls `add` with i, k and the 3×3 block of every pair of corners i ≤ k.
+/// The row-major 3×3 block of every pair of corners.
 #[inline(always)]
-pub(super) fn add_blocks(blocks: &Blocks, mut add: impl FnMut(usize, usize, [f64; 9])) {
+pub(super) fn to_pairs(blocks: &Blocks, out: &mut Pairs) {
     for i in 0..8 {
         for k in i..8 {
-            let mut block = [0.0; 9];
+            let block = &mut out[pair(i, k)];
             for a in 0..3 {
                 for b in 0..3 {
                     block[3 * a + b] = if a <= b { blocks[a][b][i][k] } else { blocks[b][a][k][i] };
                 }
             }
-            add(i, k, block);
         }
     }
 }

@@ -137,7 +137,7 @@ fn instruction_sets_agree() {
     for (section, scaling) in variants() {
         let found = internal_force(&section, scaling, &geometry, &d).unwrap();
         let portable =
-            interpolated::internal_force(pulp::Scalar, &mut scratch, &section, &geometry, scaling, &d, |f| *f).unwrap();
+            interpolated::internal_force(pulp::Scalar, &mut scratch, &section, &geometry, scaling, &d).unwrap();
         for (x, y) in found.as_flattened().iter().zip(portable.as_flattened()) {
             assert!((x - y).abs() < 1e-14 * scale, "{x} {y}");
         }

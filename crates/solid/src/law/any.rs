@@ -1,6 +1,7 @@
 //! One type for all laws, with which a kernel is compiled once instead of once for each law.
 
 use super::Material;
+use crate::registers::once;
 use pulp::{Simd, WithSimd};
 
 /// Generates [`AnyLaw`] from the list of laws.
@@ -27,13 +28,13 @@ macro_rules! any_law {
 
             #[inline(always)]
             fn volumetric<S: Simd>(&self, simd: S, determinant: &AtPoints) -> AtPoints {
-                with_law!(self.0, law => any::once(simd, #[inline(always)] || law.volumetric(simd, determinant)))
+                with_law!(self.0, law => any::call_once(simd, #[inline(always)] || law.volumetric(simd, determinant)))
             }
 
             #[inline(always)]
             fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Prepared<S> {
                 match self.0 {
-                    $( Material::$law(law) => Prepared::$law(any::once(simd, #[inline(always)] || law.prepare(simd, at))), )+
+                    $( Material::$law(law) => Prepared::$law(any::call_once(simd, #[inline(always)] || law.prepare(simd, at))), )+
                 }
             }
 
@@ -41,7 +42,7 @@ macro_rules! any_law {
             fn stress<S: Simd>(&self, simd: S, at: &Local<'_>, prepared: &Prepared<S>) -> Matrix<S> {
                 match (self.0, prepared) {
                     $( (Material::$law(law), Prepared::$law(prepared)) => {
-                        any::once(simd, #[inline(always)] || law.stress(simd, at, prepared))
+                        any::call_once(simd, #[inline(always)] || law.stress(simd, at, prepared))
                     } )+
                     _ => unreachable!("prepared by the same law"),
                 }
@@ -57,7 +58,7 @@ macro_rules! any_law {
             ) -> Matrix<S> {
                 match (self.0, prepared) {
                     $( (Material::$law(law), Prepared::$law(prepared)) => {
-                        any::once(simd, #[inline(always)] || law.stress_change(simd, at, prepared, change))
+                        any::call_once(simd, #[inline(always)] || law.stress_change(simd, at, prepared, change))
                     } )+
                     _ => unreachable!("prepared by the same law"),
                 }
@@ -79,9 +80,9 @@ impl<'a> AnyLaw<'a> {
 }
 
 /// Calls a function that is compiled once for an instruction set, instead of within every kernel.
-#[inline(never)]
-pub(super) fn once<S: Simd, R>(simd: S, f: impl FnOnce() -> R) -> R {
-    simd.vectorize(Call(f))
+#[inline(always)]
+pub(super) fn call_once<S: Simd, R>(simd: S, f: impl FnOnce() -> R) -> R {
+    once(simd, Call(f))
 }
 
 struct Call<F>(F);

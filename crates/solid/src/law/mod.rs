@@ -48,12 +48,14 @@ macro_rules! laws {
             $( #[doc = $shared_about] $shared_word: $shared, )+
         }
 
-        /// `with_stress!(&material, law => expression)`: the expression, compiled for each law with its
-        /// own kernels, and once for all others, with `law` as the body's [`Stress`].
+        /// `with_stress!(S, &material, law => expression)`: the expression, compiled for each law with
+        /// its own kernels, and once for all others, with `law` as the body's [`Stress`]. Without
+        /// vector registers, an instruction set S for old processors, it is compiled once for all
+        /// laws.
         macro_rules! with_stress {
-            ($d material:expr, $d bound:ident => $d body:expr) => {
+            ($d simd:ident, $d material:expr, $d bound:ident => $d body:expr) => {
                 match $d material {
-                    $( $crate::law::Material::$own(law) => {
+                    $( $crate::law::Material::$own(law) if const { $d simd::F64_LANES > 1 } => {
                         let $d bound = *law;
                         $d body
                     } )+

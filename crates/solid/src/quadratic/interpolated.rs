@@ -3,7 +3,8 @@
 use super::cell::{Cell, Corners, Table, scaled};
 use super::kernel::{self, Scratch};
 use crate::interpolation::ElementScaling;
-use crate::law::AnyLaw;
+use crate::law::{AnyLaw, Stress};
+use crate::registers::once;
 use crate::section::{Formulation, Section};
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
@@ -50,7 +51,7 @@ pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, c
     let bar = section.formulation == Formulation::FBar;
     let mut part = |factor: f64, d: &Corners<N>| {
         let law = AnyLaw::new(&section.material);
-        simd.vectorize(Tangent { law, bar, table, scratch: &mut *scratch, cell, factor, d, add: &mut *add })
+        once(simd, Tangent { law, bar, table, scratch: &mut *scratch, cell, factor, d, add: &mut *add })
     };
     if gamma == 1.0 {
         return part(factor, d);
@@ -76,7 +77,7 @@ pub(super) fn force<S: Simd, const N: usize, const B: usize, const P: usize, con
 ) -> Option<Corners<N>> {
     let bar = section.formulation == Formulation::FBar;
     let law = AnyLaw::new(&section.material);
-    simd.vectorize(Force { law, bar, table, scratch, cell, factor, d, direction })
+    once(simd, Force { law, bar, table, scratch, cell, factor, d, direction })
 }
 
 struct Force<'a, const N: usize, const B: usize, const P: usize, const M: usize> {
@@ -96,7 +97,8 @@ impl<const N: usize, const B: usize, const P: usize, const M: usize> WithSimd fo
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { law, bar, table, scratch, cell, factor, d, direction } = self;
-        match direction {
+        // the force of a small-strain law is K(0) d
+        match direction.or(law.small_strains().then_some(d)) {
             None => kernel::internal_force(simd, table, scratch, law, bar, cell, factor, d),
             Some(v) => kernel::tangent_product(simd, table, scratch, law, bar, cell, factor, d, v),
         }

@@ -273,8 +273,8 @@ fn prepare<S: Simd, const N: usize, const B: usize, const P: usize, const M: usi
     Some(())
 }
 
-/// Force at stiffness `factor` times that of the material; `None` if the element is inverted or its
-/// force is not finite.
+/// Force of a finite-strain law at stiffness `factor` times that of the material; `None` if the element
+/// is inverted or its force is not finite.
 #[inline(always)]
 pub(super) fn internal_force<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,
@@ -286,9 +286,6 @@ pub(super) fn internal_force<S: Simd, const N: usize, const B: usize, const P: u
     factor: f64,
     d: &Corners<N>,
 ) -> Option<Corners<N>> {
-    if law.small_strains() {
-        return tangent_product(simd, table, scratch, law, bar, cell, factor, &[[0.0; 3]; N], d);
-    }
     prepare(simd, table, scratch, law, bar, cell, d)?;
     let modulus = factor * law.shear_modulus();
     for (b, v) in registers::<S>(table.points()) {

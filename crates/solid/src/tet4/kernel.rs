@@ -139,7 +139,7 @@ impl Work {
         scalings: &[ElementScaling],
         d: &[f64],
     ) {
-        with_stress!(material, law => self.force_of(simd, &law, batch, scalings, d))
+        with_stress!(S, material, law => self.force_of(simd, &law, batch, scalings, d))
     }
 
     #[inline(always)]
@@ -172,7 +172,7 @@ impl Work {
         d: &[f64],
         direction: &[f64],
     ) {
-        with_stress!(material, law => self.product_of(simd, &law, batch, scalings, d, direction))
+        with_stress!(S, material, law => self.product_of(simd, &law, batch, scalings, d, direction))
     }
 
     #[inline(always)]
@@ -206,7 +206,7 @@ impl Work {
         scalings: &[ElementScaling],
         d: &[f64],
     ) {
-        with_stress!(material, law => self.tangents_of(simd, &law, batch, scalings, d))
+        with_stress!(S, material, law => self.tangents_of(simd, &law, batch, scalings, d))
     }
 
     #[inline(always)]
@@ -326,7 +326,7 @@ pub(crate) fn pull_back<S: Simd>(
     d: &[f64],
     adjoint: &[f64],
 ) -> AtPoints {
-    with_stress!(material, law => pull_back_of(simd, work, &law, batch, [scalings, slopes], d, adjoint))
+    with_stress!(S, material, law => pull_back_of(simd, work, &law, batch, [scalings, slopes], d, adjoint))
 }
 
 #[inline(always)]
