@@ -9,7 +9,7 @@ fn corner(i: usize) -> [f64; 3] {
 }
 
 /// Parent coordinates of the nodes of a hex27: corners, edges, faces −x, +x, −y, +y, −z, +z, centre.
-fn node_of_27(i: usize) -> [f64; 3] {
+pub(super) fn node_of_27(i: usize) -> [f64; 3] {
     let mean = |a: usize, b: usize| from_fn(|c| 0.5 * (corner(a)[c] + corner(b)[c]));
     match i {
         0..8 => corner(i),

@@ -1,6 +1,7 @@
 //! Compares every law of the list, in every element, formulation and scaling, with the reference
 //! element.
 
+use super::parent::node_of_27;
 use super::*;
 use crate::{ElementScaling, LawKind, NeoHooke, SolidModel, hex8};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
