@@ -6,47 +6,103 @@ mod common;
 use common::*;
 use slipstick::quantities::quantities;
 
-/// Sum of the reactions along y at both clamps, at t = 0.2, 0.4, 0.6, 0.8 and 1, in code_aster: with
-/// linear hexahedra. At 0.2, the beams do not touch yet. After 0.86, where the end
-/// of the lower beam takes over the contact, slipstick's forces differ by up to 17 %: this is not
-/// explained, and the last value is not compared.
+/// Sum of the reactions along y at both clamps at t = 0.2, 0.4, 0.6, 0.8 and 1 in code_aster, with
+/// linear hexahedra (variant D). At 0.2, the beams do not touch yet.
 const LINEAR: [f64; 5] = [436.995, 1668.033, 3264.530, 2741.976, 3092.520];
+/// With hexahedra of 20 nodes (variant K, contact on the whole surfaces).
+const TWENTY_NODES: [f64; 5] = [348.709, 1330.027, 2604.895, 2191.790, 2468.556];
+/// With hexahedra of 27 nodes (variant L, contact on the whole surfaces), converted from those of 20
+/// nodes, whose supports do not hold the new nodes.
+const TWENTY_SEVEN_NODES: [f64; 5] = [325.581, 1240.461, 2431.474, 2051.495, 2304.929];
 
 /// The elements alone.
 const FIRST: f64 = 1e-4;
-/// Two algorithms of contact in code_aster differ by 0.2 %.
+/// Two algorithms of contact in code_aster differ by 0.2 % with linear elements.
 const LATER: f64 = 0.01;
+
+/// The nodes that the supports hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Held {
+    /// All nodes.
+    All,
+    /// Only those at corners and edges of the elements.
+    Edges,
+}
+
+/// Elements along and across a beam.
+const ELEMENTS: [usize; 2] = [40, 3];
+
+/// `boxes = …` of a node set of a beam, whose width is 10.16.
+fn held_nodes(held: Held, [x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) -> String {
+    let [nx, ny] = ELEMENTS;
+    let x = |i: usize| x0 + (x1 - x0) * i as f64 / nx as f64;
+    let y = |j: usize| y0 + (y1 - y0) * j as f64 / ny as f64;
+    let (back, front) = (-5.08, 5.08);
+    let mut boxes = Vec::new();
+    match held {
+        Held::All => boxes.push(([x0, y0, back], [x1, y1, front])),
+        Held::Edges => {
+            for z in [back, front] {
+                boxes.extend((0..=ny).map(|j| ([x0, y(j), z], [x1, y(j), z])));
+                boxes.extend((0..=nx).map(|i| ([x(i), y0, z], [x(i), y1, z])));
+            }
+            let across = |i: usize| (0..=ny).map(move |j| ([x(i), y(j), back], [x(i), y(j), front]));
+            boxes.extend((0..=nx).flat_map(across));
+        }
+    }
+    let around = |at: [f64; 3], margin: f64| at.map(|c| c + margin);
+    let text = |(min, max): &([f64; 3], [f64; 3])| {
+        format!("    {{ min = {:?}, max = {:?} }},\n", around(*min, -0.01), around(*max, 0.01))
+    };
+    format!("boxes = [\n{}]\n", boxes.iter().map(text).collect::<String>())
+}
 
 /// St. Venant-Kirchhoff, plane strain, without friction. The lower beam is clamped at x = 0, the
 /// upper one at its other end; two thirds along it, a line across its top moves down, free along x.
-/// The bottom and the end of the upper beam are the slave. The path ends after this many fifths of the
-/// motion.
-fn case(order: usize, parts: usize) -> String {
-    let body = |name: &str, x: [f64; 2], y: [f64; 2]| {
-        format!(
-            "[[body]]\nname = '{name}'\norder = {order}\n\
-             box = {{ min = [{:?}, {:?}, -5.08], max = [{:?}, {:?}, 5.08], elements = [40, 3, 1] }}\n\
-             material = {{ st_venant_kirchhoff = {{ youngs_modulus = 6894.8, poisson_ratio = 0.3333 }} }}\n",
-            x[0], y[0], x[1], y[1]
-        )
-    };
-    let lower = body("lower", [0.0, 2032.0], [-31.75, 31.75]);
-    let upper = body("upper", [914.4, 2946.4], [476.25, 539.75]);
+/// The slave is the bottom and the end of the upper beam, and the first part of its top: towards the
+/// end of the path, the edge between end and top touches the lower beam. Contact at an edge acts along
+/// the normal of the master, as in code_aster, only if both sides of the edge belong to the slave;
+/// without the top, the last force is 3606. The path ends after this many fifths of the motion.
+fn case(order: usize, held: Held, parts: usize) -> String {
+    let ([nx, ny], lower, upper) = (ELEMENTS, ([0.0, 2032.0], [-31.75, 31.75]), ([914.4, 2946.4], [476.25, 539.75]));
+    let mut bodies = String::new();
+    for (name, clamp, (x, y)) in [("lower", "xmin", lower), ("upper", "xmax", upper)] {
+        bodies += &format!(
+            "[[body]]
+name = '{name}'
+order = {order}
+box = {{ min = [{:?}, {:?}, -5.08], max = [{:?}, {:?}, 5.08], elements = [{nx}, {ny}, 1] }}
+material = {{ st_venant_kirchhoff = {{ youngs_modulus = 6894.8, poisson_ratio = 0.3333 }} }}
+[[set]]
+name = '{name}_held'
+{}[[dirichlet]]
+set = '{name}_held'
+components = ['z']
+[[set]]
+name = '{name}_clamp'
+within = '{name}_{clamp}'
+{}[[dirichlet]]
+set = '{name}_clamp'
+components = ['x', 'y']
+",
+            x[0],
+            y[0],
+            x[1],
+            y[1],
+            held_nodes(held, x, y),
+            held_nodes(held, x, y)
+        );
+    }
     format!(
-        "{lower}{upper}
+        "{bodies}
 [[surface]]
 name = 'edge'
 body = 'upper'
 boxes = [
     {{ min = [914.0, 476.0, -6.0], max = [2947.0, 476.5, 6.0] }},
     {{ min = [914.0, 476.0, -6.0], max = [914.5, 540.0, 6.0] }},
+    {{ min = [914.0, 539.5, -6.0], max = [1016.5, 540.0, 6.0] }},
 ]
-[[set]]
-name = 'all_lower'
-boxes = [{{ min = [-1.0, -40.0, -6.0], max = [2100.0, 40.0, 6.0] }}]
-[[set]]
-name = 'all_upper'
-boxes = [{{ min = [900.0, 470.0, -6.0], max = [3000.0, 550.0, 6.0] }}]
 [[set]]
 name = 'line'
 boxes = [{{ min = [1625.5, 539.5, -6.0], max = [1625.7, 540.0, 6.0] }}]
@@ -55,18 +111,6 @@ slave = 'edge'
 master = 'lower_ymax'
 friction = 0.0
 multiplier_shape = 'dual'
-[[dirichlet]]
-set = 'lower_xmin'
-components = ['x', 'y']
-[[dirichlet]]
-set = 'upper_xmax'
-components = ['x', 'y']
-[[dirichlet]]
-set = 'all_lower'
-components = ['z']
-[[dirichlet]]
-set = 'all_upper'
-components = ['z']
 [[dirichlet]]
 set = 'line'
 components = ['y']
@@ -79,21 +123,21 @@ steps = {}
     )
 }
 
-/// Compares the first values.
-fn compare(order: usize, expected: &[f64]) {
-    let mut problem = problem(&case(order, expected.len()));
+/// Compares the first values; the one before contact with a bound of its own.
+fn compare(order: usize, held: Held, expected: &[f64], first: f64) {
+    let mut problem = problem(&case(order, held, expected.len()));
     let density = problem.initial_density().clone();
     let run = forward(&mut problem, &density);
     let found = quantities(&problem, &run.path);
-    let lower = found.get("reaction_lower_xmin_y").expect("a support");
-    let upper = found.get("reaction_upper_xmax_y").expect("a support");
+    let lower = found.get("reaction_lower_clamp_y").expect("a support");
+    let upper = found.get("reaction_upper_clamp_y").expect("a support");
     let mut outside = Vec::new();
     for (k, expected) in expected.iter().enumerate() {
         let step = 10 * (k + 1);
         let sum = lower[step] + upper[step];
         let deviation = sum / expected - 1.0;
         println!("order {order}, t = {:.1}: {sum:.3}, expected {expected:.3}: {deviation:+.1e}", 0.02 * step as f64);
-        if deviation.abs() > if k == 0 { FIRST } else { LATER } {
+        if deviation.abs() > if k == 0 { first } else { LATER } {
             outside.push((step, deviation));
         }
     }
@@ -102,22 +146,39 @@ fn compare(order: usize, expected: &[f64]) {
 
 #[test]
 fn linear_hexahedra_find_code_asters_forces() {
-    compare(1, &LINEAR[..4]);
+    compare(1, Held::All, &LINEAR, FIRST);
+}
+
+/// Before contact and shortly after.
+#[test]
+fn quadratic_hexahedra_find_code_asters_first_forces() {
+    compare(2, Held::Edges, &TWENTY_SEVEN_NODES[..2], FIRST);
+}
+
+/// Face centres and centres of the elements are free, also along z: the state is not one of plane
+/// strain, and the forces are 7 % smaller.
+#[test]
+#[ignore = "takes minutes"]
+fn quadratic_hexahedra_find_code_asters_forces() {
+    compare(2, Held::Edges, &TWENTY_SEVEN_NODES, FIRST);
+}
+
+/// Plane strain, with 20 nodes in code_aster and 27 here.
+#[test]
+#[ignore = "takes minutes"]
+fn quadratic_hexahedra_in_plane_strain_find_code_asters_forces() {
+    compare(2, Held::All, &TWENTY_NODES, LATER);
 }
 
 /// Before contact, the upper beam bends like a beam in plane strain, P = 3 E I δ/((1 − ν²) L³), up to
 /// the stiffening by its deflection of 0.12 L.
-///
-/// The force of code_aster with quadratic elements, 325.581, lies 6 % below this formula, between plane
-/// stress and plane strain. Its mid-side nodes may be free across the beam; this has not been verified,
-/// so its row is not compared.
 #[test]
 fn quadratic_hexahedra_bend_like_a_beam() {
-    let mut problem = problem(&case(2, 1));
+    let mut problem = problem(&case(2, Held::All, 1));
     let density = problem.initial_density().clone();
     let run = forward(&mut problem, &density);
     let found = quantities(&problem, &run.path);
-    let force = found.get("reaction_upper_xmax_y").expect("a support")[10];
+    let force = found.get("reaction_upper_clamp_y").expect("a support")[10];
     let (modulus, ratio, length, height, width): (f64, f64, f64, f64, f64) = (6894.8, 0.3333, 1320.8, 63.5, 10.16);
     let inertia = width * height.powi(3) / 12.0;
     let expected = 3.0 * modulus / (1.0 - ratio * ratio) * inertia * 158.0 / length.powi(3);
