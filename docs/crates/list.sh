@@ -61,6 +61,7 @@ TEXT
     row metis-sys "nested dissection by METIS (a C library, Apache 2.0, bundled); feature \`metis\`"
     row miette "errors that show the line of the case file"
     row nalgebra "vectors and matrices of size three"
+    row num-traits "unused by the program; its features are those that the tests need, so that builds of both share crates"
     row png "pictures"
     row pulp "SIMD for the instruction set detected at run time"
     row quick-xml "VTU and 3MF files"
