@@ -86,6 +86,24 @@ fn a_free_body() {
     assert_eq!(report.cures.len(), 1, "{:?}", report.cures);
 }
 
+/// A rigid body that may turn on the slab without friction: the rotation is named as such.
+#[test]
+fn a_rigid_body_that_may_turn() {
+    let held = "[[dirichlet]]\nset = \"block\"\ncomponents = [\"x\", \"y\", \"z\", \"rx\", \"rz\"]\n";
+    let pair = "[[contact]]\nslave = \"slab_ymax\"\nmaster = \"block_ymin\"\nfriction = 0.0\n";
+    let material = "material = { neo_hooke = { youngs_modulus = 1000, poisson_ratio = 0.3 } }\n";
+    let text = block_and_slab(0.0, &format!("{held}{pair}"));
+    let block = text.rfind(material).expect("the material of the block");
+    singular(
+        &format!("{}rigid = {{}}\n{}", &text[..block], &text[block + material.len()..]),
+        &[
+            "nothing determines the rotation about y of the rigid body `block`",
+            "neither a support nor contact determines the rotation about y of the rigid body `block`",
+            "\"ry\" among its `components`",
+        ],
+    );
+}
+
 /// A body that only an open pair could hold: the free direction and the pair are named.
 #[test]
 fn a_body_before_it_touches() {

@@ -149,7 +149,7 @@ impl FailureReport {
 
     fn of_kind(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Self {
         let (places, conditions) = (places(kind, mesh, model), conditions(kind, mesh, model).facts);
-        Self { places, conditions, cures: cures(kind, mesh, model), ..Self::empty(reason(kind, model)) }
+        Self { places, conditions, cures: cures(kind, mesh, model), ..Self::empty(reason(kind, mesh, model)) }
     }
 }
 
@@ -207,7 +207,7 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String
     }
     let line = |(first, last, count, kind): &(f64, f64, usize, &StepFailureKind)| {
         let place = places(kind, mesh, model).first().map_or(String::new(), |place| format!(", first: {place}"));
-        let why = reason(kind, model);
+        let why = reason(kind, mesh, model);
         match count {
             1 => format!("to t = {first:.6}: {why}{place}"),
             _ => format!("to t = {first:.6} … {last:.6}, {count} times, finally: {why}{place}"),

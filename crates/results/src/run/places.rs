@@ -120,8 +120,8 @@ fn node_place(mesh: &Mesh, node: u32) -> Option<Place> {
 }
 
 /// Why a step failed, with the meaning of the unknown if there is one.
-pub(super) fn reason(kind: &StepFailureKind, model: Trial<'_>) -> String {
-    let along = |index: usize| model.unknown(index).map(|unknown| meaning(unknown, model));
+pub(super) fn reason(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> String {
+    let along = |index: usize| model.unknown(index).map(|unknown| meaning(unknown, mesh, model));
     match kind {
         StepFailureKind::Singular { unknown, .. } => match along(*unknown) {
             Some(what) => format!("{kind}: nothing determines the {what}"),
@@ -135,9 +135,12 @@ pub(super) fn reason(kind: &StepFailureKind, model: Trial<'_>) -> String {
     }
 }
 
-fn meaning(unknown: Unknown, model: Trial<'_>) -> String {
+fn meaning(unknown: Unknown, mesh: &Mesh, model: Trial<'_>) -> String {
     match unknown {
-        Unknown::Displacement { axis, .. } => format!("displacement along {}", AXES[axis]),
+        Unknown::Displacement { node, axis } => match RigidMotion::of(node, axis, mesh) {
+            Some(motion) => format!("{} of the rigid body `{}`", motion.in_words(), motion.body),
+            None => format!("displacement along {}", AXES[axis]),
+        },
         Unknown::Multiplier { row, component } => {
             let what = if component == 0 { "normal contact traction" } else { "friction" };
             let pair = model.pair_name(model.pair_of_row(row));
@@ -187,14 +190,30 @@ pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) 
     }
 }
 
+/// A component of the motion of a rigid body.
+struct RigidMotion<'a> {
+    body: &'a str,
+    axis: &'static str,
+    rotation: bool,
+}
+
+impl<'a> RigidMotion<'a> {
+    /// The motion if the node has unknowns of a rigid body.
+    fn of(node: u32, axis: usize, mesh: &'a Mesh) -> Option<Self> {
+        let rigid = mesh.rigid.iter().find(|rigid| [rigid.reference, rigid.rotation()].contains(&node))?;
+        Some(Self { body: &mesh.bodies[rigid.body].name, axis: AXES[axis], rotation: node != rigid.reference })
+    }
+
+    fn in_words(&self) -> String {
+        format!("{} {}", if self.rotation { "rotation about" } else { "translation along" }, self.axis)
+    }
+}
+
 /// The conditions if the node has the unknowns of a rigid body.
 fn of_rigid_body(node: u32, axis: usize, mesh: &Mesh) -> Option<Conditions> {
-    let rigid = mesh.rigid.iter().find(|rigid| [rigid.reference, rigid.rotation()].contains(&node))?;
-    let (name, axis) = (&mesh.bodies[rigid.body].name, AXES[axis]);
-    let (what, component) = match node == rigid.reference {
-        true => (format!("translation along {axis}"), axis.to_owned()),
-        false => (format!("rotation about {axis}"), format!("r{axis}")),
-    };
+    let motion = RigidMotion::of(node, axis, mesh)?;
+    let (name, what, turn) = (motion.body, motion.in_words(), if motion.rotation { "r" } else { "" });
+    let component = format!("{turn}{}", motion.axis);
     Some(Conditions {
         facts: vec![format!("neither a support nor contact determines the {what} of the rigid body `{name}`")],
         cures: vec![
