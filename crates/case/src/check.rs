@@ -519,7 +519,7 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64,
 /// Memory of one entry of the factors.
 fn entry_bytes(case: &Case) -> f64 {
     match case.solver.linear {
-        LinearSolverChoice::Auto => 4.0,
+        LinearSolverChoice::Auto | LinearSolverChoice::Schwarz => 4.0,
         LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer | LinearSolverChoice::Petsc => 8.0,
     }
 }

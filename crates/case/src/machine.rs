@@ -2,7 +2,7 @@
 
 use crate::build::BuildError;
 use crate::case::{self, LinearSolverChoice};
-use slipstick_linalg::{Alone, Precision, Ranks, SolverChoice};
+use slipstick_linalg::{Alone, Nodes, Precision, Ranks, Schwarz, SolverChoice};
 use slipstick_mesh::Mesh;
 use slipstick_path::LinearSystem;
 use std::sync::Arc;
@@ -41,18 +41,20 @@ impl Machine {
         slaves: &[&str],
     ) -> Result<LinearSystem, BuildError> {
         let several = self.ranks().size() > 1;
-        let one = |choice: SolverChoice| match several {
-            false => Ok(LinearSystem::new(choice)),
+        let alone = || match several {
+            false => Ok(()),
             true => Err(BuildError {
                 path: "solver.linear".into(),
                 message: "this solver works on one rank only".into(),
                 help: "choose \"petsc\", or omit the key".into(),
             }),
         };
+        let one = |choice: SolverChoice| alone().map(|()| LinearSystem::new(choice));
         match solver.linear {
             LinearSolverChoice::Auto if !several => one(SolverChoice::Auto),
             LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
             LinearSolverChoice::Faer => one(SolverChoice::Faer),
+            LinearSolverChoice::Schwarz => alone().map(|()| LinearSystem::new(Schwarz(nodes(mesh)))),
             LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners, mesh, slaves),
         }
     }
@@ -103,4 +105,16 @@ impl Machine {
             help: "choose \"auto\", or build it with `--features petsc` (docs/cluster.md)".into(),
         })
     }
+}
+
+/// The nodes of a mesh for the Schwarz preconditioner.
+fn nodes(mesh: &Mesh) -> Nodes {
+    let mut bodies = vec![None; mesh.nodes.len()];
+    for (body, number) in mesh.bodies.iter().zip(0..) {
+        bodies[body.nodes.clone()].fill(Some(number));
+    }
+    for rigid in &mesh.rigid {
+        [rigid.reference, rigid.rotation()].into_iter().for_each(|node| bodies[node as usize] = None);
+    }
+    Nodes { coordinates: mesh.nodes.as_slice().into(), bodies: bodies.into() }
 }

@@ -1,4 +1,5 @@
-//! Block-sparse matrices and direct solvers with transposed solves.
+//! Block-sparse matrices, direct solvers and a preconditioner for large problems, all with transposed
+//! solves.
 //!
 //! The tangent of a load step is assembled into a [`BlockMatrix`] of 3×3 blocks: one block row per
 //! mesh node, followed by one per contact-multiplier node. A [`Reduction`] removes the prescribed
@@ -11,7 +12,7 @@
 //!
 //! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree
 //! without the feature `metis`, threshold pivoting with delayed pivots, single or double
-//! precision), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting: the
+//! precision), [`SchwarzSolver`] (a preconditioner for large problems), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting: the
 //! reference and the last resort) and [`RobustSolver`], which tries these, or any others, in
 //! sequence.
 //!
@@ -54,6 +55,7 @@ pub mod operator;
 pub mod reduce;
 pub mod robust;
 mod scaling;
+pub mod schwarz;
 pub mod solver;
 pub mod span;
 pub mod supernodal;
@@ -70,6 +72,7 @@ pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
 pub use reduce::Reduction;
 pub use robust::{Link, RobustSolver, SolverChoice, test_on};
+pub use schwarz::{Nodes, Schwarz, SchwarzSolver};
 pub use slipstick_ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use solver::{
     Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Pivot, Precision, Transposed,

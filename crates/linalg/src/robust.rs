@@ -67,7 +67,8 @@ impl Backend for SolverChoice {
 pub struct Link {
     solver: Box<dyn LinearSolver>,
     most_unknowns: usize,
-    /// Whether it is no longer tried because its factors are in single precision.
+    /// Whether it is no longer tried because its factors are in single precision or only a
+    /// preconditioner.
     passed_over: bool,
 }
 
@@ -86,9 +87,13 @@ impl Link {
         !self.passed_over && n <= self.most_unknowns
     }
 
-    /// Factors that have passed a test.
+    /// Factors that have passed a test. Those of an iterative solver are not tested: that would take
+    /// as long as a solve, and every solve is verified anyway.
     fn attempt(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let factors = self.solver.factorize(symbolic, a)?;
+        if self.solver.is_iterative() {
+            return Ok(factors);
+        }
         let weights = factors.row_scaling().map_or_else(|| Cow::Owned(a.row_weights(false)), Cow::Borrowed);
         test_on(a, &weights, factors.as_ref(), false, self.solver.name()).map_err(|error| {
             let double = factors.precision() == Precision::F64;
@@ -243,6 +248,22 @@ impl LinearSolver for RobustSolver {
     fn precision(&self) -> Precision {
         let first = self.chain.iter().find(|link| !link.passed_over);
         first.map_or(Precision::F64, |link| link.solver.precision())
+    }
+
+    /// Whether the first solver is iterative.
+    fn is_iterative(&self) -> bool {
+        self.chain.iter().find(|link| !link.passed_over).is_some_and(|link| link.solver.is_iterative())
+    }
+
+    /// Skips iterative solvers, if there are others.
+    fn insist_on_direct(&mut self) -> bool {
+        let alternative = self.chain.iter().any(|link| !link.passed_over && !link.solver.is_iterative());
+        let mut changes = false;
+        for link in self.chain.iter_mut().filter(|link| !link.passed_over && link.solver.is_iterative()) {
+            link.passed_over = alternative;
+            changes |= alternative;
+        }
+        changes
     }
 
     /// Skips the solvers in single precision; if there are no others, insists with each of them.

@@ -82,6 +82,16 @@ pub trait LinearSolver: Send {
         Precision::F64
     }
 
+    /// Whether factors are only a preconditioner, with which a solve takes many iterations.
+    fn is_iterative(&self) -> bool {
+        false
+    }
+
+    /// From now on, uses only direct solvers; returns whether that changes anything.
+    fn insist_on_direct(&mut self) -> bool {
+        false
+    }
+
     /// From now on, computes factors only in double precision; returns whether that changes
     /// anything.
     fn insist_on_double(&mut self) -> bool {
@@ -123,6 +133,9 @@ pub struct Cost {
     pub factorization: f64,
     /// Cost of one solve. \[bytes moved\]
     pub substitution: f64,
+    /// Number of solves that reduce a residual of the factorized matrix to a tenth; 0 for factors
+    /// whose first solve is accurate, those of direct solvers.
+    pub solves_per_digit: f64,
 }
 
 /// A pivot and its unknown.

@@ -144,6 +144,11 @@ const LEAST_BUDGET: usize = 3;
 /// Maximum number of iterations with earlier factors: each stores two vectors.
 const MOST_BUDGET: f64 = 60.0;
 
+/// Maximum number of iterations with the factors of an iterative solver, and number of directions
+/// kept before a restart.
+const MOST_ITERATIONS: usize = 200;
+const RESTART: usize = 100;
+
 impl LinearSystem {
     /// With solvers of the given kind, like a [`SolverChoice`](slipstick_linalg::SolverChoice).
     pub fn new(backend: impl Backend + 'static) -> Self {
@@ -410,8 +415,9 @@ impl LinearSystem {
         Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), factors))
     }
 
-    /// The solutions with new factors, and these factors. If factors in single precision do not lead
-    /// to a solution, double precision is used from then on.
+    /// The solutions with new factors, and these factors. If those of an iterative solver do not lead
+    /// to a solution, direct solvers are used from then on; if those in single precision do not,
+    /// double precision.
     fn solve_reduced(
         &mut self,
         system: &Reduced,
@@ -421,7 +427,13 @@ impl LinearSystem {
         tolerance: f64,
     ) -> Result<(Vec<Vec<f64>>, Arc<KeptFactors>), StepFailureKind> {
         let factors = self.factorize(system, fixed, active_set)?;
-        match self.solve_exact(system, &factors, rhs, tolerance) {
+        let result = self.solve_exact(system, &factors, rhs, tolerance);
+        let iterative = factors.factors.cost().is_some_and(|cost| cost.solves_per_digit > 0.0);
+        if result.is_err() && iterative && self.now.solver.insist_on_direct() {
+            drop(factors);
+            return self.solve_reduced(system, fixed, active_set, rhs, tolerance);
+        }
+        match result {
             Err(_) if factors.factors.precision() == Precision::F32 && self.now.solver.insist_on_double() => {
                 drop(factors);
                 let factors = self.factorize(system, fixed, active_set)?;
@@ -441,7 +453,11 @@ impl LinearSystem {
         let mut x: Vec<Vec<f64>> = rhs.iter().map(|rhs| vec![0.0; rhs.len()]).collect();
         let begin = self.timings.begin();
         let matrix = system.on(self.backend.ranks());
-        let options = SolveOptions::new(tolerance);
+        let cost = factors.factors.cost();
+        let options = match cost.is_some_and(|cost| cost.solves_per_digit > 0.0) {
+            true => SolveOptions { max_iterations: MOST_ITERATIONS, restart: RESTART, ..SolveOptions::new(tolerance) },
+            false => SolveOptions::new(tolerance),
+        };
         let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
         let results = solve_many_from(&matrix, factors.factors.as_ref(), false, &rhs, &mut x, &options);
         self.timings.end(Phase::Solve, begin);
@@ -468,7 +484,7 @@ impl LinearSystem {
         let Some(at_hand) = at_hand.filter(|f| f.fixed == fixed) else { return none() };
         let ranks = self.backend.ranks();
         let (matrix, factors) = (&system.on(ranks), at_hand.factors.as_ref());
-        let budget = self.budget.unwrap_or_else(|| budget(matrix, factors, rhs.len()));
+        let budget = self.budget.unwrap_or_else(|| budget(matrix, factors, rhs.len(), tolerance));
         if budget < LEAST_BUDGET {
             return none();
         }
@@ -497,13 +513,15 @@ impl LinearSystem {
 }
 
 /// The number of iterations with given factors, for `count` right-hand sides together, that costs
-/// less than new factors, equal on all ranks; zero if the factors report no cost.
-fn budget(matrix: &dyn Operator, factors: &dyn Factorization, count: usize) -> usize {
+/// less than new factors, equal on all ranks; zero if the factors report no cost. New factors of an
+/// iterative solver need iterations too, in proportion to the digits of the `tolerance`.
+fn budget(matrix: &dyn Operator, factors: &dyn Factorization, count: usize, tolerance: f64) -> usize {
     let Some(cost) = factors.cost() else { return 0 };
     let alone = cost.substitution + matrix.product_cost();
     let iteration = alone * (1.0 + TOGETHER * (count.max(1) - 1) as f64);
     let patience = if count > 1 { 1.0 } else { PATIENCE };
-    (patience * cost.factorization / iteration).min(MOST_BUDGET) as usize
+    let anyway = cost.solves_per_digit * -tolerance.log10().min(0.0);
+    (anyway + (patience * cost.factorization / iteration).min(MOST_BUDGET)) as usize
 }
 
 impl Reduced {
@@ -593,19 +611,25 @@ mod tests {
     /// By hand: a product with a matrix of one entry costs 12, a solve 88, so an iteration
     /// costs 100, and for six right-hand sides together three times as much. The budget is half of the
     /// break-even number for one right-hand side and all of it for several, at most 60, and zero if
-    /// the cost is unknown.
+    /// the cost is unknown. An iterative solver with three solves per digit needs 12 for 1e-4 with new
+    /// factors, and the budget comes on top.
     #[test]
     fn earlier_factors_are_given_what_new_ones_cost() {
         let pattern = CsrPattern::new(vec![0, 1], vec![0], vec![0], vec![]).unwrap();
         let matrix = CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0] };
-        let of = |factorization, substitution| budget(&matrix, &Costly(Some(Cost { factorization, substitution })), 1);
+        let of = |factorization, substitution| {
+            let cost = Cost { factorization, substitution, solves_per_digit: 0.0 };
+            budget(&matrix, &Costly(Some(cost)), 1, 1e-10)
+        };
         assert_eq!(of(2000.0, 88.0), 10);
         assert_eq!(of(2199.0, 88.0), 10);
         assert_eq!(of(2000.0, 38.0), 20);
         assert_eq!(of(2e6, 88.0), 60);
         assert_eq!(of(0.0, 88.0), 0);
-        assert_eq!(budget(&matrix, &Costly(None), 1), 0);
-        let cost = Cost { factorization: 2000.0, substitution: 88.0 };
-        assert_eq!(budget(&matrix, &Costly(Some(cost)), 6), 6);
+        assert_eq!(budget(&matrix, &Costly(None), 1, 1e-10), 0);
+        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0 };
+        assert_eq!(budget(&matrix, &Costly(Some(cost)), 6, 1e-10), 6);
+        let iterative = Cost { solves_per_digit: 3.0, ..cost };
+        assert_eq!(budget(&matrix, &Costly(Some(iterative)), 1, 1e-4), 12 + 10);
     }
 }

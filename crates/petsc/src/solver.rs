@@ -318,7 +318,8 @@ impl Factorization for PetscFactorization {
     /// reports no operations.
     fn cost(&self) -> Option<Cost> {
         let factorization = BYTES_PER_OPERATION * self.facts.operations;
-        (factorization > 0.0).then_some(Cost { factorization, substitution: self.facts.bytes as f64 })
+        let substitution = self.facts.bytes as f64;
+        (factorization > 0.0).then_some(Cost { factorization, substitution, solves_per_digit: 0.0 })
     }
 
     fn part(&self) -> FactorPart {

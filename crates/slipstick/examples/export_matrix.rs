@@ -18,7 +18,8 @@
 //! The file holds little-endian numbers without gaps: n and the number of entries (u64), row
 //! offsets (n + 1 u64), columns (u32), elimination groups (n u32), values (f64), numbers of the
 //! unknowns among all unknowns, three per block row (n u32), the number of nodes (u64), their
-//! coordinates (f64), the number of slave nodes (u64), these (u32).
+//! coordinates (f64), the number of slave nodes (u64), these (u32), the body of each node (u32; the
+//! largest number for nodes of rigid bodies).
 //! `crates/linalg/examples/factor.rs`, `crates/petsc/examples/precondition.rs` and
 //! `crates/linalg/benches/compare_pardiso.py` read it.
 
@@ -167,5 +168,8 @@ fn write(a: &CsrMatrix, reduction: &Reduction, mesh: &Mesh, slaves: &[u32], file
     mesh.nodes.as_flattened().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
     out.write_all(&(slaves.len() as u64).to_le_bytes())?;
     slaves.iter().try_for_each(|node| out.write_all(&node.to_le_bytes()))?;
+    let mut bodies = vec![u32::MAX; mesh.nodes.len()];
+    mesh.bodies.iter().zip(0..).for_each(|(body, number)| bodies[body.nodes.clone()].fill(number));
+    bodies.iter().try_for_each(|body| out.write_all(&body.to_le_bytes()))?;
     out.flush()
 }

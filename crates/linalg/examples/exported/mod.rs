@@ -11,11 +11,13 @@ pub struct File {
     pub matrix: CsrMatrix,
     pub coordinates: Vec<[f64; 3]>,
     pub slaves: Vec<u32>,
+    /// Body of each node; the largest number for nodes of rigid bodies.
+    pub bodies: Vec<u32>,
 }
 
 /// Little-endian: n, entries (u64), row offsets (u64), columns, groups (u32), values (f64), origins
 /// (u32); number of nodes (u64) and their coordinates (f64), number of slave nodes (u64) and their
-/// numbers (u32).
+/// numbers (u32); the body of each node (u32).
 pub fn read(file: &str) -> Result<File, Box<dyn Error>> {
     let bytes = std::fs::read(file)?;
     let mut rest = bytes.as_slice();
@@ -38,8 +40,9 @@ pub fn read(file: &str) -> Result<File, Box<dyn Error>> {
     let coordinates = take(nodes, 24)?.chunks_exact(24).map(|x| std::array::from_fn(|b| double(&x[8 * b..]))).collect();
     let count = long(take(1, 8)?);
     let slaves = take(count, 4)?.chunks_exact(4).map(short).collect();
+    let bodies = take(nodes, 4)?.chunks_exact(4).map(short).collect();
     let pattern = CsrPattern::new(row_offsets, columns, groups, origins)?;
-    Ok(File { matrix: CsrMatrix { pattern: Arc::new(pattern), values }, coordinates, slaves })
+    Ok(File { matrix: CsrMatrix { pattern: Arc::new(pattern), values }, coordinates, slaves, bodies })
 }
 
 /// A number of kibibytes from the process status, if it is available.

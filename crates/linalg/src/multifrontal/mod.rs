@@ -280,7 +280,7 @@ impl Factorization for MultifrontalFactorization {
             Precision::F32 => 0.5 * BYTES_PER_OPERATION,
         };
         let factorization = bytes_per_operation * self.statistics().operations;
-        Some(Cost { factorization, substitution: self.bytes() as f64 })
+        Some(Cost { factorization, substitution: self.bytes() as f64, solves_per_digit: 0.0 })
     }
 
     fn part(&self) -> FactorPart {

@@ -41,6 +41,7 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
             ("auto", LinearSolverChoice::Auto),
             ("multifrontal", LinearSolverChoice::Multifrontal),
             ("faer", LinearSolverChoice::Faer),
+            ("schwarz", LinearSolverChoice::Schwarz),
             ("petsc", LinearSolverChoice::Petsc),
         ];
         let linear = table.word("linear", &words).or(LinearSolverChoice::Auto);

@@ -178,6 +178,9 @@ pub enum LinearSolverChoice {
     Multifrontal,
     /// faer's supernodal sparse LU.
     Faer,
+    /// Iterations with a two-level Schwarz preconditioner, for large problems; the solvers of `Auto`
+    /// as a fallback.
+    Schwarz,
     /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
     Petsc,
 }

@@ -1,0 +1,168 @@
+//! The coarse space: Galerkin product and its factors.
+
+use super::Nodes;
+use super::aggregates::{Aggregates, MODES};
+use super::transfer::{Line, Transfer};
+use super::vertices::Vertices;
+use crate::csr::{CsrMatrix, CsrPattern};
+use crate::multifrontal::MultifrontalFactorization;
+use crate::solver::{Factorization, FactorizationError, Precision};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Damping of the step of block Jacobi that smooths the motions. Those between 0.35 and 0.66 differ by
+/// at most two iterations.
+const DAMPING: f64 = 0.5;
+
+/// Pivots of the scaled coarse matrix below which a coarse motion is free.
+const FREE: f64 = 1e-12;
+
+/// Solves in the span of a few motions: x = P (Rᵀ A P)⁻¹ Rᵀ b.
+///
+/// The displacements in P and R are the same. Multipliers follow from them: they react to the
+/// violation of their contact conditions with the stiffness of the slave node, whose displacements
+/// are condensed as if its neighbours were fixed. The coarse matrix therefore knows that bodies touch,
+/// also where only contact holds a body. In R, these are the multipliers of the transposed matrix.
+#[derive(Debug)]
+pub(super) struct Coarse {
+    motions: Transfer,
+    /// The motions R with which equations are weighted: those of the transposed matrix.
+    weights: Transfer,
+    /// First coarse unknown of each aggregate, then their total number.
+    starts: Vec<usize>,
+    factors: MultifrontalFactorization,
+    /// Number of additions of blocks in the Galerkin product.
+    additions: f64,
+}
+
+impl Coarse {
+    /// # Errors
+    /// [`FactorizationError::Singular`] if some motions are free, at an unknown of the coarse matrix.
+    pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Result<Self, FactorizationError> {
+        let aggregates = Aggregates::new(a, vertices, nodes);
+        let count = 3 * nodes.coordinates.len() as u32;
+        let origins = a.pattern.origins();
+        let multiplier = |i: u32| origins[i as usize] >= count;
+        let is_slave = |v: usize| vertices.members(v).iter().any(|&i| multiplier(i));
+        let smoothed = |v: usize| !vertices.is_long(v) && !is_slave(v);
+        let tentative = Transfer::tentative(&aggregates);
+        let displacements = tentative.relax(vertices, &smoothed, &|_| true, &|i| row(a, i), DAMPING);
+        let motions = displacements.relax(vertices, &is_slave, &multiplier, &|i| row(a, i), 1.0);
+        let weights = displacements.relax(vertices, &is_slave, &multiplier, &|j| column(a, j), 1.0);
+        let mut starts = vec![0];
+        aggregates.modes.iter().for_each(|&count| starts.push(starts[starts.len() - 1] + count as usize));
+        let matrix = galerkin(a, &weights, &motions, &starts);
+        let factors = MultifrontalFactorization::of(&matrix, Precision::F64)?;
+        let facts = factors.statistics();
+        if facts.smallest_pivot < FREE {
+            return Err(FactorizationError::Singular { unknown: facts.weakest_unknown, pivot: facts.smallest_pivot });
+        }
+        let additions = a.values.len() as f64 * motions.blocks() as f64 / a.n().max(1) as f64;
+        Ok(Self { motions, weights, starts, factors, additions })
+    }
+
+    /// `x += P (Rᵀ A P)⁻¹ Rᵀ b`, or its transpose.
+    pub fn solve(&self, transpose: bool, rhs: &[f64], x: &mut [f64]) {
+        let aggregates = self.starts.len() - 1;
+        let mut blocks = vec![[0.0; MODES]; aggregates];
+        let (down, up) = if transpose { (&self.motions, &self.weights) } else { (&self.weights, &self.motions) };
+        down.restrict(rhs, &mut blocks);
+        let mut packed = vec![0.0; self.starts[aggregates]];
+        for (block, range) in blocks.iter().zip(self.starts.windows(2)) {
+            packed[range[0]..range[1]].copy_from_slice(&block[..range[1] - range[0]]);
+        }
+        if transpose {
+            self.factors.solve_transpose(&mut packed);
+        } else {
+            self.factors.solve(&mut packed);
+        }
+        for (block, range) in blocks.iter_mut().zip(self.starts.windows(2)) {
+            block[..range[1] - range[0]].copy_from_slice(&packed[range[0]..range[1]]);
+            block[range[1] - range[0]..].fill(0.0);
+        }
+        up.prolong(&blocks, x);
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.factors.bytes() + (self.motions.blocks() + self.weights.blocks()) * (8 * MODES + 4)
+    }
+
+    pub fn factors(&self) -> &MultifrontalFactorization {
+        &self.factors
+    }
+
+    /// Cost of the Galerkin product: each addition of a block reads and writes one.
+    pub fn product_cost(&self) -> f64 {
+        16.0 * MODES as f64 * self.additions
+    }
+}
+
+/// Rᵀ A P.
+fn galerkin(a: &CsrMatrix, weights: &Transfer, motions: &Transfer, starts: &[usize]) -> CsrMatrix {
+    let aggregates = starts.len() - 1;
+    let supports = weights.supports(aggregates);
+    type Row = (Vec<u32>, Vec<[[f64; MODES]; MODES]>);
+    let row = |slots: &mut Vec<u32>, index: usize| -> Row {
+        let (mut reached, mut blocks): Row = Default::default();
+        let mut product: Vec<[f64; MODES]> = Vec::new();
+        for &i in &supports[index] {
+            let motion = weights.row(i as usize).find(|(a, _)| *a as usize == index).expect("in its support").1;
+            product.clear();
+            product.resize(reached.len(), [0.0; MODES]);
+            let (columns, values) = a.row(i as usize);
+            for (&j, &value) in columns.iter().zip(values).filter(|(_, value)| **value != 0.0) {
+                for (aggregate, mode) in motions.row(j as usize) {
+                    let mut slot = slots[aggregate as usize] as usize;
+                    if slot == u32::MAX as usize {
+                        slot = reached.len();
+                        slots[aggregate as usize] = slot as u32;
+                        reached.push(aggregate);
+                        blocks.push([[0.0; MODES]; MODES]);
+                        product.push([0.0; MODES]);
+                    }
+                    product[slot].iter_mut().zip(mode).for_each(|(sum, m)| *sum += value * m);
+                }
+            }
+            for (block, product) in blocks.iter_mut().zip(&product) {
+                for (row, m) in block.iter_mut().zip(motion) {
+                    row.iter_mut().zip(product).for_each(|(sum, p)| *sum += m * p);
+                }
+            }
+        }
+        reached.iter().for_each(|&aggregate| slots[aggregate as usize] = u32::MAX);
+        (reached, blocks)
+    };
+    let rows: Vec<Row> = (0..aggregates).into_par_iter().map_init(|| vec![u32::MAX; aggregates], row).collect();
+    let (mut offsets, mut columns, mut values, mut groups) = (vec![0], Vec::new(), Vec::new(), Vec::new());
+    for (index, (reached, blocks)) in rows.iter().enumerate() {
+        let mut order: Vec<usize> = (0..reached.len()).collect();
+        order.sort_unstable_by_key(|&k| reached[k]);
+        for mode in 0..starts[index + 1] - starts[index] {
+            for &k in &order {
+                let first = starts[reached[k] as usize];
+                let count = starts[reached[k] as usize + 1] - first;
+                columns.extend((first..first + count).map(|column| column as u32));
+                values.extend_from_slice(&blocks[k][mode][..count]);
+            }
+            offsets.push(columns.len());
+            groups.push(index as u32);
+        }
+    }
+    let pattern = CsrPattern::new(offsets, columns, groups, Vec::new()).expect("columns ascend");
+    CsrMatrix { pattern: Arc::new(pattern), values }
+}
+
+/// A row of the matrix.
+fn row(a: &CsrMatrix, i: u32) -> Line {
+    let (columns, values) = a.row(i as usize);
+    columns.iter().copied().zip(values.iter().copied()).filter(|(_, value)| *value != 0.0).collect()
+}
+
+/// A column of the matrix, whose pattern is symmetric.
+fn column(a: &CsrMatrix, j: u32) -> Line {
+    let entry = |&i: &u32| {
+        let k = a.pattern.row(i as usize).binary_search(&j).ok()?;
+        Some((i, a.values[a.pattern.row_range(i as usize).start + k]))
+    };
+    a.pattern.row(j as usize).iter().filter_map(entry).filter(|(_, value)| *value != 0.0).collect()
+}

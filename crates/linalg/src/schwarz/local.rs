@@ -1,0 +1,136 @@
+//! Overlapping subdomains and the factors of their blocks of the matrix.
+
+use super::vertices::Vertices;
+use crate::csr::{CsrMatrix, CsrPattern};
+use crate::multifrontal::{MultifrontalFactorization, MultifrontalSolver};
+use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision};
+use crate::symbolic::Symbolic;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// A subdomain: some unknowns, of which it owns a part, and the analysis of its block.
+#[derive(Debug)]
+pub(super) struct Subdomain {
+    /// Unknowns of the block, ascending.
+    pub unknowns: Vec<u32>,
+    /// Positions in `unknowns` of those that belong to this subdomain only.
+    pub own: Vec<u32>,
+    /// Entry of the whole matrix for each entry of the block.
+    entries: Vec<u32>,
+    symbolic: Symbolic,
+}
+
+impl Subdomain {
+    /// The vertices `own` with `layers` of neighbours. Vertices that couple to very many others, those
+    /// of rigid bodies, can join, but do not bring theirs along.
+    ///
+    /// # Errors
+    /// If the block cannot be analysed.
+    pub fn new(
+        pattern: &CsrPattern,
+        vertices: &Vertices,
+        own: &[u32],
+        layers: usize,
+    ) -> Result<Self, FactorizationError> {
+        let mut inside: Vec<u32> = own.to_vec();
+        inside.sort_unstable();
+        let mut front = inside.clone();
+        for _ in 0..layers {
+            let expandable = front.iter().filter(|&&v| !vertices.is_long(v as usize));
+            let mut next: Vec<u32> = expandable.flat_map(|&v| vertices.adjacent(v as usize)).copied().collect();
+            next.sort_unstable();
+            next.dedup();
+            next.retain(|v| inside.binary_search(v).is_err());
+            inside.extend(&next);
+            inside.sort_unstable();
+            front = next;
+        }
+        let gather = |set: &[u32]| {
+            let mut unknowns: Vec<u32> = set.iter().flat_map(|&v| vertices.members(v as usize)).copied().collect();
+            unknowns.sort_unstable();
+            unknowns
+        };
+        let (unknowns, owned) = (gather(&inside), gather(own));
+        let position = |i: u32| unknowns.binary_search(&i).ok();
+        let own = owned.into_iter().filter_map(|i| Some(position(i)? as u32)).collect();
+        let (mut offsets, mut columns, mut entries) = (vec![0], Vec::new(), Vec::new());
+        for &i in &unknowns {
+            // both lists ascend
+            let mut at = 0;
+            for (k, &column) in pattern.row_range(i as usize).zip(pattern.row(i as usize)) {
+                at += gallop(&unknowns[at..], column);
+                if unknowns.get(at) == Some(&column) {
+                    columns.push(at as u32);
+                    entries.push(k as u32);
+                }
+            }
+            offsets.push(columns.len());
+        }
+        let groups = unknowns.iter().map(|&i| pattern.groups()[i as usize]).collect();
+        let block = Arc::new(CsrPattern::new(offsets, columns, groups, Vec::new()).expect("columns ascend"));
+        let symbolic = MultifrontalSolver::new(Precision::F32).analyse(&block)?;
+        Ok(Self { unknowns, own, entries, symbolic })
+    }
+
+    /// Factors of the block in single precision.
+    ///
+    /// # Errors
+    /// As [`LinearSolver::factorize`]; unknowns are those of the whole matrix.
+    pub fn factorize(&self, a: &CsrMatrix) -> Result<MultifrontalFactorization, FactorizationError> {
+        let values = self.entries.iter().map(|&k| a.values[k as usize]).collect();
+        let block = CsrMatrix { pattern: self.symbolic.pattern().clone(), values };
+        let factors = MultifrontalSolver::new(Precision::F32).factorize_matrix(&self.symbolic, &block);
+        factors.map_err(|error| match error {
+            FactorizationError::Singular { unknown, pivot } => {
+                FactorizationError::Singular { unknown: self.unknowns[unknown] as usize, pivot }
+            }
+            other => other,
+        })
+    }
+}
+
+/// Number of leading items below `wanted` in an ascending list; cheap if it is small.
+fn gallop(list: &[u32], wanted: u32) -> usize {
+    let mut step = 1;
+    while step < list.len() && list[step] < wanted {
+        step *= 2;
+    }
+    let low = step / 2;
+    let high = (step + 1).min(list.len());
+    low + list[low..high].partition_point(|&x| x < wanted)
+}
+
+/// The solutions of all subdomains for a right-hand side, added up: restricted additive Schwarz,
+/// which takes only the own unknowns of each solution, or its transpose, which takes only the own
+/// entries of the right-hand side.
+///
+/// The sums run in the order of the subdomains.
+pub(super) fn solve(
+    subdomains: &[Subdomain],
+    factors: &[MultifrontalFactorization],
+    transpose: bool,
+    rhs: &[f64],
+    x: &mut [f64],
+) {
+    let one = |(subdomain, factors): (&Subdomain, &MultifrontalFactorization)| {
+        let unknowns = &subdomain.unknowns;
+        if transpose {
+            let mut local = vec![0.0; unknowns.len()];
+            subdomain.own.iter().for_each(|&k| local[k as usize] = rhs[unknowns[k as usize] as usize]);
+            factors.solve_transpose(&mut local);
+            local
+        } else {
+            let mut local: Vec<f64> = unknowns.iter().map(|&i| rhs[i as usize]).collect();
+            factors.solve(&mut local);
+            local
+        }
+    };
+    let solutions: Vec<Vec<f64>> = subdomains.par_iter().zip(factors).with_max_len(1).map(one).collect();
+    for (subdomain, local) in subdomains.iter().zip(solutions) {
+        if transpose {
+            subdomain.unknowns.iter().zip(local).for_each(|(&i, value)| x[i as usize] += value);
+        } else {
+            subdomain.own.iter().for_each(|&k| x[subdomain.unknowns[k as usize] as usize] += local[k as usize]);
+        }
+    }
+}

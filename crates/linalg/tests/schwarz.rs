@@ -1,0 +1,106 @@
+//! The Schwarz preconditioner on model problems with multipliers.
+
+mod common;
+
+use common::{Brick, Random, difference};
+use slipstick_linalg::{
+    Backend, CsrMatrix, Factorization, FactorizationError, LinearSolver, MultifrontalFactorization, Nodes, Precision,
+    Schwarz, SchwarzSolver, SolveOptions, solve_verified, solve_with,
+};
+
+/// 27 000 unknowns in three parts, with sticking and open nodes on the top and stiffness over three decades.
+fn brick() -> Brick {
+    Brick { nodes: [20, 21, 22], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true }
+}
+
+fn nodes(brick: &Brick) -> Nodes {
+    let [nx, ny, nz] = brick.nodes;
+    let place = |node: usize| [node % nx, node / nx % ny, node / (nx * ny)].map(|i| i as f64);
+    let coordinates: Vec<[f64; 3]> = (0..nx * ny * nz).map(place).collect();
+    Nodes { bodies: vec![Some(0); coordinates.len()].into(), coordinates: coordinates.into() }
+}
+
+fn factors(brick: &Brick, a: &CsrMatrix) -> Box<dyn Factorization> {
+    SchwarzSolver::new(nodes(brick)).analyse_and_factorize(a).expect("a regular matrix")
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Source: the direct solver in double precision. The number of iterations is that of a good
+/// preconditioner; without the coarse space or with the wrong transpose it is beyond.
+#[test]
+fn solutions_are_those_of_the_direct_solver() {
+    let brick = brick();
+    let (a, _) = brick.reduced(1);
+    let factors = factors(&brick, &a);
+    let direct = MultifrontalFactorization::of(&a, Precision::F64).expect("a regular matrix");
+    let b = Random(3).vector(a.n());
+    for transpose in [false, true] {
+        let (mut x, mut expected) = (vec![0.0; a.n()], vec![0.0; a.n()]);
+        let options = SolveOptions { max_iterations: 60, ..SolveOptions::new(1e-10) };
+        let report = solve_with(&a, factors.as_ref(), transpose, &b, &mut x, &options).expect("it converges");
+        solve_verified(&a, &direct, transpose, &b, &mut expected, 1e-12).expect("direct factors");
+        println!("{} iterations", report.iterations);
+        assert!(difference(&x, &expected) < 1e-7, "{}", difference(&x, &expected));
+    }
+}
+
+/// By definition: ⟨M⁻¹ x, y⟩ = ⟨x, M⁻ᵀ y⟩, to the single precision of the factors.
+#[test]
+fn the_transposed_preconditioner_is_the_transpose() {
+    let brick = brick();
+    let (a, _) = brick.reduced(2);
+    let factors = factors(&brick, &a);
+    let (b, c) = (Random(4).vector(a.n()), Random(5).vector(a.n()));
+    let (mut forward, mut transposed) = (b.clone(), c.clone());
+    factors.solve(&mut forward);
+    factors.solve_transpose(&mut transposed);
+    let size = dot(&forward, &forward).sqrt() * dot(&c, &c).sqrt();
+    let error = (dot(&forward, &c) - dot(&b, &transposed)).abs() / size;
+    assert!(error < 1e-5, "{error:e}");
+}
+
+/// The same bits with one thread and with three.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let brick = brick();
+    let (a, _) = brick.reduced(3);
+    let solve = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let factors = factors(&brick, &a);
+            let (mut x, mut y) = (Random(6).vector(a.n()), Random(7).vector(a.n()));
+            factors.solve(&mut x);
+            factors.solve_transpose(&mut y);
+            (x, y)
+        })
+    };
+    assert!(solve(1) == solve(3));
+}
+
+/// A body that nothing holds: its translations are coarse motions, and the matrix is singular.
+#[test]
+fn free_bodies_are_found() {
+    let brick = Brick { multipliers: false, fixed_bottom: false, nonsymmetry: 0.0, ..brick() };
+    let (a, _) = brick.reduced(4);
+    let result = SchwarzSolver::new(nodes(&brick)).analyse_and_factorize(&a);
+    assert!(matches!(result.err(), Some(FactorizationError::Singular { .. })));
+}
+
+/// In the chain, a direct solver replaces the preconditioner if that cannot be made.
+#[test]
+fn direct_solvers_are_the_fallback() {
+    let brick = Brick { nodes: [4, 5, 6], ..brick() };
+    let (a, _) = brick.reduced(5);
+    let without = Nodes { coordinates: Vec::new().into(), bodies: Vec::new().into() };
+    let factors = Schwarz(without).solver().analyse_and_factorize(&a).expect("a direct solver");
+    assert_eq!(factors.cost().map(|cost| cost.solves_per_digit), Some(0.0));
+    let mut solver = Schwarz(nodes(&brick)).solver();
+    let iterative = solver.analyse_and_factorize(&a).expect("a preconditioner");
+    assert!(solver.is_iterative() && iterative.cost().is_some_and(|cost| cost.solves_per_digit > 0.0));
+    assert!(solver.insist_on_direct() && !solver.is_iterative() && !solver.insist_on_direct());
+    let direct = solver.analyse_and_factorize(&a).expect("a direct solver");
+    assert_eq!(direct.cost().map(|cost| cost.solves_per_digit), Some(0.0));
+}
