@@ -109,6 +109,7 @@ Other tests compare with outside numbers too:
 | block sliding between two blocks, μ = 0.5 | code_aster (SSNP503): pressures where an edge lies at a node | 0.06 % of a pressure | [edges](edges.md#comparison-with-code_aster), `tests/edges` |
 | beam sliding over a beam, linear elements | code_aster (SSNV505 D): reactions at five times | 0.3 % | [edges](edges.md#sharp-edges-of-the-slave), `tests/two_beams.rs` |
 | the same, 27 nodes | code_aster (SSNV505 L): reactions at five times | 0.4 % | `tests/two_beams.rs` |
+| the same, 27 nodes, in plane strain | code_aster with 20 nodes (SSNV505 K): reactions at five times | 0.4 % | `tests/two_beams.rs` |
 | rubber roller | the reference in FElupe's discussion 870 | width 1.5 %, peak pressure 0.2 % | [roller](../cases/roller/README.md), `tests/roller.rs` |
 ";
 
