@@ -61,6 +61,16 @@ elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
 large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
 
-for name in ${*:-sizes settled ironing_block methods responses elements orders large}; do
+# The iterative solver; the larger mesh needs 15 GB.
+iterative() {
+    local mesh
+    for mesh in '63, 14, 63/45, 9, 5' '97, 21, 97/69, 14, 7'; do
+        sed "s/\[14, 3, 14\]/[${mesh%/*}]/; s/\[10, 2, 1\]/[${mesh#*/}]/" docs/performance/half_ball.toml > "$work/case.toml"
+        "$program" bench "$work/case.toml" --steps 1 --threads 2
+        echo
+    done
+}
+
+for name in ${*:-sizes settled ironing_block methods responses elements orders large iterative}; do
     measure "$name" "$name"
 done

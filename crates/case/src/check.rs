@@ -511,6 +511,10 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64,
     let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
     let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), fixed, groups);
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
+    if case.solver.linear == LinearSolverChoice::Schwarz {
+        let (bytes, operations) = slipstick_linalg::SchwarzSolver::predict(reduction.pattern());
+        return Ok((reduction.free(), bytes, operations, matrix_bytes));
+    }
     let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
     let (entries, operations) = size.unwrap_or((0.0, 0.0));
     Ok((reduction.free(), entry_bytes(case) * entries, operations, matrix_bytes))

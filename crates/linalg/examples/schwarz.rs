@@ -28,7 +28,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let factors = solver.factorize(&symbolic, &a)?;
         let factored = start.elapsed().as_secs_f64();
         let megabytes = factors.bytes() as f64 * 1e-6;
-        print!("{} unknowns: analysis {analysed:.2} s, factors {factored:.2} s, {megabytes:.0} MB", a.n());
+        let gigaflop = factors.part().operations * 1e-9;
+        print!(
+            "{} unknowns: analysis {analysed:.2} s, factors {factored:.2} s, {megabytes:.0} MB, {gigaflop:.0} Gflop",
+            a.n()
+        );
         let b: Vec<f64> = (0..a.n()).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
         for (transpose, tolerance) in [(false, 1e-4), (false, 1e-10), (true, 1e-4), (true, 1e-10)] {
             let mut x = vec![0.0; a.n()];

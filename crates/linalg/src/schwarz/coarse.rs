@@ -2,7 +2,7 @@
 
 use super::Nodes;
 use super::aggregates::{Aggregates, MODES};
-use super::transfer::{Line, Transfer};
+use super::transfer::{Side, Transfer};
 use super::vertices::Vertices;
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::multifrontal::MultifrontalFactorization;
@@ -40,18 +40,19 @@ impl Coarse {
     /// [`FactorizationError::Singular`] if some motions are free, at an unknown of the coarse matrix.
     pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Result<Self, FactorizationError> {
         let aggregates = Aggregates::new(a, vertices, nodes);
-        let count = 3 * nodes.coordinates.len() as u32;
+        let displacement_rows = 3 * nodes.coordinates.len() as u32;
         let origins = a.pattern.origins();
-        let multiplier = |i: u32| origins[i as usize] >= count;
+        let multiplier = |i: u32| origins[i as usize] >= displacement_rows;
         let is_slave = |v: usize| vertices.members(v).iter().any(|&i| multiplier(i));
         let smoothed = |v: usize| !vertices.is_long(v) && !is_slave(v);
+        let count = aggregates.modes.len();
+        let step = |of: &Transfer, side| of.relax(a, side, vertices, count, &is_slave, &multiplier, 1.0);
         let tentative = Transfer::tentative(&aggregates);
-        let displacements = tentative.relax(vertices, &smoothed, &|_| true, &|i| row(a, i), DAMPING);
-        let motions = displacements.relax(vertices, &is_slave, &multiplier, &|i| row(a, i), 1.0);
-        let weights = displacements.relax(vertices, &is_slave, &multiplier, &|j| column(a, j), 1.0);
+        let displacements = tentative.relax(a, Side::Rows, vertices, count, &smoothed, &|_| true, DAMPING);
+        let (motions, weights) = (step(&displacements, Side::Rows), step(&displacements, Side::Columns));
         let mut starts = vec![0];
         aggregates.modes.iter().for_each(|&count| starts.push(starts[starts.len() - 1] + count as usize));
-        let matrix = galerkin(a, &weights, &motions, &starts);
+        let matrix = galerkin(a, vertices, &weights, &motions, &starts);
         let factors = MultifrontalFactorization::of(&matrix, Precision::F64)?;
         let facts = factors.statistics();
         if facts.smallest_pivot < FREE {
@@ -98,34 +99,29 @@ impl Coarse {
 }
 
 /// Rᵀ A P.
-fn galerkin(a: &CsrMatrix, weights: &Transfer, motions: &Transfer, starts: &[usize]) -> CsrMatrix {
+fn galerkin(a: &CsrMatrix, vertices: &Vertices, weights: &Transfer, motions: &Transfer, starts: &[usize]) -> CsrMatrix {
     let aggregates = starts.len() - 1;
     let supports = weights.supports(aggregates);
+    let patches = motions.products(a, Side::Rows, vertices, aggregates, &|_| true, &|_| true);
     type Row = (Vec<u32>, Vec<[[f64; MODES]; MODES]>);
     let row = |slots: &mut Vec<u32>, index: usize| -> Row {
         let (mut reached, mut blocks): Row = Default::default();
-        let mut product: Vec<[f64; MODES]> = Vec::new();
         for &i in &supports[index] {
-            let motion = weights.row(i as usize).find(|(a, _)| *a as usize == index).expect("in its support").1;
-            product.clear();
-            product.resize(reached.len(), [0.0; MODES]);
-            let (columns, values) = a.row(i as usize);
-            for (&j, &value) in columns.iter().zip(values).filter(|(_, value)| **value != 0.0) {
-                for (aggregate, mode) in motions.row(j as usize) {
-                    let mut slot = slots[aggregate as usize] as usize;
-                    if slot == u32::MAX as usize {
-                        slot = reached.len();
-                        slots[aggregate as usize] = slot as u32;
-                        reached.push(aggregate);
-                        blocks.push([[0.0; MODES]; MODES]);
-                        product.push([0.0; MODES]);
-                    }
-                    product[slot].iter_mut().zip(mode).for_each(|(sum, m)| *sum += value * m);
+            let weight = weights.row(i as usize).find(|(a, _)| *a as usize == index).expect("in its support").1;
+            let v = vertices.of[i as usize] as usize;
+            let k = vertices.members(v).partition_point(|&j| j < i);
+            let patch = patches[v].as_ref().expect("all vertices have one");
+            for (&aggregate, product) in patch.reached.iter().zip(patch.row(k)) {
+                let mut slot = slots[aggregate as usize] as usize;
+                if slot == u32::MAX as usize {
+                    slot = reached.len();
+                    slots[aggregate as usize] = slot as u32;
+                    reached.push(aggregate);
+                    blocks.push([[0.0; MODES]; MODES]);
                 }
-            }
-            for (block, product) in blocks.iter_mut().zip(&product) {
-                for (row, m) in block.iter_mut().zip(motion) {
-                    row.iter_mut().zip(product).for_each(|(sum, p)| *sum += m * p);
+                let block = &mut blocks[slot];
+                for r in 0..MODES {
+                    (0..MODES).for_each(|c| block[r][c] += weight[r] * product[c]);
                 }
             }
         }
@@ -150,19 +146,4 @@ fn galerkin(a: &CsrMatrix, weights: &Transfer, motions: &Transfer, starts: &[usi
     }
     let pattern = CsrPattern::new(offsets, columns, groups, Vec::new()).expect("columns ascend");
     CsrMatrix { pattern: Arc::new(pattern), values }
-}
-
-/// A row of the matrix.
-fn row(a: &CsrMatrix, i: u32) -> Line {
-    let (columns, values) = a.row(i as usize);
-    columns.iter().copied().zip(values.iter().copied()).filter(|(_, value)| *value != 0.0).collect()
-}
-
-/// A column of the matrix, whose pattern is symmetric.
-fn column(a: &CsrMatrix, j: u32) -> Line {
-    let entry = |&i: &u32| {
-        let k = a.pattern.row(i as usize).binary_search(&j).ok()?;
-        Some((i, a.values[a.pattern.row_range(i as usize).start + k]))
-    };
-    a.pattern.row(j as usize).iter().filter_map(entry).filter(|(_, value)| *value != 0.0).collect()
 }

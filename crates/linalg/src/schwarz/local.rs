@@ -8,6 +8,25 @@ use crate::symbolic::Symbolic;
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Relative change of a row of a block that counts, and number of such rows with which the factors of
+/// the block are kept.
+const CHANGE: f64 = 0.1;
+const MOST_ROWS: usize = 6;
+
+/// The factors of a subdomain, and the entries of its block.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub factors: MultifrontalFactorization,
+    values: Vec<f32>,
+}
+
+impl Part {
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.factors.bytes() + 4 * self.values.len()
+    }
+}
+
 /// A subdomain: some unknowns, of which it owns a part, and the analysis of its block.
 #[derive(Debug)]
 pub(super) struct Subdomain {
@@ -72,20 +91,40 @@ impl Subdomain {
         Ok(Self { unknowns, own, entries, symbolic })
     }
 
-    /// Factors of the block in single precision.
+    /// Factors of the block in single precision; the `earlier` ones if the block has hardly changed
+    /// since.
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`]; unknowns are those of the whole matrix.
-    pub fn factorize(&self, a: &CsrMatrix) -> Result<MultifrontalFactorization, FactorizationError> {
-        let values = self.entries.iter().map(|&k| a.values[k as usize]).collect();
+    pub fn factorize(&self, a: &CsrMatrix, earlier: Option<Arc<Part>>) -> Result<Arc<Part>, FactorizationError> {
+        let values: Vec<f64> = self.entries.iter().map(|&k| a.values[k as usize]).collect();
+        if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, &values)) {
+            return Ok(earlier);
+        }
+        // the earlier ones are dropped by now
+        let kept = values.iter().map(|&value| value as f32).collect();
         let block = CsrMatrix { pattern: self.symbolic.pattern().clone(), values };
         let factors = MultifrontalSolver::new(Precision::F32).factorize_matrix(&self.symbolic, &block);
-        factors.map_err(|error| match error {
+        let factors = factors.map_err(|error| match error {
             FactorizationError::Singular { unknown, pivot } => {
                 FactorizationError::Singular { unknown: self.unknowns[unknown] as usize, pivot }
             }
             other => other,
-        })
+        })?;
+        Ok(Arc::new(Part { factors, values: kept }))
+    }
+
+    /// Whether all rows but a few have changed by less than a tenth of the sum of their entries.
+    fn has_hardly_changed(&self, before: &[f32], now: &[f64]) -> bool {
+        let offsets = self.symbolic.pattern().row_offsets();
+        let has_changed = |row: &&[usize]| {
+            let (before, now) = (&before[row[0]..row[1]], &now[row[0]..row[1]]);
+            let change: f64 = before.iter().zip(now).map(|(before, now)| (f64::from(*before) - now).abs()).sum();
+            let size: f64 = now.iter().map(|x| x.abs()).sum();
+            // also if something is not finite
+            !(change <= CHANGE * size)
+        };
+        offsets.windows(2).filter(has_changed).take(MOST_ROWS + 1).count() <= MOST_ROWS
     }
 }
 
@@ -105,14 +144,9 @@ fn gallop(list: &[u32], wanted: u32) -> usize {
 /// entries of the right-hand side.
 ///
 /// The sums run in the order of the subdomains.
-pub(super) fn solve(
-    subdomains: &[Subdomain],
-    factors: &[MultifrontalFactorization],
-    transpose: bool,
-    rhs: &[f64],
-    x: &mut [f64],
-) {
-    let one = |(subdomain, factors): (&Subdomain, &MultifrontalFactorization)| {
+pub(super) fn solve(subdomains: &[Subdomain], parts: &[Arc<Part>], transpose: bool, rhs: &[f64], x: &mut [f64]) {
+    let one = |(subdomain, part): (&Subdomain, &Arc<Part>)| {
+        let factors = &part.factors;
         let unknowns = &subdomain.unknowns;
         if transpose {
             let mut local = vec![0.0; unknowns.len()];
@@ -125,7 +159,7 @@ pub(super) fn solve(
             local
         }
     };
-    let solutions: Vec<Vec<f64>> = subdomains.par_iter().zip(factors).with_max_len(1).map(one).collect();
+    let solutions: Vec<Vec<f64>> = subdomains.par_iter().zip(parts).with_max_len(1).map(one).collect();
     for (subdomain, local) in subdomains.iter().zip(solutions) {
         if transpose {
             subdomain.unknowns.iter().zip(local).for_each(|(&i, value)| x[i as usize] += value);

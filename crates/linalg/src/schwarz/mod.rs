@@ -12,8 +12,7 @@
 //! 2. *Coarse space.* Within small boxes, nodes of a body that strong couplings connect form
 //!    aggregates, so solid and void do not share one. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a step of block Jacobi. The Galerkin product with these
-//!    motions is factorized too; its size is about an eighth of a per cent of the unknowns times
-//!    their number per aggregate.
+//!    motions, one coarse unknown for about 24 unknowns, is factorized too.
 //!
 //! With the restricted additive operator M₁ of the first step and that of the second,
 //! Q = P (Rᵀ A P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same
@@ -40,7 +39,7 @@ use crate::solver::{
 };
 use crate::symbolic::Symbolic;
 use coarse::Coarse;
-use local::Subdomain;
+use local::{Part, Subdomain};
 use rayon::prelude::*;
 use std::sync::Arc;
 use vertices::Vertices;
@@ -48,7 +47,7 @@ use vertices::Vertices;
 const NAME: &str = "Schwarz preconditioner";
 
 /// Number of unknowns of a part. Larger parts take fewer iterations: at 100,000 unknowns 42, 34, 27
-/// and 26 with parts of 4500, 7000, 9000 and 13,000. Memory hardly depends on it, because larger
+/// and 26 with parts of 4500, 7000, 9000 and 13,000, measured without multipliers in the coarse space. Memory hardly depends on it, because larger
 /// parts overlap less; the operations of the factors grow in proportion.
 pub const PART: usize = 9000;
 
@@ -56,8 +55,15 @@ pub const PART: usize = 9000;
 /// and more than double the memory.
 const LAYERS: usize = 1;
 
-/// Solves that reduce a residual to a tenth: 27 for ten digits at 100,000 unknowns.
+/// Solves that reduce a residual to a tenth: 20 to 32 for ten digits at 100,000 to a million unknowns.
 const SOLVES_PER_DIGIT: f64 = 3.0;
+
+/// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
+const BYTES_PER_UNKNOWN: f64 = 6000.0;
+const BYTES_PER_ENTRY: f64 = 50.0;
+
+/// Floating-point operations of the factors.
+const OPERATIONS_PER_UNKNOWN: f64 = 9e5;
 
 /// Unknowns above which direct solvers are not tried after the preconditioner has failed: their
 /// factors would need more than about 10 GB.
@@ -101,6 +107,8 @@ impl Backend for Schwarz {
 #[derive(Debug)]
 pub struct SchwarzSolver {
     nodes: Nodes,
+    /// Subdomains and factors of the latest matrix.
+    latest: Option<(Arc<[Subdomain]>, Vec<Arc<Part>>)>,
 }
 
 /// The subdomains for a pattern.
@@ -113,7 +121,15 @@ struct Analysis {
 impl SchwarzSolver {
     /// A solver for matrices of a mesh with these nodes.
     pub fn new(nodes: Nodes) -> Self {
-        Self { nodes }
+        Self { nodes, latest: None }
+    }
+
+    /// Bytes of the preconditioner of a matrix on `pattern`, with the analysis, and operations to
+    /// compute it, in proportion to unknowns and entries. Measured with the example `schwarz` for 100,000
+    /// unknowns.
+    pub fn predict(pattern: &CsrPattern) -> (f64, f64) {
+        let (n, entries) = (pattern.n() as f64, pattern.entries() as f64);
+        (BYTES_PER_UNKNOWN * n + BYTES_PER_ENTRY * entries, OPERATIONS_PER_UNKNOWN * n)
     }
 
     /// Checks that the pattern states which node each unknown belongs to.
@@ -158,10 +174,17 @@ impl LinearSolver for SchwarzSolver {
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let Analysis { vertices, subdomains } = symbolic.content_for(a)?;
         let coarse = Coarse::new(a, vertices, &self.nodes)?;
-        let factors: Result<Vec<_>, _> =
-            subdomains.par_iter().with_max_len(1).map(|subdomain| subdomain.factorize(a)).collect();
-        let (subdomains, factors) = (subdomains.clone(), factors?);
-        Ok(Box::new(SchwarzFactorization { a: a.clone(), subdomains, factors, coarse }))
+        let latest = self.latest.take().filter(|(of, _)| Arc::ptr_eq(of, subdomains));
+        let earlier: Vec<Option<Arc<Part>>> = match latest {
+            Some((_, parts)) => parts.into_iter().map(Some).collect(),
+            None => vec![None; subdomains.len()],
+        };
+        let factorize = |(subdomain, earlier): (&Subdomain, _)| subdomain.factorize(a, earlier);
+        let parts: Result<Vec<Arc<Part>>, _> =
+            subdomains.par_iter().zip(earlier).with_max_len(1).map(factorize).collect();
+        let parts = parts?;
+        self.latest = Some((subdomains.clone(), parts.clone()));
+        Ok(Box::new(SchwarzFactorization { a: a.clone(), subdomains: subdomains.clone(), parts, coarse }))
     }
 
     fn precision(&self) -> Precision {
@@ -177,17 +200,21 @@ impl LinearSolver for SchwarzSolver {
 struct SchwarzFactorization {
     a: CsrMatrix,
     subdomains: Arc<[Subdomain]>,
-    factors: Vec<MultifrontalFactorization>,
+    parts: Vec<Arc<Part>>,
     coarse: Coarse,
 }
 
 impl SchwarzFactorization {
     fn local(&self, transpose: bool, rhs: &[f64], x: &mut [f64]) {
-        local::solve(&self.subdomains, &self.factors, transpose, rhs, x);
+        local::solve(&self.subdomains, &self.parts, transpose, rhs, x);
+    }
+
+    fn factors(&self) -> impl Iterator<Item = &MultifrontalFactorization> {
+        self.parts.iter().map(|part| &part.factors).chain([self.coarse.factors()])
     }
 
     fn operations(&self) -> f64 {
-        self.factors.iter().chain([self.coarse.factors()]).map(|factors| factors.statistics().operations).sum()
+        self.factors().map(|factors| factors.statistics().operations).sum()
     }
 }
 
@@ -216,7 +243,7 @@ impl Factorization for SchwarzFactorization {
 
     /// With the copy of the matrix that the second step needs.
     fn bytes(&self) -> usize {
-        let local: usize = self.factors.iter().map(Factorization::bytes).sum();
+        let local: usize = self.parts.iter().map(|part| part.bytes()).sum();
         local + self.coarse.bytes() + 8 * self.a.values.len()
     }
 
@@ -227,10 +254,13 @@ impl Factorization for SchwarzFactorization {
     /// The factors, the Galerkin product as passes over its data, and for a solve one pass over all
     /// factors and the matrix.
     fn cost(&self) -> Option<Cost> {
-        let local: f64 = self.factors.iter().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
-        let coarse = self.coarse.factors().cost().map_or(0.0, |cost| cost.factorization) + self.coarse.product_cost();
+        let factors: f64 = self.factors().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
         let substitution = self.bytes() as f64 + self.a.product_cost();
-        Some(Cost { factorization: local + coarse, substitution, solves_per_digit: SOLVES_PER_DIGIT })
+        Some(Cost {
+            factorization: factors + self.coarse.product_cost(),
+            substitution,
+            solves_per_digit: SOLVES_PER_DIGIT,
+        })
     }
 
     fn part(&self) -> FactorPart {

@@ -2,6 +2,7 @@
 
 use super::aggregates::{Aggregates, MODES};
 use super::vertices::Vertices;
+use crate::csr::CsrMatrix;
 use rayon::prelude::*;
 
 /// A sparse matrix with a row for every unknown, and [`MODES`] columns for every aggregate.
@@ -12,12 +13,32 @@ pub(super) struct Transfer {
     values: Vec<[f64; MODES]>,
 }
 
-/// The entries of a row or column of the matrix that are not zero.
-pub(super) type Line = Vec<(u32, f64)>;
+/// The product of the rows or columns of a vertex with a transfer: the aggregates reached, and for each
+/// unknown of the vertex one item per aggregate, one unknown after the other.
+#[derive(Debug, Default)]
+pub(super) struct Patch {
+    pub reached: Vec<u32>,
+    pub products: Vec<[f64; MODES]>,
+}
 
-/// Rows of a transfer for the unknowns of a vertex: aggregates, and for each unknown one item per
-/// aggregate.
-type Patch = (Vec<u32>, Vec<Vec<[f64; MODES]>>);
+impl Patch {
+    /// The items of the unknown at position `k` of the vertex.
+    pub fn row(&self, k: usize) -> &[[f64; MODES]] {
+        let width = self.reached.len();
+        &self.products[k * width..(k + 1) * width]
+    }
+}
+
+/// Which of the matrix and its transpose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Rows,
+    /// Of a matrix with a symmetric pattern.
+    Columns,
+}
+
+/// Number of a vertex' aggregates that is not known yet.
+const UNSEEN: u32 = u32::MAX;
 
 impl Transfer {
     /// Each unknown follows the rigid motions of its aggregate.
@@ -38,79 +59,109 @@ impl Transfer {
         self.aggregates[range.clone()].iter().copied().zip(&self.values[range])
     }
 
-    /// One step of block Jacobi for A P = 0 in the rows `part`, all of them unknowns of the vertices
-    /// `which`: P ← P − ω E D⁻¹ E A P, where D are the blocks of these vertices on the diagonal, and E
-    /// selects the rows `part`. `line` returns a row of A. Rows of a vertex whose block is singular
-    /// stay as they are.
-    pub fn relax(
+    /// A P in the rows of the vertices `which` that `part` selects; the other rows are zero.
+    pub fn products(
         &self,
+        a: &CsrMatrix,
+        side: Side,
         vertices: &Vertices,
+        aggregates: usize,
         which: &(impl Fn(usize) -> bool + Sync),
         part: &(impl Fn(u32) -> bool + Sync),
-        line: &(impl Fn(u32) -> Line + Sync),
-        damping: f64,
-    ) -> Self {
-        let patch = |v: usize| -> Option<Patch> {
+    ) -> Vec<Option<Patch>> {
+        let patch = |slots: &mut Vec<u32>, v: usize| {
             if !which(v) {
                 return None;
             }
             let members = vertices.members(v);
-            let lines: Vec<Line> = members.iter().map(|&i| line(i)).collect();
-            let near = lines.iter().flatten().map(|(j, _)| j).chain(members);
-            let mut near: Vec<u32> = near.copied().collect();
-            near.sort_unstable();
-            near.dedup();
-            let mut reached: Vec<u32> = near.iter().flat_map(|&j| self.row(j as usize).map(|(a, _)| a)).collect();
-            reached.sort_unstable();
-            reached.dedup();
-            let mut products = vec![vec![[0.0; MODES]; reached.len()]; members.len()];
-            let mut block = vec![0.0; members.len() * members.len()];
-            for (k, line) in lines.iter().enumerate() {
-                for &(j, value) in line {
-                    if let Ok(l) = members.binary_search(&j) {
-                        block[k * members.len() + l] = value;
-                    }
-                    if !part(members[k]) {
-                        continue;
-                    }
+            let mut reached: Vec<u32> = Vec::new();
+            let near = members.iter().filter(|&&i| part(i)).flat_map(|&i| a.pattern.row(i as usize));
+            for aggregate in near.chain(members).flat_map(|&j| self.row(j as usize)).map(|(aggregate, _)| aggregate) {
+                if slots[aggregate as usize] == UNSEEN {
+                    slots[aggregate as usize] = reached.len() as u32;
+                    reached.push(aggregate);
+                }
+            }
+            let mut products = vec![[0.0; MODES]; members.len() * reached.len()];
+            for (k, &i) in members.iter().enumerate().filter(|(_, i)| part(**i)) {
+                let row = &mut products[k * reached.len()..(k + 1) * reached.len()];
+                let mut add = |j: u32, value: f64| {
                     for (aggregate, motion) in self.row(j as usize) {
-                        let slot = reached.partition_point(|&a| a < aggregate);
-                        products[k][slot].iter_mut().zip(motion).for_each(|(sum, m)| *sum += value * m);
+                        let sum = &mut row[slots[aggregate as usize] as usize];
+                        (0..MODES).for_each(|m| sum[m] += value * motion[m]);
+                    }
+                };
+                for (at, &j) in a.pattern.row_range(i as usize).zip(a.pattern.row(i as usize)) {
+                    let value = match side {
+                        Side::Rows => a.values[at],
+                        Side::Columns => entry(a, j, i),
+                    };
+                    if value != 0.0 {
+                        add(j, value);
                     }
                 }
             }
-            if !solve_dense(&mut block, &mut products) {
-                return None;
+            reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
+            Some(Patch { reached, products })
+        };
+        (0..vertices.len()).into_par_iter().map_init(|| vec![UNSEEN; aggregates], patch).collect()
+    }
+
+    /// One step of block Jacobi for A P = 0 in the rows `part`, all of them unknowns of the vertices
+    /// `which`: P ← P − ω E D⁻¹ E A P, where D are the blocks of these vertices on the diagonal, and E
+    /// selects the rows `part`. With [`Side::Columns`], A is the transpose of the matrix. Rows of a
+    /// vertex whose block is singular stay as they are.
+    #[allow(clippy::too_many_arguments)]
+    pub fn relax(
+        &self,
+        a: &CsrMatrix,
+        side: Side,
+        vertices: &Vertices,
+        aggregates: usize,
+        which: &(impl Fn(usize) -> bool + Sync),
+        part: &(impl Fn(u32) -> bool + Sync),
+        damping: f64,
+    ) -> Self {
+        let mut patches = self.products(a, side, vertices, aggregates, which, part);
+        patches.par_iter_mut().enumerate().for_each(|(v, slot)| {
+            let Some(patch) = slot else { return };
+            let members = vertices.members(v);
+            let mut block = Vec::with_capacity(members.len() * members.len());
+            for &i in members {
+                block.extend(members.iter().map(|&j| match side {
+                    Side::Rows => entry(a, i, j),
+                    Side::Columns => entry(a, j, i),
+                }));
+            }
+            let width = patch.reached.len();
+            if !solve_dense(&mut block, &mut patch.products, width) {
+                *slot = None;
+                return;
             }
             for (k, &i) in members.iter().enumerate() {
                 let factor = if part(i) { -damping } else { 0.0 };
-                products[k].iter_mut().flatten().for_each(|x| *x *= factor);
+                let row = &mut patch.products[k * width..(k + 1) * width];
+                row.iter_mut().flatten().for_each(|x| *x *= factor);
                 for (aggregate, motion) in self.row(i as usize) {
-                    let slot = reached.partition_point(|&a| a < aggregate);
-                    products[k][slot].iter_mut().zip(motion).for_each(|(sum, m)| *sum += m);
+                    let at =
+                        patch.reached.iter().position(|&a| a == aggregate).expect("its own aggregates are reached");
+                    (0..MODES).for_each(|m| row[at][m] += motion[m]);
                 }
             }
-            Some((reached, products))
-        };
-        let patches: Vec<Option<Patch>> = (0..vertices.len()).into_par_iter().map(patch).collect();
+        });
         let mut relaxed = Self { offsets: vec![0], aggregates: Vec::new(), values: Vec::new() };
         for i in 0..vertices.of.len() {
             let v = vertices.of[i] as usize;
+            let mut add = |aggregate: u32, motion: &[f64; MODES]| {
+                relaxed.aggregates.push(aggregate);
+                relaxed.values.push(*motion);
+            };
             match &patches[v] {
-                None => {
-                    for (aggregate, motion) in self.row(i) {
-                        relaxed.aggregates.push(aggregate);
-                        relaxed.values.push(*motion);
-                    }
-                }
-                Some((reached, rows)) => {
+                None => self.row(i).for_each(|(aggregate, motion)| add(aggregate, motion)),
+                Some(patch) => {
                     let k = vertices.members(v).partition_point(|&j| (j as usize) < i);
-                    for (aggregate, motion) in reached.iter().zip(&rows[k]) {
-                        if motion.iter().any(|x| *x != 0.0) {
-                            relaxed.aggregates.push(*aggregate);
-                            relaxed.values.push(*motion);
-                        }
-                    }
+                    let moving = patch.reached.iter().zip(patch.row(k)).filter(|(_, m)| m.iter().any(|x| *x != 0.0));
+                    moving.for_each(|(&aggregate, motion)| add(aggregate, motion));
                 }
             }
             relaxed.offsets.push(relaxed.aggregates.len());
@@ -154,10 +205,22 @@ impl Transfer {
     }
 }
 
-/// Overwrites the right-hand sides with the solutions of a small dense system, by rows, with partial
-/// pivoting; `false` if it is singular.
-fn solve_dense(block: &mut [f64], rhs: &mut [Vec<[f64; MODES]>]) -> bool {
-    let n = rhs.len();
+/// Entry (i, j) of a matrix; zero outside the pattern.
+fn entry(a: &CsrMatrix, i: u32, j: u32) -> f64 {
+    let (columns, values) = a.row(i as usize);
+    columns.binary_search(&j).map_or(0.0, |k| values[k])
+}
+
+/// Overwrites the right-hand sides, `width` items for each row, with the solutions of a small dense
+/// system, by rows, with partial pivoting; `false` if it is singular.
+fn solve_dense(block: &mut [f64], rhs: &mut [[f64; MODES]], width: usize) -> bool {
+    let n = block.len().isqrt();
+    let subtract = |rhs: &mut [[f64; MODES]], to: usize, factor: f64, from: usize| {
+        for c in 0..width {
+            let what = rhs[from * width + c];
+            rhs[to * width + c].iter_mut().zip(what).for_each(|(x, y)| *x -= factor * y);
+        }
+    };
     for k in 0..n {
         let pivot = (k..n).fold(k, |best, i| if block[i * n + k].abs() > block[best * n + k].abs() { i } else { best });
         let size = block[pivot * n + k];
@@ -166,14 +229,13 @@ fn solve_dense(block: &mut [f64], rhs: &mut [Vec<[f64; MODES]>]) -> bool {
         }
         if pivot != k {
             (0..n).for_each(|j| block.swap(k * n + j, pivot * n + j));
-            rhs.swap(k, pivot);
+            (0..width).for_each(|c| rhs.swap(k * width + c, pivot * width + c));
         }
         for i in k + 1..n {
             let factor = block[i * n + k] / size;
             if factor != 0.0 {
                 (k..n).for_each(|j| block[i * n + j] -= factor * block[k * n + j]);
-                let (upper, lower) = rhs.split_at_mut(i);
-                subtract(&mut lower[0], factor, &upper[k]);
+                subtract(rhs, i, factor, k);
             }
         }
     }
@@ -181,20 +243,13 @@ fn solve_dense(block: &mut [f64], rhs: &mut [Vec<[f64; MODES]>]) -> bool {
         for j in k + 1..n {
             let factor = block[k * n + j];
             if factor != 0.0 {
-                let (upper, lower) = rhs.split_at_mut(j);
-                subtract(&mut upper[k], factor, &lower[0]);
+                subtract(rhs, k, factor, j);
             }
         }
         let inverse = 1.0 / block[k * n + k];
-        rhs[k].iter_mut().flatten().for_each(|x| *x *= inverse);
+        rhs[k * width..(k + 1) * width].iter_mut().flatten().for_each(|x| *x *= inverse);
     }
-    rhs.iter().flatten().flatten().all(|x| x.is_finite())
-}
-
-fn subtract(from: &mut [[f64; MODES]], factor: f64, what: &[[f64; MODES]]) {
-    for (from, what) in from.iter_mut().zip(what) {
-        from.iter_mut().zip(what).for_each(|(x, y)| *x -= factor * y);
-    }
+    rhs.iter().flatten().all(|x| x.is_finite())
 }
 
 #[cfg(test)]
@@ -205,11 +260,11 @@ mod tests {
     #[test]
     fn small_systems_are_solved_with_pivoting() {
         let mut block = vec![0.0, 2.0, 1.0, 1.0, 1.0, 1.0, 4.0, -1.0, 0.0];
-        let mut rhs: Vec<Vec<[f64; MODES]>> = [3.0, 2.0, 2.0].iter().map(|b| vec![[*b; MODES]]).collect();
-        assert!(solve_dense(&mut block, &mut rhs));
+        let mut rhs: Vec<[f64; MODES]> = [3.0, 2.0, 2.0].iter().map(|b| [*b; MODES]).collect();
+        assert!(solve_dense(&mut block, &mut rhs, 1));
         for (row, expected) in rhs.iter().zip([1.0, 2.0, -1.0]) {
-            assert!(row[0].iter().all(|x| (x - expected).abs() < 1e-15));
+            assert!(row.iter().all(|x| (x - expected).abs() < 1e-15));
         }
-        assert!(!solve_dense(&mut [1.0, 1.0, 1.0, 1.0], &mut [vec![[1.0; MODES]], vec![[1.0; MODES]]]));
+        assert!(!solve_dense(&mut [1.0, 1.0, 1.0, 1.0], &mut [[1.0; MODES], [1.0; MODES]], 1));
     }
 }
