@@ -108,8 +108,11 @@ impl Backend for Schwarz {
 pub struct SchwarzSolver {
     nodes: Nodes,
     /// Subdomains and factors of the latest matrix.
-    latest: Option<(Arc<[Subdomain]>, Vec<Arc<Part>>)>,
+    latest: Option<Latest>,
 }
+
+/// Subdomains and their factors.
+type Latest = (Arc<[Subdomain]>, Vec<Arc<Part>>);
 
 /// The subdomains for a pattern.
 #[derive(Debug)]
