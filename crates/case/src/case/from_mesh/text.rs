@@ -344,12 +344,15 @@ impl<'a> Plan<'a> {
     fn design(&self) -> String {
         let part = &self.survey.parts[self.held];
         format!(
-            "\n[design]\nbodies = [{}]\nvolume_fraction = 0.4\nsensitivity_filter = {{ radius = {:?} }}     # about 1.5 elements\n\
+            "\n[design]\nbodies = [{}]\nvolume_fraction = 0.4\n\
+             density_filter = {{ radius = {:?} }}     # averages the variables over about 1.6 elements\n\
+             projection = {{}}     # pushes the averages towards 0 and 1; the schedule below raises its sharpness\n\
              # passive_solid = [{{ min = [0, 0, 0], max = [1, 1, 1] }}]   # elements with their centroid in here stay solid\n\n\
              [objective]\n# θ is minus the sum of the magnitudes of the nodal contact forces, friction included.\n\
-             contact_force = {{ steps = \"last\" }}     # or \"all\", or a list of steps\n\n[optimizer]\niterations = 30\n",
+             contact_force = {{ steps = \"last\" }}     # or \"all\", or a list of steps\n\n[optimizer]\niterations = 40\n\
+             schedule = {{ sharpness = [[0, 1], [10, 2], [17, 4], [24, 8], [31, 16]] }}     # from these iterations on\n",
             quoted(&part.name),
-            rounded(1.5 * part.element_size())
+            rounded(1.6 * part.element_size())
         )
     }
 }
