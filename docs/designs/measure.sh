@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs what docs/designs.md describes and puts its tables between the marks of that page; about an hour on two idle cores.
-# `measure.sh NAME …` repeats single ones: friction, landing, thickness, costs.
+# `measure.sh NAME …` repeats single ones: friction, landing, thickness, voids, costs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -87,6 +87,51 @@ PYTHON
     put docs/designs.md thickness "$work/thickness.md"
 }
 
+# A line of the table of voids: compression, voids, objective re-evaluated, history of the run.
+voids_line() {
+    awk -F, -v compression="$1" -v name="$2" -v found="$3" '
+        NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+        { newton += $at["newton_iterations"]; cut += $at["increments"] > 10; seconds += $at["seconds"]; last = $1
+          objective = -$at["objective"]; discreteness = $at["discreteness"] }
+        END {
+            printf "| %s %% | %s | %d | ", 100 * compression / 6, name, last
+            printf last == 30 ? "%.3f | %s | %.3f |" : "– | – | – |", objective, found, discreteness
+            printf " %.0f | %d of %d | %.1f |\n", newton / (last + 1), cut, last + 1, seconds / (last + 1)
+        }' "$4"
+}
+
+# A block with voids that are crushed: several settings of voids, for three compressions. Each design is evaluated again with
+# interpolated energy. A minimum of 1e-6 is tried for 15 iterations at the smallest compression, where it takes minutes.
+voids() {
+    local case=docs/designs/voids.toml compression setting
+    {
+        echo '| compression | voids | iterations | −θ | re-evaluated | discreteness | Newton iterations per path | paths cut back | seconds per iteration |'
+        echo '|--:|---|--:|--:|--:|--:|--:|--:|--:|'
+        for compression in 0.3 0.9 1.8; do
+            local down="[0.0, -$compression, 0.0]" end="[0.3, -$compression, 0.0]"
+            local motion="dirichlet[1].motion=[{ t = 0.8, u = $down }, { t = 1.0, u = $end }]"
+            for setting in 'interpolated 1e-3' 'plain 1e-3' 'plain 1e-2' 'interpolated 1e-6' 'plain 1e-6'; do
+                local kind=${setting% *} min=${setting#* } run="$work/voids_${setting/ /_}_$compression" iterations=30 found=–
+                local more=()
+                if [ "$kind" = interpolated ]; then more=(--set 'design.energy_interpolation={}'); fi
+                if [ "$min" = 1e-6 ]; then
+                    if [ "$compression" != 0.3 ]; then continue; fi
+                    iterations=15
+                fi
+                slipstick optimize "$case" --set "$motion" --set "design.simp.min=$min" "${more[@]}" \
+                    --iterations "$iterations" --out "$run" -q
+                if [ "$iterations" = 30 ]; then
+                    found=$(slipstick solve "$case" --set "$motion" --set 'design.energy_interpolation={}' --design "$run" \
+                        --out "$run/again" --json | sed -n 's/.*"event":"result".*"objective":-\([0-9.]*\).*/\1/p')
+                    found=$(LC_ALL=C printf %.3f "$found")
+                fi
+                voids_line "$compression" "$kind, $min" "$found" "$run/history.csv"
+            done
+        done
+    } > "$work/voids.md"
+    put docs/designs.md voids "$work/voids.md"
+}
+
 # An iteration with three designs or three load cases compared with one with a single one, in turns, on all cores.
 costs() {
     local case=cases/ironing/projected.toml
@@ -117,6 +162,6 @@ costs() {
     put docs/designs.md costs "$work/costs.md"
 }
 
-for part in "${@:-friction landing thickness costs}"; do
+for part in "${@:-friction landing thickness voids costs}"; do
     for name in $part; do "$name"; done
 done

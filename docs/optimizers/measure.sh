@@ -12,7 +12,7 @@ push="cases/cube_on_cuboid/case.toml --set optimizer.iterations=20 --set design.
     --set quantity=[{name='push',reaction={set='cuboid_ymin',component='y'}}]
     --set objective={follow={quantity='push',points=[[0.5,25.0],[1.0,20.0]]}}"
 "$program" new half-ball --out "$work/ball.toml" -q
-sed -i '/^density_filter/d; /^projection/d; /^schedule/d; /^optimality/d' "$work/ball.toml"
+sed -i '/^density_filter/d; /^projection/d; /^schedule/d; /^optimality/d; s/^mma = .*/mma = { asyinit = 0.8, asyincr = 1.2, asydecr = 0.65 }/' "$work/ball.toml"
 ball="$work/ball.toml --set load_path.steps=5"
 
 # row LABEL METHOD MOVE_LIMIT ITERATIONS CASE …
