@@ -197,7 +197,7 @@ fn uzawa_finds_the_multiplier() {
 #[test]
 fn uzawa_reports_that_it_was_too_slow() {
     let slow = Pressed::new(2.0, 0.05, UzawaOptions { memory: 0, ..ACCELERATED });
-    let failure = pressed(&slow, &[1.0]).err().expect("too slow");
+    let failure = pressed(&slow, &[1.0]).expect_err("too slow");
     let StepFailureKind::Uzawa { iterations, violation, tolerance } = failure.attempts.last().expect("an attempt").1
     else {
         panic!("{failure}");
