@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import importlib.metadata
+import signal
 
 import numpy as np
 import pytest
 import slipstick as ss
 from numpy.typing import NDArray
+
+# a shell's background job ignores Ctrl-C, and Python then does not raise it
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # for tests of what a wheel installs besides the package
 needs_wheel = pytest.mark.skipif(
