@@ -30,17 +30,17 @@ rm -rf case
     cat <<'TEXT'
 # A bracket, from geometry to a printed part
 
-A wall bracket is held by two pins. A pad is pressed onto its shelf and dragged towards the tip,
-with friction. The bracket may use 45 % of its volume; the design should carry as much force as
-possible at the final position of the pad. This page is written by [a
-script](../cases/bracket/transcript.sh) that runs each command below and records its output.
+Two pins hold a wall bracket. A pad is pressed onto its shelf and dragged towards the tip, with
+friction. The bracket may use 45 % of its volume; the design should carry as much force as possible
+at the final position of the pad. [A script](../cases/bracket/transcript.sh) writes this page: it
+runs each command below and records its output.
 
 ## The mesh
 
 [bracket.geo](../cases/bracket/bracket.geo) draws the side view, with squares around the pins that
-stay solid, and extrudes it to hexahedra. Its physical groups name the parts that the case needs:
-the volumes `bracket` and `pad`, and the surfaces `shelf`, `pins`, `sole` and `grip`. The pad's sole
-is crowned, so that it does not slide on its edges.
+stay solid, and extrudes it to hexahedra. Its physical groups name what the case needs: the volumes
+`bracket` and `pad`, and the surfaces `shelf`, `pins`, `sole` and `grip`. The pad's sole is crowned,
+so that it does not slide on its edges.
 
 TEXT
     show "gmsh -3 bracket.geo -o bracket.msh" "nodes|Writing"
