@@ -13,7 +13,7 @@ pub struct Loads {
     loads: Vec<Applied>,
 }
 
-/// What a load acts on.
+/// The target of a load.
 #[derive(Debug, Clone)]
 pub enum Loaded {
     /// Facets of a surface.
@@ -25,7 +25,7 @@ pub enum Loaded {
 #[derive(Debug, Clone)]
 struct Applied {
     load: Load,
-    /// Number of its load case; `None`: the load acts in all.
+    /// Number of its load case; `None` if the load acts in all.
     case: Option<usize>,
     action: Action,
 }
@@ -47,8 +47,8 @@ enum Action {
 }
 
 impl Loads {
-    /// `targets[i]` is that on which `loads[i]` acts; `coordinates` has three entries per
-    /// node; `cases` are the names of the load cases.
+    /// `targets[i]` is the target of `loads[i]`; `coordinates` has three entries per node; `cases`
+    /// are the names of the load cases.
     pub fn new(loads: Vec<Load>, targets: Vec<Loaded>, coordinates: &[f64], cases: &[&str]) -> Self {
         let dead = |facets: &[FaceNodes], traction: [f64; 3]| {
             let areas = nodal_areas(facets, coordinates);
@@ -75,7 +75,7 @@ impl Loads {
         Self { loads: loads.into_iter().zip(targets).map(apply).collect() }
     }
 
-    /// The same loads, each times a factor.
+    /// The same loads, each multiplied by a factor.
     pub(super) fn times(&self, factors: &[f64]) -> Self {
         let mut loads = self.clone();
         for (applied, factor) in loads.loads.iter_mut().zip(factors) {
@@ -89,7 +89,7 @@ impl Loads {
         self.loads.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no loads.
     pub fn is_empty(&self) -> bool {
         self.loads.is_empty()
     }
@@ -99,8 +99,8 @@ impl Loads {
         self.loads.iter().map(|applied| applied.factor(time)).collect()
     }
 
-    /// Adds minus the external force at pseudo-time `time` and positions `x`: its contribution to
-    /// R. \[F\]
+    /// Adds the negative external force at pseudo-time `time` and positions `x`, which is its
+    /// contribution to R. \[F\]
     pub fn add_residual(&self, time: f64, x: &[f64], out: &mut [f64]) {
         for applied in &self.loads {
             applied.action.add(applied.factor(time), x, out);

@@ -10,15 +10,16 @@ use slipstick_mesh::{Mesh, Rigid};
 #[derive(Debug, Clone, Default)]
 pub struct Prescribed {
     motions: Vec<Dirichlet>,
-    /// Number of each motion's load case; `None`: the motion acts in all.
+    /// Number of each motion's load case; `None` if the motion acts in all.
     cases: Vec<Option<usize>>,
     entries: Vec<Entry>,
-    /// Displacement unknowns that another motion prescribes identically, and its number.
+    /// Displacement unknowns that another motion also prescribes, with the same values, and the
+    /// number of that motion.
     repeated: Vec<(u32, u32)>,
     fixed: Vec<bool>,
-    /// Displacement unknowns normal to symmetry planes, which no motion prescribes: zero.
+    /// Displacement unknowns normal to symmetry planes that no motion prescribes; they are zero.
     mirrored: Vec<u32>,
-    /// Displacements at rest, to which motions add; empty: zero.
+    /// Displacements at rest, to which motions are added; zero if empty.
     rest: Vec<f64>,
     /// Bodies whose nodes follow from other unknowns.
     rigid: RigidBodies,
@@ -54,7 +55,7 @@ pub enum Moved {
 }
 
 impl Moved {
-    /// Nodes, components and what these are, of the unknowns that a motion prescribes.
+    /// The unknowns that a motion prescribes: node, component, and what the component is.
     fn unknowns(&self, motion: &Dirichlet, coordinates: &[f64]) -> Vec<(u32, usize, What)> {
         let position = |node: u32| What::Position(std::array::from_fn(|c| coordinates[3 * node as usize + c]));
         let of = |node: u32, what: What, components: &[Component]| -> Vec<(u32, usize, What)> {
@@ -156,13 +157,14 @@ impl Prescribed {
         })
     }
 
-    /// The same with the components normal to symmetry planes held: three per node in `mirrored`.
+    /// The same, with the components normal to symmetry planes fixed; `mirrored` has three entries
+    /// per node.
     ///
     /// # Errors
     /// [`OffThePlane`] if a motion moves such a component.
     pub fn with_symmetry(mut self, mirrored: &[[bool; 3]]) -> Result<Self, OffThePlane> {
         let mut d = vec![0.0; self.fixed.len()];
-        // a rotation may return to the plane at its waypoints
+        // at its waypoints, a rotation may happen to return to the plane
         let of = |(motion, case): (&Dirichlet, &Option<usize>)| {
             let start = course::start(case.unwrap_or(0));
             let times = motion.motion.iter().flat_map(|point| [point.t, 0.618 * point.t]);
@@ -187,7 +189,7 @@ impl Prescribed {
     }
 
     /// The same supports with a factor on each motion, and with displacements at rest (three per
-    /// node; empty: none), from which the motions start. Axes of rotation stay where they are.
+    /// node; none if empty) from which the motions start. Axes of rotation do not move.
     pub(super) fn varied(&self, factors: &[f64], rest: &[f64]) -> Self {
         let mut varied = self.clone();
         for (motion, factor) in varied.motions.iter_mut().zip(factors) {
@@ -245,8 +247,8 @@ impl Prescribed {
     }
 
     /// The displacement unknowns that each set prescribes, in the order of the case. An unknown
-    /// that several tables prescribe belongs to the first of them. Of a rigid body, these are the
-    /// displacements of its nodes.
+    /// that several tables prescribe belongs to the first of them. For a rigid body, the unknowns
+    /// are the displacements of its nodes.
     pub fn owned(&self) -> Vec<(&str, Vec<u32>)> {
         let mut owned: Vec<(&str, Vec<u32>)> = Vec::new();
         let mut taken = vec![false; self.fixed.len()];
@@ -265,8 +267,8 @@ impl Prescribed {
         owned
     }
 
-    /// Displacement unknowns normal to symmetry planes that no set prescribes. Of a rigid body, these are
-    /// the displacements of its nodes.
+    /// Displacement unknowns normal to symmetry planes that no set prescribes. For a rigid body,
+    /// these are the displacements of its nodes.
     pub fn mirrored(&self) -> Vec<u32> {
         self.mirrored.iter().flat_map(|&dof| self.rigid.moved_by(dof)).collect()
     }
@@ -346,8 +348,8 @@ impl Prescribed {
         self.largest_of(times.iter().map(|&t| (course::start(course::place(t).0), t)))
     }
 
-    /// Largest change of a prescribed displacement between consecutive `times`, each load case
-    /// starting at rest. \[L\]
+    /// Largest change of a prescribed displacement between consecutive `times`; each load case
+    /// starts at rest. \[L\]
     pub fn largest_step(&self, times: &[f64]) -> f64 {
         let starts = std::iter::once(0.0).chain(times.iter().copied());
         let within = |(from, to): (f64, f64)| (from.max(course::start(course::place(to).0)), to);
@@ -482,7 +484,7 @@ mod tests {
         assert!(conflict.to_string().contains("`plane`"), "{conflict}");
     }
 
-    /// Two cases move one node differently, and another node only in the second.
+    /// Two cases move one node differently; another node moves only in the second case.
     #[test]
     fn each_load_case_has_its_motions() {
         let of = |case: &str, y: f64| Dirichlet {

@@ -7,14 +7,14 @@
 //! ```
 //!
 //! with the displacement u of the reference point and the rotation vector θ; the unknowns are u and
-//! L θ, with the length L of [`Rigid`]. The entries d_i of y are not solved for, but always follow
-//! from u and θ, so that everything that reads displacements treats all bodies alike. With T = ∂d/∂(u,
-//! L θ), the equations of the six unknowns are those of the virtual work, Tᵀ R. The matrix and all
-//! derivatives with respect to y are carried over to them: with K at fixed d, the tangent is Tᵀ K T
-//! plus the curvature Σ R_i · ∂²d_i/∂θ∂θ.
+//! L θ, with the length L of [`Rigid`]. The entries d_i of y are not solved for; they always follow
+//! from u and θ, so code that reads displacements treats all bodies alike. With T = ∂d/∂(u, L θ),
+//! virtual work gives the equations of the six unknowns, Tᵀ R. The matrix and all derivatives with
+//! respect to y are transformed in the same way: with K = ∂R/∂d, the tangent is Tᵀ K T plus the
+//! curvature Σ R_i · ∂²d_i/∂θ∂θ.
 //!
-//! R_i at the nodes of rigid bodies stays in the residual: it is the force of the body on its
-//! surroundings, from which reactions follow.
+//! R_i at the nodes of rigid bodies remains in the residual: it is the force of the body on its
+//! surroundings, and reactions follow from it.
 
 use super::rotation::{curvature, turn, turn_slopes};
 use nalgebra::{Matrix3, Vector3};
@@ -26,13 +26,13 @@ use std::ops::Range;
 #[derive(Debug, Clone, Default)]
 pub struct RigidBodies {
     bodies: Vec<RigidBody>,
-    /// Number of all nodes.
+    /// Total number of nodes.
     nodes: usize,
 }
 
 #[derive(Debug, Clone)]
 struct RigidBody {
-    /// The node of the reference point; the next one has the rotation.
+    /// The node of the reference point; the next node holds the rotation.
     reference: usize,
     length: f64,
     nodes: Range<usize>,
@@ -42,7 +42,7 @@ struct RigidBody {
 }
 
 impl RigidBodies {
-    /// Those of a mesh.
+    /// The rigid bodies of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let of = |rigid: &Rigid| {
             let nodes = mesh.bodies[rigid.body].nodes.clone();
@@ -54,7 +54,7 @@ impl RigidBodies {
         Self { bodies: mesh.rigid.iter().map(of).collect(), nodes: mesh.nodes.len() }
     }
 
-    /// Whether there are none.
+    /// Whether the model has no rigid bodies.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
@@ -75,8 +75,8 @@ impl RigidBodies {
         self.bodies.iter().flat_map(|body| [body.reference, body.reference + 1])
     }
 
-    /// The displacement unknowns that `dof` stands for: of the translation of a rigid body, those of its
-    /// nodes and reference point; of its rotation, none; otherwise itself.
+    /// The displacement unknowns that `dof` represents. For a translation of a rigid body, these
+    /// are those of its nodes and reference point; for a rotation, none; otherwise, `dof` itself.
     pub fn moved_by(&self, dof: u32) -> Vec<u32> {
         let (node, c) = (dof as usize / 3, dof % 3);
         match self.bodies.iter().find(|body| (body.reference..=body.reference + 1).contains(&node)) {
@@ -88,8 +88,9 @@ impl RigidBodies {
         }
     }
 
-    /// For every coordinate, whether it is prescribed, given the prescribed unknowns: a point of a
-    /// rigid body along an axis if neither the translation along it nor a rotation moves it.
+    /// For every coordinate, whether it is prescribed, given the prescribed unknowns. A coordinate
+    /// of a point of a rigid body is prescribed if neither the translation along its axis nor a
+    /// rotation can move the point along that axis.
     pub fn point_is_fixed(&self, fixed: &[bool]) -> Vec<bool> {
         let mut out = fixed.to_vec();
         for body in &self.bodies {
@@ -102,8 +103,8 @@ impl RigidBodies {
         out
     }
 
-    /// Couplings in the sparsity pattern, in addition to those of the nodes: the unknowns of a body with
-    /// each other and with what its nodes couple with.
+    /// Couplings in the sparsity pattern, in addition to those of the nodes: the unknowns of a body
+    /// couple with each other and with everything its nodes couple with.
     pub fn couple(&self, rows: &mut [Vec<u32>]) {
         for body in &self.bodies {
             let unknowns = [body.reference as u32, body.reference as u32 + 1];
@@ -136,7 +137,7 @@ impl RigidBodies {
         Some(body.pose(y).1.into())
     }
 
-    /// Writes the displacements of the nodes that follow from the unknowns of rigid bodies.
+    /// Writes the displacements of the nodes of rigid bodies, computed from the bodies' unknowns.
     pub fn place(&self, y: &mut [f64]) {
         for body in &self.bodies {
             let (u, theta) = body.pose(y);
@@ -181,8 +182,9 @@ impl RigidBodies {
         self.nodes().for_each(|node| v[3 * node..][..3].fill(0.0));
     }
 
-    /// Carries a matrix ∂R/∂y at fixed d over to the unknowns of rigid bodies at y. `forces` are R at
-    /// their nodes; the rows of these nodes stay, their columns vanish.
+    /// Transforms a matrix ∂R/∂y, in which the d_i are independent, to the unknowns of rigid bodies
+    /// at y. `forces` are R at their nodes; the rows of these nodes remain, and their columns
+    /// become zero.
     pub fn carry_over(&self, y: &[f64], forces: &[f64], matrix: &mut BlockMatrix) {
         if self.is_empty() {
             return;

@@ -1,4 +1,4 @@
-//! Finite rotations by a rotation vector θ: by |θ|, about θ/|θ|.
+//! Finite rotations given by a rotation vector θ: the angle is |θ|, the axis θ/|θ|.
 //!
 //! With q = |θ|², W = [θ]×, s = sin|θ|/|θ| and c = (1 − cos|θ|)/q,
 //!
@@ -6,7 +6,7 @@
 //! R = 1 + s W + c (θθᵀ − q 1)
 //! ```
 //!
-//! s and c are smooth functions of q, so R and its derivatives are exact for small rotations too.
+//! s and c are smooth functions of q, so R and its derivatives are also exact for small rotations.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,7 +17,7 @@ struct Factors {
     c: f64,
 }
 
-/// s and c at q, their first and their second derivatives. s solves 4q s″ + 6s′ + s = 0, and c′ =
+/// s and c at q, and their first and second derivatives. s solves 4q s″ + 6s′ + s = 0, and c′ =
 /// (s/2 − c)/q.
 fn factors(q: f64) -> [Factors; 3] {
     if q < 0.5 {

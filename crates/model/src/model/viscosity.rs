@@ -1,22 +1,24 @@
-//! Viscous forces that carry a path through instabilities, such as the snap of a curved strip.
+//! Viscous forces that let a path continue through instabilities, such as the snap of a curved
+//! strip.
 //!
 //! ```text
 //! R_i = … + c V_i (d_i − d_i,n−1)/Δt       at free displacements i, with the volume V_i around the node
 //! ```
 //!
-//! The velocity is that in pseudo-time: while bodies follow the motion of their supports, it is of the
-//! order of that motion; during a snap it is as large as the viscosity lets it be. The density has no
-//! effect on viscous forces, and prescribed displacements have none, so that reactions keep their
-//! meaning.
+//! The velocity is a derivative with respect to pseudo-time. While bodies follow their supports, it
+//! is of the order of the supports' velocity; during a snap, only the viscosity limits it. Viscous
+//! forces do not depend on the density and do not act at prescribed displacements, so reactions
+//! keep their meaning.
 
 use super::{ContactModel, Step};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
 
-/// The viscosity at all displacements.
+/// The viscosity of all displacement unknowns.
 #[derive(Debug, Clone, Default)]
 pub struct Viscosity {
-    /// c V_i for each displacement unknown; zero at prescribed ones. Empty: none. \[F/L\]
+    /// c V_i for each displacement unknown; zero at prescribed ones. Empty without viscosity.
+    /// \[F/L\]
     damping: Vec<f64>,
 }
 
@@ -35,7 +37,7 @@ impl Viscosity {
         Self { damping: fixed.iter().enumerate().map(of).collect() }
     }
 
-    /// Whether there is none.
+    /// Whether there is no viscosity.
     pub fn is_none(&self) -> bool {
         self.damping.is_empty()
     }
@@ -64,7 +66,7 @@ impl ContactModel {
         Rate { before: before[..self.displacement_count()].to_vec(), span: to - from }
     }
 
-    /// Displacements of this rank with their damping over the length of the step.
+    /// Displacement unknowns of this rank, each with its damping divided by the length of the step.
     fn damped(&self, step: &Step) -> impl Iterator<Item = (usize, f64)> {
         let span = step.rate.span;
         let own = |(i, _): &(usize, &f64)| self.share.has_node((i / 3) as u32);

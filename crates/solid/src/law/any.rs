@@ -1,4 +1,4 @@
-//! One type for all laws, with which a kernel is compiled once instead of once for each law.
+//! One type for all laws; with it, a kernel is compiled once instead of once for each law.
 
 use super::Material;
 use crate::registers::once;
@@ -68,7 +68,7 @@ macro_rules! any_law {
 }
 pub(super) use any_law;
 
-/// A law that is known at run time only. It never takes the shortcut of
+/// A law that is known only at run time. It never uses the shortcut of
 /// [`Stress::volumetric_exponent`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AnyLaw<'a>(pub(super) &'a Material);
@@ -79,7 +79,7 @@ impl<'a> AnyLaw<'a> {
     }
 }
 
-/// Calls a function that is compiled once for an instruction set, instead of within every kernel.
+/// Calls a function that is compiled once for an instruction set instead of within every kernel.
 #[inline(always)]
 pub(super) fn call_once<S: Simd, R>(simd: S, f: impl FnOnce() -> R) -> R {
     once(simd, Call(f))

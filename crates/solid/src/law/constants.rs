@@ -1,7 +1,7 @@
-//! Constants of the laws: what a case file gives, and what the small-strain limit needs.
+//! Constants of the laws, as given in a case file and as needed for the small-strain limit.
 //!
-//! A law declares its constants as a list of [`Constant`]s. Reader, errors, JSON schema and the
-//! written case follow from the list.
+//! A law declares its constants as a list of [`Constant`]s. Reading and writing cases, errors and
+//! the JSON schema all follow from this list.
 
 use super::{Material, MaterialError, Real};
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub struct Constant {
     pub key: &'static str,
     /// Meaning, range and unit.
     pub about: &'static str,
-    /// What must be given, for the message about a missing key.
+    /// Names the required input, for the message about a missing key.
     pub help: &'static str,
     /// Its values.
     pub form: Form,
@@ -37,7 +37,7 @@ pub enum Form {
         /// Maximum number of entries.
         most: usize,
     },
-    /// A direction, not zero; need not be a unit vector. The value is the default.
+    /// A nonzero direction; it need not be a unit vector. The value is the default.
     Direction([f64; 3]),
 }
 
@@ -48,7 +48,7 @@ pub enum Range {
     Any,
     /// Greater than zero.
     Positive,
-    /// Between two bounds, which are excluded, with advice for values outside.
+    /// Between two excluded bounds, with advice for values outside.
     Between(f64, f64, &'static str),
 }
 
@@ -83,7 +83,7 @@ impl Value {
         }
     }
 
-    /// The only number, or the first.
+    /// The only number, or the first of a list.
     pub(super) fn number(&self) -> f64 {
         self.numbers()[0]
     }
@@ -95,7 +95,7 @@ impl Value {
 }
 
 impl Range {
-    /// What the value must be and how to achieve that, if it is outside.
+    /// If the value is out of range: what it must be, and how to achieve that.
     pub fn problem(self, value: f64) -> Option<(String, &'static str)> {
         match self {
             Self::Positive if !(value > 0.0) => Some(("must be greater than zero".into(), "")),
@@ -113,7 +113,7 @@ impl Constant {
         matches!(self.form, Form::Modulus(_) | Form::Moduli { .. })
     }
 
-    /// What a value must be and how to achieve that, if it is not possible.
+    /// If the value is invalid: what it must be, and how to achieve that.
     pub fn problem(&self, value: &Value) -> Option<(String, &'static str)> {
         let numbers = value.numbers();
         if !numbers.iter().all(|number| number.is_finite()) {
@@ -132,7 +132,7 @@ impl Constant {
     }
 }
 
-/// Refuses values that [`Constant::problem`] objects to.
+/// Rejects values for which [`Constant::problem`] reports a problem.
 pub(super) fn check(constants: &[Constant], values: &[Value]) -> Result<(), MaterialError> {
     assert_eq!(constants.len(), values.len(), "one value for each constant");
     for (constant, value) in constants.iter().zip(values) {
@@ -149,7 +149,7 @@ impl Material {
         self.kind().constants().iter().zip(self.values())
     }
 
-    /// The same law with all moduli multiplied by one factor, and so every stress.
+    /// The same law with all moduli, and therefore all stresses, multiplied by one factor.
     ///
     /// # Errors
     /// If a modulus is no longer positive and finite.
@@ -180,7 +180,7 @@ impl Material {
     }
 }
 
-/// Young's modulus E and Poisson's ratio ν of laws whose constants they are.
+/// Young's modulus E and Poisson's ratio ν, for laws that use them as constants.
 pub(super) const ELASTIC: &[Constant] = &[
     Constant {
         key: "youngs_modulus",
@@ -196,7 +196,7 @@ pub(super) const ELASTIC: &[Constant] = &[
     },
 ];
 
-/// The bulk modulus of laws that split the energy into the changes of shape and of volume.
+/// The bulk modulus of laws that split the energy into a deviatoric and a volumetric part.
 pub(super) const BULK_MODULUS: Constant = Constant {
     key: "bulk_modulus",
     about: "Bulk modulus K > 0 for small strains. [F/L²]",
@@ -204,7 +204,7 @@ pub(super) const BULK_MODULUS: Constant = Constant {
     form: Form::Modulus(Range::Positive),
 };
 
-/// The isotropic law for small strains: the limit of every isotropic law.
+/// The isotropic small-strain law, which is the limit of every isotropic law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hooke {
     pub youngs_modulus: f64,

@@ -1,7 +1,7 @@
-//! Stresses of laws of rubber whose energy is a function of the invariants of the change of shape.
+//! Stresses of rubber laws whose energy depends on the invariants of the deviatoric deformation.
 //!
-//! With v = J^(−2/3), I₁ = tr C, I₂ = (I₁² − tr C²)/2, C = FᵀF, and W₁ and W₂ the derivatives of the
-//! energy with respect to Ī₁ = v I₁ and Ī₂ = v² I₂:
+//! Let v = J^(−2/3), I₁ = tr C, I₂ = (I₁² − tr C²)/2 and C = FᵀF, and let W₁ and W₂ be the
+//! derivatives of the energy with respect to Ī₁ = v I₁ and Ī₂ = v² I₂. Then
 //!
 //! ```text
 //! P   = 2 W₁ v A₁ + 2 W₂ v² A₂ + pressure F⁻ᵀ
@@ -34,7 +34,7 @@ pub(super) fn trace_and_second<T: Real>(f: &[[T; 3]; 3]) -> [T; 2] {
     [trace, minor(0, 1) + minor(1, 2) + minor(2, 0)]
 }
 
-/// Derivatives of the energy with respect to the invariants, over the shear modulus.
+/// Derivatives of the energy with respect to the invariants, divided by the shear modulus.
 #[derive(Clone, Copy)]
 pub(crate) struct Slopes<S: Simd> {
     /// W₁.
@@ -45,7 +45,7 @@ pub(crate) struct Slopes<S: Simd> {
     pub curvature: Option<S::f64s>,
 }
 
-/// What the stresses at the points of a register share.
+/// Intermediate results shared by the stresses at the points of a register.
 #[derive(Clone, Copy)]
 pub(crate) struct Invariants<S: Simd> {
     volume: Volume<S>,
@@ -58,7 +58,7 @@ pub(crate) struct Invariants<S: Simd> {
 }
 
 impl<S: Simd> Invariants<S> {
-    /// For the bulk modulus over the shear modulus; `slopes` gives those at Ī₁ − 3.
+    /// `bulk` is relative to the shear modulus; `slopes` returns the slopes at Ī₁ − 3.
     #[inline(always)]
     pub fn new(simd: S, at: &Local<'_>, bulk: f64, slopes: impl FnOnce(S::f64s) -> Slopes<S>) -> Self {
         let v = load::<S>(at.volumetric, at.v);
@@ -107,7 +107,7 @@ impl<S: Simd> Invariants<S> {
         )
     }
 
-    /// P over the shear modulus.
+    /// P divided by the shear modulus.
     #[inline(always)]
     pub fn stress(&self, simd: S, at: &Local<'_>) -> Matrix<S> {
         let (f, inverse) = (load_matrix::<S>(at.gradient, at.v), load_matrix::<S>(at.inverse, at.v));
@@ -128,7 +128,7 @@ impl<S: Simd> Invariants<S> {
         self.volume.add_stress(simd, at, &p)
     }
 
-    /// dP over the shear modulus.
+    /// dP divided by the shear modulus.
     #[inline(always)]
     pub fn stress_change(&self, simd: S, at: &Local<'_>, change: &Matrix<S>) -> Matrix<S> {
         let (f, inverse) = (load_matrix::<S>(at.gradient, at.v), load_matrix::<S>(at.inverse, at.v));

@@ -12,9 +12,9 @@ use pulp::Simd;
 /// Ψ = λ/2 (tr ε)² + μ ε:ε,   ε = (H + Hᵀ)/2,   H = ∂u/∂X = F − 1,   P = λ tr(ε) 1 + 2μ ε
 /// ```
 ///
-/// For small displacements and rotations, as in most published tests of contact codes: it is not
-/// objective, so a rotation by the angle α strains the body by α²/2. No displacement makes Ψ
-/// infinite or undefined, and inverted elements are not an error.
+/// The law is meant for small displacements and rotations, as in most published tests of contact
+/// codes. It is not objective: a rotation by the angle α strains the body by α²/2. No displacement
+/// makes Ψ infinite or undefined, and inverted elements are not an error.
 ///
 /// Reference: Hughes, The Finite Element Method (2000), section 2.7; B̄: section 4.5.2.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,14 +1,14 @@
-//! Elastic laws: one file each, one list.
+//! Elastic laws: one file for each law, and one list of all laws.
 //!
 //! A law does not depend on the element. It provides its energy density at a deformation gradient
 //! F, and the first Piola–Kirchhoff stress with its derivative at eight points at once; elements
 //! integrate these. Elements do not depend on the law: they are written for any `Stress`, and
-//! `with_stress!` selects that of a body.
+//! `with_stress!` selects the stress of a body.
 //!
 //! **To add a law**, write its file with the list of its constants, declare it below, add a line to
 //! the list and a row to `docs/case_file.md`. Enum, dispatch, the words and keys in case files,
 //! their checks and their JSON schema follow from the lists. The tests also follow from them: they
-//! compare every law, in every element, with the derivatives of its energy (`reference.rs`).
+//! compare every law, in every element type, with the derivatives of its energy (`reference.rs`).
 
 mod any;
 mod constants;
@@ -32,10 +32,10 @@ use constants::Hooke;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Generates `Material`, `LawKind`, `with_law!` and `with_stress!` from the list. The word in front of
-/// a law is both the name of its file and its name in case files. Elements compile their kernels for
-/// each law of the first block, and once for all of the second, so that a law there hardly lengthens
-/// the build. `$d` is the dollar sign in the generated macros.
+/// Generates `Material`, `LawKind`, `with_law!` and `with_stress!` from the list. The word in front
+/// of a law is both the name of its file and its name in case files. Element kernels are compiled
+/// for each law of the first block but only once for all laws of the second block, so a law in the
+/// second block hardly lengthens the build. `$d` is the dollar sign in the generated macros.
 macro_rules! laws {
     (
         $d:tt
@@ -74,7 +74,7 @@ macro_rules! list {
     ( $d:tt $( #[doc = $about:literal] $word:ident: $law:ident, )+ ) => {
         $( pub use $word::$law; )+
 
-        /// The law of a body with its constants.
+        /// The law of a body, with its constants.
         #[expect(clippy::large_enum_variant, reason = "a body has one material, which is copied only with it")]
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Material {
@@ -129,8 +129,8 @@ macro_rules! list {
             }
 
             /// A typical material of this law, whose small-strain limit has, at least on average
-            /// over all directions, Young's modulus E \[F/L²\] and Poisson's ratio ν. For examples
-            /// and tests of all laws.
+            /// over all directions, Young's modulus E \[F/L²\] and Poisson's ratio ν. It is used in
+            /// examples and tests of all laws.
             ///
             /// # Errors
             /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
@@ -250,26 +250,26 @@ pub(crate) trait Law: Stress {
     /// See [`LawKind::like`].
     fn like(limit: Hooke) -> Result<Self, MaterialError>;
 
-    /// The small-strain limit; that of an anisotropic law, averaged over all directions.
+    /// The small-strain limit, averaged over all directions if the law is anisotropic.
     fn hooke(&self) -> &Hooke;
 
     /// Energy density Ψ at F, det F > 0. \[F/L²\]. Generic over the type of numbers, so that its
     /// derivatives can be computed with dual numbers.
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T;
 
-    /// Energy density Ψ_L of the small-strain limit at H = ∂u/∂X: the terms of second order of Ψ.
+    /// Energy density Ψ_L of the small-strain limit at H = ∂u/∂X: the second-order terms of Ψ.
     /// \[F/L²\]
     fn small_strain_energy<T: Real>(&self, h: &[[T; 3]; 3]) -> T {
         self.hooke().energy(h)
     }
 }
 
-/// The stress of a law, as the kernels of elements need it: divided by the shear modulus, at the points
-/// of a register.
+/// The stress of a law in the form that element kernels need: divided by the shear modulus, at the
+/// points of a register.
 ///
 /// Tests: as for [`Law`].
 pub(crate) trait Stress: Copy {
-    /// What the stress and its changes share at the points of a register, computed once.
+    /// Intermediate results at the points of a register that the stress and its changes share.
     type Prepared<S: Simd>: Copy;
 
     /// The shear modulus μ of the small-strain limit, the unit of the stresses below. \[F/L²\]
@@ -281,8 +281,8 @@ pub(crate) trait Stress: Copy {
         [0.0; POINTS]
     }
 
-    /// What [`stress`](Self::stress) and [`stress_change`](Self::stress_change) need at these
-    /// points.
+    /// Computes the intermediate results that [`stress`](Self::stress) and
+    /// [`stress_change`](Self::stress_change) need at these points.
     fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Self::Prepared<S>;
 
     /// P/μ, where P = ∂Ψ/∂F.
@@ -297,17 +297,17 @@ pub(crate) trait Stress: Copy {
         change: &Matrix<S>,
     ) -> Matrix<S>;
 
-    /// The number e if, with v from [`Stress::volumetric`] and A = F⁻¹ dF, the stress changes by
-    /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws more
+    /// The number e, if the stress changes by dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ), with v from
+    /// [`Stress::volumetric`] and A = F⁻¹ dF. Elements integrate the tangents of such laws more
     /// efficiently.
     #[inline(always)]
     fn volumetric_exponent(&self) -> Option<f64> {
         None
     }
 
-    /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at rest instead of F. Its tangent
-    /// is constant, F̄ becomes B̄, which replaces tr ε by its mean over the element, and an
-    /// inverted element is not an error.
+    /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at F = 1. Its tangent is
+    /// constant, an inverted element is not an error, and F̄ becomes B̄, which replaces tr ε by its
+    /// mean over the element.
     #[inline(always)]
     fn small_strains(&self) -> bool {
         false
@@ -322,7 +322,7 @@ pub trait Real:
     fn ln(self) -> Self;
     /// eˣ − 1.
     fn exp_m1(self) -> Self;
-    /// The number without derivatives, for the decision when an iteration has converged.
+    /// The number without derivatives, used to decide whether an iteration has converged.
     fn value(self) -> f64;
 }
 
@@ -359,14 +359,14 @@ impl MaterialError {
 }
 
 impl Material {
-    /// Young's modulus E of the small-strain limit; that of an anisotropic law, averaged over all
-    /// directions. \[F/L²\]
+    /// Young's modulus E of the small-strain limit, averaged over all directions if the law is
+    /// anisotropic. \[F/L²\]
     pub fn youngs_modulus(&self) -> f64 {
         with_law!(self, law => law.hooke().youngs_modulus)
     }
 
-    /// Poisson's ratio ν of the small-strain limit; that of an anisotropic law, averaged over all
-    /// directions.
+    /// Poisson's ratio ν of the small-strain limit, averaged over all directions if the law is
+    /// anisotropic.
     pub fn poisson_ratio(&self) -> f64 {
         with_law!(self, law => law.hooke().poisson_ratio)
     }

@@ -12,8 +12,8 @@ use pulp::Simd;
 /// Ψ = c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3) + U(J),   μ = 2 (c₁₀ + c₀₁)
 /// ```
 ///
-/// with the invariants Ī₁ = J^(−2/3) I₁ and Ī₂ = J^(−4/3) I₂ of the change of shape, and the energy
-/// U of the change of volume as in every law of rubber: `law/volume.rs`.
+/// with the deviatoric invariants Ī₁ = J^(−2/3) I₁ and Ī₂ = J^(−4/3) I₂, and the volumetric energy
+/// U that all rubber laws share (`law/volume.rs`).
 ///
 /// References: Mooney, J. Appl. Phys. 11 (1940) 582–592; Rivlin, Phil. Trans. R. Soc. Lond. A 241
 /// (1948) 379–397.

@@ -9,14 +9,14 @@ use pulp::Simd;
 /// Maximum number of terms.
 const TERMS: usize = 4;
 
-/// Ogden, in principal stretches, for rubber at any stretch.
+/// Ogden's law in principal stretches, for rubber at any stretch.
 ///
 /// ```text
 /// Ψ = Σ_i μ_i/α_i (λ̄₁^α_i + λ̄₂^α_i + λ̄₃^α_i − 3) + U(J),   λ̄ = J^(−1/3) λ,   μ = ½ Σ_i μ_i α_i
 /// ```
 ///
-/// with the energy U of the change of volume as in every law of rubber: `law/volume.rs`. Some
-/// programs write 2 μ_i/α_i² instead of μ_i/α_i; their μ_i is μ_i α_i/2 here.
+/// with the volumetric energy U that all rubber laws share (`law/volume.rs`). Some programs write 2
+/// μ_i/α_i² instead of μ_i/α_i; their μ_i is μ_i α_i/2 here.
 ///
 /// With C = Σ_a c_a N_a ⊗ N_a, w_ia = λ̄_a^α_i, its mean m_i over a, and t_a = Σ_i μ_i (w_ia − m_i),
 /// the stress S = 2∂Ψ/∂C has the principal values and derivatives
@@ -27,9 +27,9 @@ const TERMS: usize = 4;
 /// dS_ab = (s_a − s_b)/(c_a − c_b) dC_ab,   a ≠ b,   in the basis N
 /// ```
 ///
-/// The last quotient contains (c_a^p − c_b^p)/(c_a − c_b) with p = α/2, which is computed as c_b^(p−1)
-/// (e^(px) − 1)/(e^x − 1), x = ln(c_a/c_b): without cancellation for close stretches, and p c_b^(p−1)
-/// for equal ones.
+/// The last quotient contains (c_a^p − c_b^p)/(c_a − c_b) with p = α/2. It is computed as c_b^(p−1)
+/// (e^(px) − 1)/(e^x − 1), x = ln(c_a/c_b), which has no cancellation for close stretches and gives
+/// p c_b^(p−1) for equal ones.
 ///
 /// References: Ogden, Proc. R. Soc. Lond. A 326 (1972) 565–584; Simo, Taylor, Comput. Methods Appl.
 /// Mech. Engrg. 85 (1991) 273–310. Test: `equal_and_close_stretches`.
@@ -59,7 +59,8 @@ impl Ogden {
     }
 
     /// N (entries 0 to 8), ∂s_a/∂c_b (9 to 17), s_a (18 to 20) and the quotients (21 to 23) at
-    /// `count` points from `first` on. Scalar code, compiled once for all instruction sets.
+    /// `count` points, beginning with `first`. This is scalar code, compiled once for all
+    /// instruction sets.
     #[inline(never)]
     fn prepare_lanes(&self, at: &Local<'_>, first: usize, count: usize, lanes: &mut [AtPoints; 24]) {
         for lane in 0..count {
@@ -78,7 +79,8 @@ impl Ogden {
         }
     }
 
-    /// Principal stress and its derivatives over the shear modulus, for the eigenvalues `c` of C and J.
+    /// Principal stresses and their derivatives, divided by the shear modulus, for the eigenvalues
+    /// `c` of C, and J.
     fn principal(&self, c: [f64; 3], j: f64) -> Principal {
         let ln_j = j.ln() / 3.0;
         let ln = c.map(|c| 0.5 * c.ln() - ln_j);
@@ -125,7 +127,7 @@ impl Ogden {
     }
 }
 
-/// Principal values of S and their derivatives, over the shear modulus.
+/// Principal values of S and their derivatives, divided by the shear modulus.
 struct Principal {
     /// s_a.
     stress: [f64; 3],
@@ -135,13 +137,13 @@ struct Principal {
     quotients: [f64; 3],
 }
 
-/// What the stresses at the points of a register share.
+/// Intermediate results shared by the stresses at the points of a register.
 #[derive(Clone, Copy)]
 pub(crate) struct Spectrum<S: Simd> {
     volume: Volume<S>,
     /// N, one principal direction in each column.
     directions: Matrix<S>,
-    /// S of the change of shape.
+    /// The deviatoric part of S.
     stress: Matrix<S>,
     slopes: Matrix<S>,
     quotients: [S::f64s; 3],
@@ -226,7 +228,8 @@ impl Law for Ogden {
         vec![self.mu[..self.terms].into(), self.alpha[..self.terms].into(), self.bulk.into()]
     }
 
-    /// Most of the shear modulus from the first of Ogden's three exponents for Treloar's data.
+    /// Most of the shear modulus comes from the first of Ogden's three exponents for Treloar's
+    /// data.
     fn like(limit: Hooke) -> Result<Self, MaterialError> {
         let (alpha, shares) = ([1.3, 5.0, -2.0], [0.85, 0.05, 0.1]);
         let mu: [f64; 3] = std::array::from_fn(|i| 2.0 * shares[i] / alpha[i] * limit.mu);
@@ -237,12 +240,12 @@ impl Law for Ogden {
         &self.limit
     }
 
-    /// Σ_a λ̄_a^α is J^(−α/3) tr C^(α/2). Powers of C come from its logarithm, a smooth function of C:
-    /// unlike eigenvectors it has derivatives also where stretches coincide.
+    /// Σ_a λ̄_a^α is J^(−α/3) tr C^(α/2). Powers of C come from its logarithm, a smooth function of
+    /// C: unlike eigenvectors, it has derivatives even where stretches coincide.
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T {
         let (_, u) = volume::energy(self.bulk, f);
         let ln_c = logarithm(&Tensor::of(f));
-        // of the change of shape
+        // deviatoric part
         let third = T::from(1.0 / 3.0) * ln_c.trace();
         let ln_c = ln_c.plus(T::from(0.0) - third);
         self.each().fold(u, |sum, (mu, alpha)| sum + T::from(mu / alpha) * exponential_m1(&ln_c, 0.5 * alpha).trace())
@@ -319,7 +322,7 @@ impl Stress for Ogden {
     }
 }
 
-/// A 3×3 matrix of any type of numbers.
+/// A 3×3 matrix over any number type.
 #[derive(Clone, Copy)]
 struct Tensor<T>([[T; 3]; 3]);
 
@@ -360,18 +363,19 @@ impl<T: Real> Tensor<T> {
         Self(array(|a, b| cofactor(b, a) / det))
     }
 
-    /// Largest distance of an entry from the identity, in value.
+    /// Largest absolute value among the entries of the difference from the identity.
     fn strain(&self) -> f64 {
         let entry = |n: usize| (self.0[n / 3][n % 3].value() - f64::from(n.is_multiple_of(4))).abs();
         (0..9).map(entry).fold(0.0, f64::max)
     }
 }
 
-/// ln C of a positive definite C: square roots until C is near the identity, then the series 2
-/// artanh Z, Z = (C − 1)(C + 1)⁻¹.
+/// ln C of a positive definite C: takes square roots until C is close to the identity, then sums
+/// the series 2 artanh Z, Z = (C − 1)(C + 1)⁻¹.
 fn logarithm<T: Real>(c: &Tensor<T>) -> Tensor<T> {
     let (mut root, mut factor) = (*c, 2.0);
-    // for |C − 1| ≤ 1/4, Z² is below 1/40; a matrix that is not positive definite ends the loop too
+    // for |C − 1| ≤ 1/4, Z² is below 1/40; the bound on `factor` ends the loop if C is not positive
+    // definite
     while root.strain() > 0.25 && factor < 1e4 {
         root = square_root(&root);
         factor *= 2.0;
@@ -386,7 +390,7 @@ fn logarithm<T: Real>(c: &Tensor<T>) -> Tensor<T> {
     z.product(&series).times(T::from(factor))
 }
 
-/// The square root, by Denman's and Beavers' iteration.
+/// The square root, by the Denman–Beavers iteration.
 fn square_root<T: Real>(c: &Tensor<T>) -> Tensor<T> {
     let half = T::from(0.5);
     let (mut root, mut inverse) = (*c, Tensor([[T::from(0.0); 3]; 3]).plus(T::from(1.0)));
@@ -397,7 +401,8 @@ fn square_root<T: Real>(c: &Tensor<T>) -> Tensor<T> {
         let change = (0..9).map(|n| (next.0[n / 3][n % 3].value() - root.0[n / 3][n % 3].value()).abs());
         let converged = change.fold(0.0, f64::max) <= 1e-8 * (1.0 + next.trace().value().abs());
         root = next;
-        // then quadratically convergent: two more iterations for round-off and two derivatives
+        // convergence is now quadratic: two more iterations reach round-off, also in two
+        // derivatives
         if converged {
             last += 1;
         }
@@ -408,10 +413,11 @@ fn square_root<T: Real>(c: &Tensor<T>) -> Tensor<T> {
     root
 }
 
-/// e^(pL) − 1: the series for pL halved until it is small, and (1 + X)² − 1 = 2X + X².
+/// e^(pL) − 1: halves pL until it is small, sums the series, and then doubles with (1 + X)² − 1 =
+/// 2X + X².
 fn exponential_m1<T: Real>(l: &Tensor<T>, p: f64) -> Tensor<T> {
     let size = p.abs() * l.plus(T::from(1.0)).strain();
-    // not a number, or infinite: no halving helps
+    // halving does not help if the size is NaN or infinite
     let halvings = if size > 0.1 && size < 1e4 { (10.0 * size).log2().ceil() as i32 } else { 0 };
     let small = l.times(T::from(p * 0.5_f64.powi(halvings)));
     // X (1 + X/2 (1 + X/3 (…)))
@@ -461,7 +467,7 @@ mod tests {
                 let found = exponential_m1(&logarithm(&c), p).0[0][0] + 1.0;
                 let expected: f64 = f64::powf(stretch, p);
                 let bound = (1.0 + (p * stretch.ln()).abs()) * 1e-14;
-                // the power less 1 is what is computed
+                // the function computes the power minus 1
                 assert!((found - expected).abs() < bound * expected.max(1.0), "{stretch}^{p}: {found} {expected}");
             }
         }

@@ -17,8 +17,8 @@ use std::array::from_fn;
 /// along i alone causes the strains 1/E_i along i and −ν_ij/E_i along j, and ν_ij/E_i = ν_ji/E_j.
 /// G_ij relates shear stress and shear angle in the plane of i and j.
 ///
-/// With E instead of the small strain ε the law is objective, so that parts may turn: printed parts
-/// are often thin, and bend far at small strains. It softens in compression like
+/// The law uses E instead of the small strain ε, so it is objective and parts may rotate: printed
+/// parts are often thin and undergo large bending at small strains. It softens in compression like
 /// [`super::StVenantKirchhoff`], which is its isotropic case.
 ///
 /// Reference: Jones, Mechanics of Composite Materials (1999), sections 2.3 and 2.4.
@@ -28,10 +28,10 @@ pub struct Orthotropic {
     engineering: [f64; 9],
     /// Axes 1 and 2 as given.
     directions: [[f64; 3]; 2],
-    /// ∂S/∂(2E) over the mean shear modulus, in the global axes, with the order of [`PAIRS`]; a
-    /// column for an off-diagonal entry stands for both.
+    /// ∂S/∂(2E) divided by the mean shear modulus, in the global axes, in the order of [`PAIRS`]; a
+    /// column for an off-diagonal entry represents both of its positions.
     stiffness: [[f64; 6]; 6],
-    /// Averaged over all directions.
+    /// The small-strain limit, averaged over all directions.
     limit: Hooke,
 }
 
@@ -42,11 +42,11 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 
 const ENTRY: [[usize; 3]; 3] = [[0, 5, 4], [5, 1, 3], [4, 3, 2]];
 
 impl Orthotropic {
-    /// From E₁, E₂, E₃ \[F/L²\], ν₁₂, ν₁₃, ν₂₃, G₁₂, G₁₃, G₂₃ \[F/L²\], and the directions of the
-    /// axes 1 and 2, of which the second is made perpendicular to the first.
+    /// From E₁, E₂, E₃ \[F/L²\], ν₁₂, ν₁₃, ν₂₃, G₁₂, G₁₃, G₂₃ \[F/L²\], and the directions of axes
+    /// 1 and 2; the second is made perpendicular to the first.
     ///
     /// # Errors
-    /// A modulus ≤ 0, parallel axes, strains with an energy ≤ 0, or a value that is not finite.
+    /// A modulus ≤ 0, parallel axes, strains with energy ≤ 0, or a value that is not finite.
     pub fn new(
         youngs_moduli: [f64; 3],
         poisson_ratios: [f64; 3],
@@ -253,7 +253,7 @@ impl Stress for Orthotropic {
 }
 
 impl Orthotropic {
-    /// S over the mean shear modulus, for 2E.
+    /// S divided by the mean shear modulus, for 2E.
     #[inline(always)]
     fn second_stress<S: Simd>(&self, simd: S, doubled: &Matrix<S>) -> Matrix<S> {
         let row = |row: &[f64; 6]| {
@@ -275,7 +275,8 @@ impl Orthotropic {
         array(|a, b| rows[ENTRY[a][b]])
     }
 
-    /// ½ E:C:E, from the engineering constants: independent of the stiffness that the stress uses.
+    /// ½ E:C:E, computed from the engineering constants and therefore independent of the stiffness
+    /// that the stress uses.
     fn quadratic<T: Real>(&self, strain: &[[T; 3]; 3]) -> T {
         let [e1, e2, e3, nu12, nu13, nu23, g12, g13, g23] = self.engineering;
         let axes = material_axes(self.directions).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Materials in the format of a case file: the name of the law is a key, whose table holds the
+//! Materials in the format of a case file: the name of the law is a key, and its table contains the
 //! constants.
 
 use super::{Constant, Form, LawKind, Material, Value};
@@ -22,7 +22,8 @@ impl Serialize for Material {
     }
 }
 
-/// As an inline table of a case file: `{ neo_hooke = { youngs_modulus = 1000.0, … } }`.
+/// Formats the material as an inline table of a case file:
+/// `{ neo_hooke = { youngs_modulus = 1000.0, … } }`.
 impl Display for Material {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{{ {} = {{ ", self.kind().word())?;

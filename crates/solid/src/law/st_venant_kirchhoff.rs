@@ -12,9 +12,9 @@ use pulp::Simd;
 /// Ψ = λ/2 (tr E)² + μ E:E,   E = (FᵀF − 1)/2,   S = λ tr(E) 1 + 2μ E,   P = F S
 /// ```
 ///
-/// For large rotations at small strains. It softens in compression: along one axis without lateral
-/// strain, the force decreases again below the stretch √(1/3), and Ψ stays finite as J → 0, so that
-/// nothing keeps elements from inverting.
+/// The law is meant for large rotations at small strains. It softens in compression: along one axis
+/// without lateral strain, the force decreases again below the stretch √(1/3). Ψ stays finite as J
+/// → 0, so nothing keeps elements from inverting.
 ///
 /// Reference: Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,7 +14,7 @@ fn impossible_constants_are_refused() {
         assert_eq!(key(*law, -1.0, 0.3), "youngs_modulus");
         assert_eq!(key(*law, 1.0, 0.5), "poisson_ratio");
         assert!(law.like(f64::NAN, 0.3).is_err() && law.like(1.0, f64::NAN).is_err());
-        // each constant, out of its range
+        // sets each constant out of range
         let values = law.like(1.0, 0.3).unwrap().values();
         for (i, constant) in law.constants().iter().enumerate() {
             let mut values = values.clone();
@@ -36,7 +36,7 @@ fn impossible_constants_are_refused() {
     assert_eq!(unstable.unwrap_err().key, "nu23");
 }
 
-/// The constants of a law rebuild it, and multiply its stresses.
+/// A law can be rebuilt from its constants, and scaling its moduli scales its stresses.
 #[test]
 fn constants_make_the_law() {
     let f: [[f64; 3]; 3] = [[1.2, 0.3, -0.1], [0.2, 0.9, 0.15], [-0.25, 0.1, 1.1]];
@@ -65,8 +65,8 @@ fn words_name_laws() {
     assert_eq!(LawKind::from_word("steel"), None);
 }
 
-/// F without symmetry; and equal and close stretches, as values of det F = 1.2 at any rotation. At
-/// equal stretches principal directions are not unique, and quotients of differences are limits.
+/// F without symmetry, and F with equal and close stretches, with and without rotation. At equal
+/// stretches, principal directions are not unique and quotients of differences become limits.
 fn deformations() -> Vec<[[f64; 3]; 3]> {
     let turn = [[2.0, 1.0, 2.0], [-2.0, 2.0, 1.0], [1.0, 2.0, -2.0]].map(|row| row.map(|x: f64| x / 3.0));
     let axes = [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, -1.0]];
@@ -89,7 +89,7 @@ fn deformations() -> Vec<[[f64; 3]; 3]> {
 
 const CHANGE: [[f64; 3]; 3] = [[0.4, -0.2, 0.7], [0.1, 0.3, -0.5], [0.6, -0.8, 0.2]];
 
-/// Stress over the shear modulus and its change.
+/// Stress and its change, divided by the shear modulus.
 fn stresses(law: &impl Law, f: &[[f64; 3]; 3], change: &[[f64; 3]; 3]) -> [[[f64; 3]; 3]; 2] {
     let (inverse, j) = invert(pulp::Scalar, f);
     let at_points = |m: [[f64; 3]; 3]| m.map(|row| row.map(|x| [x; POINTS]));
@@ -183,9 +183,9 @@ fn laws_have_their_small_strain_limit() {
     }
 }
 
-/// An orthotropic solid with the constants of an isotropic one is that of St. Venant and Kirchhoff,
-/// whatever the axes; and the engineering constants have their meaning: a small stress along axis 1
-/// strains by 1/E₁ along it, −ν₁₂/E₁ and −ν₁₃/E₁ across.
+/// An orthotropic solid with isotropic constants equals St. Venant-Kirchhoff, for any axes. The
+/// engineering constants have their usual meaning: a small unit stress along axis 1 causes strains
+/// of 1/E₁ along it and of −ν₁₂/E₁ and −ν₁₃/E₁ across.
 #[test]
 fn engineering_constants_have_their_meaning() {
     let (e, nu) = (7.0, 0.3);

@@ -1,15 +1,15 @@
-//! The change of volume in laws of rubber.
+//! The volumetric energy of rubber laws.
 //!
-//! These laws split the energy into one of the change of shape, which depends on J^(−1/3) F, and
-//! one of the change of volume:
+//! These laws split the energy into a deviatoric part, which depends on J^(−1/3) F, and a
+//! volumetric part:
 //!
 //! ```text
 //! U(J) = K/4 (J² − 1 − 2 ln J),   U″(1) = K,   P = K/2 (J² − 1) F⁻ᵀ
 //! ```
 //!
-//! U grows without bound both for J → 0 and for J → ∞, and is a convex function of J, so that it
-//! does not lose the stability of the rest of the energy. K/2 (J − 1)², which other programs use,
-//! stays finite as J → 0. At small changes of volume both agree.
+//! U grows without bound both for J → 0 and for J → ∞, and it is convex in J, so it does not
+//! destabilise the law. K/2 (J − 1)², which other programs use, stays finite as J → 0. For small
+//! changes of volume, both agree.
 //!
 //! Reference: Simo, Taylor, Comput. Methods Appl. Mech. Engrg. 85 (1991) 273–310.
 
@@ -25,7 +25,7 @@ pub(super) fn energy<T: Real>(bulk: f64, f: &[[T; 3]; 3]) -> (T, T) {
     (change, T::from(0.25 * bulk) * (square - T::from(2.0) * ln_j))
 }
 
-/// Pressure and stiffness of the volume, over the shear modulus.
+/// Volumetric pressure and stiffness, divided by the shear modulus.
 #[derive(Clone, Copy)]
 pub(super) struct Volume<S: Simd> {
     /// K/2 (J² − 1).
@@ -35,12 +35,12 @@ pub(super) struct Volume<S: Simd> {
 }
 
 impl<S: Simd> Volume<S> {
-    /// For K over the shear modulus.
+    /// `bulk` is K divided by the shear modulus.
     #[inline(always)]
     pub fn new(simd: S, at: &Local<'_>, bulk: f64) -> Self {
         let j = load::<S>(at.determinant, at.v);
         let one = simd.splat_f64s(1.0);
-        // (J − 1)(J + 1): without round-off of J² where J is nearly 1
+        // (J − 1)(J + 1) avoids the round-off of J² − 1 near J = 1
         let difference = simd.mul_f64s(simd.sub_f64s(j, one), simd.add_f64s(j, one));
         let pressure = simd.mul_f64s(simd.splat_f64s(0.5 * bulk), difference);
         Self { pressure, stiffness: simd.mul_f64s(simd.splat_f64s(bulk), simd.mul_f64s(j, j)) }

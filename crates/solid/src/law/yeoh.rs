@@ -6,14 +6,14 @@ use super::{Constant, Form, Law, Local, MaterialError, Range, Real, Stress, Valu
 use crate::registers::{AtPoints, Matrix};
 use pulp::Simd;
 
-/// Yeoh, for filled rubber, which stiffens at large stretches.
+/// Yeoh's law, for filled rubber, which stiffens at large stretches.
 ///
 /// ```text
 /// Ψ = c₁₀ x + c₂₀ x² + c₃₀ x³ + U(J),   x = Ī₁ − 3,   μ = 2 c₁₀
 /// ```
 ///
-/// with Ī₁ = J^(−2/3) I₁ and the energy U of the change of volume as in every law of rubber:
-/// `law/volume.rs`. c₂₀ is often negative: shear then softens before it stiffens.
+/// with Ī₁ = J^(−2/3) I₁ and the volumetric energy U that all rubber laws share (`law/volume.rs`).
+/// c₂₀ is often negative: shear then softens before it stiffens.
 ///
 /// Reference: Yeoh, Rubber Chem. Technol. 66 (1993) 754–771.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! One element in its reference configuration, and the tables of its kind.
+//! One element in its reference configuration, and the tables for its type.
 
 use crate::interpolation::ElementScaling;
 use crate::law::determinant;
@@ -72,8 +72,8 @@ pub(crate) struct Cell<const N: usize, const B: usize, const M: usize> {
     pub(super) inverse: [[[AtPoints; 3]; 3]; B],
     /// Weight times det(∂X/∂ξ); 0 beyond the last point. \[L³\]
     pub(super) weights: [AtPoints; B],
-    /// Functions φ_m with Σ w φ_m φ_n = δ_mn: the first is constant, further ones are linear
-    /// in X. \[L^(−3/2)\]
+    /// Functions φ_m with Σ w φ_m φ_n = δ_mn: the first is constant, the others are linear in X.
+    /// \[L^(−3/2)\]
     pub(super) modes: [[AtPoints; B]; M],
     /// The modes at the stress points, as `[point][m]`.
     pub(super) stress_modes: Vec<[f64; M]>,
@@ -181,7 +181,7 @@ impl<const N: usize, const B: usize, const M: usize> Cell<N, B, M> {
         out
     }
 
-    /// Volume by the integration, Σ w. \[L³\]
+    /// Volume by numerical integration, Σ w. \[L³\]
     pub fn volume(&self) -> f64 {
         self.weights.as_flattened().iter().sum()
     }
@@ -207,7 +207,8 @@ impl<const N: usize, const B: usize, const M: usize> Cell<N, B, M> {
         self.project(&x).as_flattened()[..points].to_vec()
     }
 
-    /// Energy; `None` if J ≤ 0 at an integration point, at γ d if the energy is interpolated. \[F L\]
+    /// Energy; `None` if J ≤ 0 at an integration point. If the energy is interpolated, J is that of
+    /// γ d. \[F L\]
     pub(super) fn energy<const P: usize>(
         &self,
         table: &Table<N, B, P>,
@@ -269,7 +270,7 @@ pub(super) fn gradients_of<const N: usize>(gradients: &[[[f64; 3]; N]], d: &Corn
     gradients.iter().map(at).collect()
 }
 
-/// Displacements relative to the first node, scaled: a translation, however large, causes no
+/// Scaled displacements relative to the first node, so even a large translation causes no
 /// round-off.
 pub(super) fn scaled<const N: usize>(d: &Corners<N>, gamma: f64) -> Corners<N> {
     d.map(|v| from_fn(|c| gamma * (v[c] - d[0][c])))

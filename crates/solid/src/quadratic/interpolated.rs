@@ -9,8 +9,8 @@ use crate::section::{Formulation, Section};
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
-/// Force of an element with interpolated energy, or product of its tangent with a direction; `None` if
-/// the finite-strain part is inverted or the result is not finite.
+/// Force of an element with interpolated energy, or the product of its tangent with a direction;
+/// `None` if the finite-strain part is inverted or the result is not finite.
 #[inline(always)]
 pub(super) fn interpolated<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,
@@ -35,8 +35,9 @@ pub(super) fn interpolated<S: Simd, const N: usize, const B: usize, const P: usi
     Some(from_fn(|i| from_fn(|c| finite[i][c] + linear[i][c])))
 }
 
-/// Tangent of an element with interpolated energy; calls `add` as [`kernel::tangent`] does, for each part
-/// of the energy. `None`, without any call, if the finite-strain part is inverted.
+/// Tangent of an element with interpolated energy. Calls `add` as [`kernel::tangent`] does, once
+/// for each part of the energy. Returns `None`, without calling `add`, if the finite-strain part is
+/// inverted.
 #[inline(always)]
 pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,
@@ -63,7 +64,7 @@ pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, c
     part(factor * (1.0 - square), &[[0.0; 3]; N])
 }
 
-/// Force, or product of the tangent with a direction, without interpolation.
+/// Force, or the product of the tangent with a direction, without interpolation.
 #[inline(always)]
 pub(super) fn force<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,

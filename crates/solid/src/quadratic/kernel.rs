@@ -1,9 +1,10 @@
 //! The integrals over one second-order element, for any law and formulation, generic over the
 //! instruction set.
 //!
-//! F̄ = (θ/J)^(1/3) F, where θ is the projection of J onto the element's modes: functions φ_m, which
-//! are constant in tetrahedra and linear in hexahedra, orthonormal under the element's integration.
-//! With the stress P̄ = P(F̄), t = P̄:F̄/3 and the projection Π[x] = Σ_m φ_m Σ_q w_q φ_m(q) x_q:
+//! F̄ = (θ/J)^(1/3) F, where θ is the projection of J onto the element's modes. These are functions
+//! φ_m that are orthonormal under the element's quadrature: constant in tetrahedra, linear in
+//! hexahedra. With the stress P̄ = P(F̄), t = P̄:F̄/3 and the projection Π[x] = Σ_m φ_m Σ_q w_q
+//! φ_m(q) x_q:
 //!
 //! ```text
 //! θ = Π[J]      p = Π[t/θ]      P_eff = κ P̄ + (p J − t) F⁻ᵀ      κ = (θ/J)^(1/3)
@@ -11,9 +12,9 @@
 //! dP_eff = κ (x P̄ + dP̄) + (p J τ − dt) F⁻ᵀ + (t − p J) (F⁻¹ dF F⁻¹)ᵀ + dp J F⁻ᵀ
 //! ```
 //!
-//! With b_m = ∂θ_m/∂d, h_m = ∂f/∂θ_m at fixed F and p, and c_mn = Σ w φ_m φ_n ∂(t/θ)/∂θ, the tangent
-//! is the one at fixed θ and p, plus Σ_m (h_m b_mᵀ + b_m h_mᵀ) + Σ_mn c_mn b_m b_nᵀ. With one constant
-//! mode, this is the F̄ of hex8 (`hex8/f_bar.rs`).
+//! With b_m = ∂θ_m/∂d, h_m = ∂f/∂θ_m at fixed F and p, and c_mn = Σ w φ_m φ_n ∂(t/θ)/∂θ, the
+//! tangent is that at fixed θ and p, plus Σ_m (h_m b_mᵀ + b_m h_mᵀ) + Σ_mn c_mn b_m b_nᵀ. With one
+//! constant mode, this is the F̄ of hex8 (`hex8/f_bar.rs`).
 
 use super::cell::{Cell, Corners, Table};
 use crate::law::{AnyLaw, Local, Stress};
@@ -25,7 +26,7 @@ use pulp::{Simd, WithSimd};
 
 const ZERO: Matrices = [[[0.0; POINTS]; 3]; 3];
 
-/// Intermediate results, in memory that is reused for the next element.
+/// Memory for intermediate results, reused for the next element.
 pub(crate) struct Scratch<const N: usize, const B: usize, const P: usize> {
     gradient: [Matrices; B],
     inverse: [Matrices; B],
@@ -99,8 +100,8 @@ fn registers<S: Simd>(points: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..points.div_ceil(S::F64_LANES)).map(move |r| (r / per_block, r % per_block))
 }
 
-/// ∂u_a/∂X_B at all points, as `[a][B]`. The first node's displacement is subtracted: a translation,
-/// however large, causes no round-off in the strains.
+/// ∂u_a/∂X_B at all points, as `[a][B]`. The first node's displacement is subtracted, so even a
+/// large translation causes no round-off in the strains.
 ///
 /// This and the other parts that do not depend on the law are compiled once for all laws.
 struct Gradients<'a, const N: usize, const B: usize, const P: usize, const M: usize> {
@@ -133,7 +134,7 @@ impl<const N: usize, const B: usize, const P: usize, const M: usize> WithSimd fo
     }
 }
 
-/// Stress times `modulus` and weight, as input of [`integrate`].
+/// Stress times `modulus` and weight, the input of [`integrate`].
 #[inline(always)]
 fn store_scaled<S: Simd, const N: usize, const B: usize, const M: usize>(
     simd: S,
@@ -224,7 +225,7 @@ fn admissible(values: &[AtPoints]) -> bool {
     values.as_flattened().iter().all(|&j| j >= f64::MIN_POSITIVE && j.is_finite())
 }
 
-/// The deformation, and with F̄ the averaged one with its stress.
+/// The deformation; with F̄, also the averaged deformation and its stress.
 #[inline(always)]
 fn prepare<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,
@@ -273,8 +274,8 @@ fn prepare<S: Simd, const N: usize, const B: usize, const P: usize, const M: usi
     Some(())
 }
 
-/// Force of a finite-strain law at stiffness `factor` times that of the material; `None` if the element
-/// is inverted or its force is not finite.
+/// Force of a finite-strain law whose stiffness is `factor` times that of the material; `None` if
+/// the element is inverted or its force is not finite.
 #[inline(always)]
 pub(super) fn internal_force<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,
@@ -405,8 +406,8 @@ pub(super) fn tangent_product<S: Simd, const N: usize, const B: usize, const P: 
     finite(simd.vectorize(Integrate { table, q: &scratch.matrices }))
 }
 
-/// Tangent: calls `add` with i, k and the block of every pair of nodes i ≤ k; `None`, without any
-/// call, if the element is inverted.
+/// Tangent: calls `add` with i, k and the block of every pair of nodes i ≤ k. Returns `None`,
+/// without calling `add`, if the element is inverted.
 #[inline(always)]
 pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, const M: usize>(
     simd: S,
@@ -471,7 +472,7 @@ pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, c
     Some(())
 }
 
-/// Rows of i that share the loads of one pass.
+/// Number of rows i that share the memory loads of one pass.
 const ROWS: usize = 4;
 
 /// K_ia,kc = Σ_p Σ_αβ ∂N_i/∂ξ_α moduli ∂N_k/∂ξ_β.
@@ -580,7 +581,7 @@ struct AddProducts<'a, const N: usize, const B: usize, const P: usize, const M: 
     b_m: [Corners<N>; M],
     h_m: [Corners<N>; M],
     modulus: f64,
-    /// ∂(t/θ)/∂θ over μ.
+    /// ∂(t/θ)/∂θ divided by μ.
     curvature: [AtPoints; B],
 }
 

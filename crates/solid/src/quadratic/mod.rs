@@ -1,14 +1,15 @@
-//! Second-order elements: tet10 with eight integration points, hex27 with 3×3×3, of any [`Section`].
+//! Second-order elements of any [`Section`]: tet10 with eight integration points, hex27 with 3×3×3.
 //!
-//! The same integrals as in `hex8`, for any number of nodes and points: a register holds a few points
-//! of one element, padded to blocks of eight. `kernel.rs` has the integrals of the solid,
-//! `interpolated.rs` the interpolation of the energy, this file the assembly. The kernels are compiled
-//! once for all laws.
+//! The integrals are those of `hex8`, for any number of nodes and points: a register holds a few
+//! points of one element, padded to blocks of eight. `kernel.rs` contains the integrals of the
+//! solid, `interpolated.rs` the interpolation of the energy, and this file the assembly. The
+//! kernels are compiled once for all laws.
 //!
-//! F̄ averages the volume change over the modes of an element. Those of hex27 are the four linear
-//! functions of X: the pair of triquadratic displacements and discontinuous linear pressure is stable
-//! and keeps the order of convergence, which a constant would lower. Those of tet10 are the constants:
-//! its quadratic displacements are too few for discontinuous linear pressures.
+//! F̄ averages the volume change over the modes of an element. The modes of hex27 are the four
+//! linear functions of X: the pair of triquadratic displacements and discontinuous linear pressure
+//! is stable and keeps the order of convergence, which a constant pressure would lower. The only
+//! mode of tet10 is the constant: its displacements have too few unknowns for a discontinuous
+//! linear pressure.
 
 mod cell;
 mod interpolated;
@@ -33,7 +34,7 @@ use std::ops::Range;
 /// All elements of one kind, or those of this rank.
 #[derive(Debug, Clone)]
 pub(crate) struct Group<const N: usize, const B: usize, const P: usize, const M: usize> {
-    /// In the order of `clusters`.
+    /// The elements, in the order of `clusters`.
     pub cells: Vec<Cell<N, B, M>>,
     clusters: Clusters,
 }
@@ -43,7 +44,7 @@ pub(crate) type Tet10 = Group<10, 1, 16, 1>;
 /// 27-node hexahedra.
 pub(crate) type Hex27 = Group<27, 4, 32, 4>;
 
-/// A kind of second-order elements.
+/// A type of second-order elements.
 pub(crate) trait Kind<const N: usize, const B: usize, const P: usize> {
     fn table() -> &'static Table<N, B, P>;
     fn nodes(element: &Element) -> Option<[u32; N]>;
@@ -69,7 +70,7 @@ impl Kind<27, 4, 32> for Hex27 {
     }
 }
 
-/// Displacements, sections and scalings, by the mesh's numbers.
+/// Displacements, sections and scalings, indexed by the mesh's numbers.
 #[derive(Clone, Copy)]
 pub(crate) struct State<'a> {
     pub sections: &'a [Section],
@@ -81,7 +82,7 @@ impl<const N: usize, const B: usize, const P: usize, const M: usize> Group<N, B,
 where
     Self: Kind<N, B, P>,
 {
-    /// The elements of these numbers; those without a positive Jacobian are added to `flat`.
+    /// The elements with these numbers; those without a positive Jacobian are added to `flat`.
     pub fn new(mesh: &Mesh, numbers: Vec<u32>, section_of: &[u32], flat: &mut Vec<u32>) -> Self {
         let clusters = Clusters::new(mesh, numbers);
         let cells: Vec<Result<Cell<N, B, M>, u32>> = clusters
@@ -110,7 +111,7 @@ where
         h.iter().map(|h| determinant(&plus_identity(h, 1.0, 0.0))).fold(f64::INFINITY, smallest)
     }
 
-    /// One number per element.
+    /// Adds one number per element.
     pub fn add_by_number(&self, of: impl Fn(&Cell<N, B, M>) -> f64 + Sync, out: &mut [f64]) {
         let values: Vec<f64> = self.cells.par_iter().map(&of).collect();
         for (cell, value) in self.cells.iter().zip(values) {
@@ -141,8 +142,8 @@ where
         })
     }
 
-    /// λ · ∂f/∂φ of each element, added to `out`; returns the inverted elements, and then adds nothing
-    /// meaningful.
+    /// Adds λ · ∂f/∂φ of each element to `out`; returns the inverted elements. If there are any,
+    /// `out` is meaningless.
     pub fn pull_back(&self, state: State<'_>, slopes: &[ElementScaling], adjoint: &[f64], out: &mut [f64]) -> Vec<u32> {
         const CHUNK: usize = 16;
         let mut products = vec![0.0; self.cells.len()];
