@@ -14,12 +14,13 @@ pub enum Status {
     Slip,
 }
 
-/// Coulomb's law with an upper bound of the shear stress: ‖ζ_τ‖ ≤ min(μ p, τ_max).
+/// Coulomb's law with an upper bound on the shear stress: ‖ζ_τ‖ ≤ min(μ p, τ_max).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// Coefficient of friction μ ≥ 0.
     pub coefficient: f64,
-    /// Largest shear stress τ_max > 0 that friction transmits; infinite: no bound. \[F/L²\]
+    /// Largest shear stress τ_max > 0 that friction transmits; infinite if there is no bound.
+    /// \[F/L²\]
     pub shear_limit: f64,
 }
 
@@ -29,7 +30,7 @@ impl Friction {
         Self { coefficient, shear_limit: f64::INFINITY }
     }
 
-    /// The law with μ and τ_max times `factor` > 0, or without friction if it is 0.
+    /// The law with μ and τ_max multiplied by `factor` > 0, or without friction if `factor` is 0.
     pub fn times(self, factor: f64) -> Self {
         let shear_limit = if self.shear_limit.is_finite() { factor * self.shear_limit } else { f64::INFINITY };
         Self { coefficient: factor * self.coefficient, shear_limit }
@@ -83,9 +84,9 @@ pub struct Returned {
 /// Return map: a `trial` whose norm is at most b = min(μ p, τ_max) is kept (stick), any other is
 /// scaled back to b (slip).
 ///
-/// `pressure` p ≥ 0 and `trial` in F/L². With s = trial/‖trial‖ the slip branch has
-/// `∂ζ_τ/∂trial = (b/‖trial‖)(I − s sᵀ)`, and where Coulomb's cone is the bound, `∂ζ_τ/∂p = μ s` and
-/// `∂ζ_τ/∂μ = p s`; s sᵀ is a dyad, although the paper prints squares.
+/// `pressure` p ≥ 0 and `trial` are in F/L². With s = trial/‖trial‖, the slip branch has
+/// `∂ζ_τ/∂trial = (b/‖trial‖)(I − s sᵀ)`. Where Coulomb's cone is the bound, `∂ζ_τ/∂p = μ s` and
+/// `∂ζ_τ/∂μ = p s`. s sᵀ is a dyad, although the paper prints squares.
 ///
 /// Paper: (41), (50), linearised (75)–(77), (82)–(84).
 /// Test: `return_map_matches_finite_differences`.

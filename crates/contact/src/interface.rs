@@ -1,4 +1,4 @@
-//! A contact interface: slave and master surface, and the evaluation of all its nodes.
+//! A contact interface: slave and master surfaces, and the evaluation of all its nodes.
 
 use crate::kinematics::cell_rule::CellPoint;
 use crate::kinematics::coupling::{FacetCoupling, Settings};
@@ -44,15 +44,15 @@ fn list(nodes: &FacetNodes) -> String {
     numbers.join(", ")
 }
 
-/// A slave node and the slave facets around it. At an edge sharper than the feature angle there is
-/// one entry for each of the smooth patches that meet there, with the facets of that patch.
+/// A slave node and the slave facets around it. At an edge sharper than the feature angle, each of
+/// the smooth patches that meet there has its own entry, with the facets of that patch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SlaveNode {
     /// Global node number.
     pub node: u32,
     /// All nodes of the slave facets around it, ascending, including the node itself.
     pub ring: Vec<u32>,
-    /// Its corners in these facets, as ring positions.
+    /// Its corners in these facets, as positions in the ring.
     pub corners: Vec<RingCorner>,
     /// Ring position of the neighbour that defines the material direction of the tangent.
     pub edge: usize,
@@ -60,8 +60,8 @@ pub struct SlaveNode {
     pub facets: Vec<(u32, u8)>,
     /// Coordinate axes normal to a symmetry plane through the node.
     pub mirrored: [bool; 3],
-    /// Whether the node lies on a sharp edge and the facets are those of one patch: then the frame
-    /// uses the master's normal.
+    /// Whether the node lies on a sharp edge, so that the facets are those of one patch and the
+    /// frame uses the master's normal.
     pub sharp: bool,
 }
 
@@ -80,7 +80,7 @@ pub struct InterfaceOptions {
     pub feature_angle: f64,
 }
 
-/// Slave and master surface with the data for the mortar integrals; positions are passed to the
+/// Slave and master surfaces with the data for the mortar integrals; positions are passed to the
 /// evaluation.
 #[derive(Debug, Clone)]
 pub struct ContactInterface {
@@ -92,7 +92,7 @@ pub struct ContactInterface {
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
     reach: f64,
-    /// Whether both surfaces are the same one, which touches itself.
+    /// Whether both surfaces are the same, so that it touches itself.
     with_itself: bool,
     /// The master facets at the reference coordinates.
     tree: FacetTree,
@@ -112,7 +112,7 @@ impl ContactInterface {
     /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise
     /// from outside), triangles and quadrilaterals in any mixture, at the reference `coordinates`
     /// (3 per node). If both are the same, the surface touches itself: every facet is slave and
-    /// master, except of its neighbours, and each side carries half of the traction.
+    /// master of all facets except its neighbours, and each side transmits half of the traction.
     ///
     /// # Errors
     /// If a surface is empty, or a node lies on both of two different surfaces.
@@ -156,15 +156,15 @@ impl ContactInterface {
         }
     }
 
-    /// The same interface with symmetry planes: `mirrored` returns for a node the coordinate axes
+    /// The same interface with symmetry planes: for a node, `mirrored` returns the coordinate axes
     /// normal to the planes through it.
     pub fn with_symmetry(mut self, mirrored: impl Fn(u32) -> [bool; 3]) -> Self {
         self.slave_nodes.iter_mut().for_each(|slave| slave.mirrored = mirrored(slave.node));
         self
     }
 
-    /// The slave nodes, ascending by global number, and patch by patch at sharp edges: the order of
-    /// all nodal contact quantities.
+    /// The slave nodes in the order of all nodal contact quantities: ascending by global number,
+    /// and patch by patch at sharp edges.
     pub fn slave_nodes(&self) -> &[SlaveNode] {
         &self.slave_nodes
     }
@@ -223,7 +223,7 @@ impl ContactInterface {
             let candidates = hits.iter().map(|&h| masters[h as usize]).filter(|master| !neighbour(master));
             coupling.evaluate(facet, *sharp, candidates, settings)
         });
-        // the first in the order of the facets, regardless of which thread finishes first
+        // the first one by facet number, regardless of which thread finishes first
         let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
         if let Some(&nodes) = folded.first() {
             return Err(InterfaceError::FoldedFacet { nodes });
@@ -293,12 +293,12 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
     SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
 }
 
-/// Cosines that differ by less belong to the same angle: edges at exactly the feature angle are
-/// smooth, regardless of round-off.
+/// Cosines that differ by less than this belong to the same angle, so edges at exactly the feature
+/// angle are smooth regardless of round-off.
 const SAME_COSINE: f64 = 1e-9;
 
 /// Divides the facets around a node into patches: facets whose normals differ by at most the
-/// feature angle belong together, transitively.
+/// feature angle belong together, and so do chains of such facets.
 fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
     let least = feature_angle.cos() - SAME_COSINE;
     let smooth = |a: &(u32, u8), b: &(u32, u8)| {
@@ -365,9 +365,9 @@ mod tests {
         }
     }
 
-    /// Compared with a search through all masters: one slave facet and layers of parallel master
-    /// squares over its centre and its corners, near and far, for all proportions of slave, masters
-    /// and reach. Facets that the tree excludes do not couple.
+    /// Facets that the tree excludes do not couple. The test compares the tree with a search
+    /// through all masters: one slave facet and layers of parallel master squares over its centre
+    /// and corners, near and far, for all proportions of slave, masters and reach.
     #[test]
     fn no_master_within_reach_is_missed() {
         let square = |half: f64| vec![[-half, -half], [half, -half], [half, half], [-half, half]];
@@ -405,7 +405,7 @@ mod tests {
             let settings = Settings { x: &x, rule: &interface.rule, shape, reach, with_gradient: false };
             let mut all = FacetCoupling::default();
             all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
-            // by counting: of eight layers two are too far
+            // by counting: two of the eight layers are too far away
             assert_eq!(all.nodes.len(), corners + 6 * 4 * (corners + 1));
             assert_eq!(workspace.couplings[0].nodes, all.nodes);
             assert_eq!(workspace.couplings[0].coefficient, all.coefficient);

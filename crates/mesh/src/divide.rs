@@ -2,8 +2,8 @@
 
 use crate::{Body, Element, Facet, FacetNodes, HEX_FACES, Mesh, Surface};
 
-/// Corners of the face of a hex8 at ξ, η or ζ = −1, counter-clockwise seen from inside, and those
-/// above them.
+/// Corners of the face of a hex8 at ξ, η or ζ = −1, counter-clockwise seen from inside, and the
+/// corners opposite to them.
 const ALONG: [[[usize; 4]; 2]; 3] =
     [[[0, 3, 7, 4], [1, 2, 6, 5]], [[0, 4, 5, 1], [3, 7, 6, 2]], [[0, 1, 2, 3], [4, 5, 6, 7]]];
 
@@ -11,7 +11,7 @@ impl Mesh {
     /// The mesh with each of the `chosen` hexahedra divided into six tetrahedra, and their facets
     /// into two triangles; the nodes stay the same.
     ///
-    /// Every quadrilateral is divided at its lowest node, so that neighbours agree. Source: J.
+    /// Every quadrilateral is divided at its lowest-numbered node, so neighbours agree. Source: J.
     /// Dompierre et al., How to subdivide pyramids, prisms, and hexahedra into tetrahedra, 8th Int.
     /// Meshing Roundtable (1999) 195–204.
     ///
@@ -29,13 +29,13 @@ impl Mesh {
     /// the wedges is the parent direction `along` (0, 1 or 2 for ξ, η, ζ); `None` leaves the
     /// hexahedron undivided.
     ///
-    /// The faces at both ends of the axis become two triangles each, divided at the lowest node of
-    /// the face at −1. In a mesh of [`box_mesh`](crate::box_mesh), neighbours along the axis agree,
-    /// and so do the tetrahedra of [`divided`](Self::divided).
+    /// The faces at both ends of the axis become two triangles each, divided at the lowest-numbered
+    /// node of the face at −1. In a mesh of [`box_mesh`](crate::box_mesh), neighbours along the
+    /// axis agree, and so do the tetrahedra of [`divided`](Self::divided).
     ///
     /// # Panics
-    /// If a facet or body has an element out of range (see [`Mesh::check`]), or if there is no such
-    /// direction.
+    /// If a facet or body has an element out of range (see [`Mesh::check`]), or if the direction
+    /// does not exist.
     pub fn divided_into_wedges(&self, along: impl Fn(usize) -> Option<usize>) -> Mesh {
         self.with_parts(|number, hex, parts| {
             if let Some(along) = along(number) {
@@ -45,7 +45,7 @@ impl Mesh {
     }
 
     /// The mesh with hexahedra replaced by their parts. `divide` receives the number and nodes of
-    /// each hexahedron and adds its parts to the list, or none if it stays.
+    /// each hexahedron and adds its parts to the list, or nothing if it stays whole.
     fn with_parts(&self, divide: impl Fn(usize, &[u32; 8], &mut Vec<Element>)) -> Mesh {
         let mut elements = Vec::with_capacity(self.elements.len());
         // first part of each element
@@ -95,7 +95,7 @@ impl Mesh {
     }
 }
 
-/// Two wedges between opposite faces, divided at the lowest node of the first face.
+/// Two wedges between opposite faces, divided at the lowest-numbered node of the first face.
 fn wedges(hex: &[u32; 8], along: usize) -> [[u32; 6]; 2] {
     let [mut start, mut end] = ALONG[along].map(|face| face.map(|corner| hex[corner]));
     let lowest = (0..4).min_by_key(|&corner| start[corner]).unwrap_or(0);
@@ -109,7 +109,7 @@ fn wedges(hex: &[u32; 8], along: usize) -> [[u32; 6]; 2] {
     [half([0, 1, 2]), half([0, 2, 3])]
 }
 
-/// The lowest node combined with each half of the three faces that do not contain it.
+/// The lowest-numbered node combined with each half of the three faces that do not contain it.
 fn tetrahedra(hex: &[u32; 8]) -> [[u32; 4]; 6] {
     let apex = *hex.iter().min().unwrap_or(&hex[0]);
     let mut out = [[0; 4]; 6];

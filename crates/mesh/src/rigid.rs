@@ -3,7 +3,7 @@
 use crate::Mesh;
 
 /// A body that does not deform. Two extra nodes at the end of the mesh, which belong to no element,
-/// hold its unknowns: the displacement of the first is that of the reference point, the
+/// hold its unknowns: the displacement of the first is that of the reference point, and the
 /// "displacement" of the second is [`length`](Self::length) times the rotation vector.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rigid {
@@ -11,8 +11,8 @@ pub struct Rigid {
     pub body: usize,
     /// The node at the reference point.
     pub reference: u32,
-    /// Largest distance of a node of the body from the reference point; it makes forces and moments
-    /// comparable. \[L\]
+    /// Largest distance of a node of the body from the reference point, a scale that makes forces
+    /// and moments comparable. \[L\]
     pub length: f64,
 }
 
@@ -24,10 +24,11 @@ impl Rigid {
 }
 
 impl Mesh {
-    /// Makes a body rigid, with a reference point; its nodes become the node set with its name.
+    /// Makes a body rigid, with its reference point at `point`; its nodes become a node set with
+    /// the body's name.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     pub fn make_rigid(&mut self, body: usize, point: [f64; 3]) {
         let nodes = self.bodies[body].nodes.clone();
         let distance = |x: &[f64; 3]| (0..3).map(|c| (x[c] - point[c]).powi(2)).sum::<f64>().sqrt();

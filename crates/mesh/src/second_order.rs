@@ -43,9 +43,9 @@ pub const HEX27_NODES: [[f64; 3]; 27] = {
     out
 };
 
-/// Points and weights of the eight-point rule of tet10, exact for polynomials of degree 3: then curved
-/// elements pass the patch test. Four points suffice for the rank of the stiffness, but not for that.
-/// Source: C. A. Felippa, Engrg. Comput. 21 (2004) 867–890.
+/// Points and weights of the eight-point rule of tet10, exact for polynomials of degree 3, so that
+/// curved elements pass the patch test. Four points would suffice for the rank of the stiffness,
+/// but not for the patch test. Source: C. A. Felippa, Engrg. Comput. 21 (2004) 867–890.
 pub const TET10_POINTS: [([f64; 3], f64); 8] = {
     const A: f64 = 0.328_163_302_516_381_7;
     const B: f64 = 0.108_047_249_898_428_6;
@@ -120,8 +120,8 @@ pub fn hex27_shapes(at: [f64; 3]) -> Shapes<27> {
     (values, slopes)
 }
 
-/// Shape functions of a face with six or nine nodes and their derivatives with respect to its two
-/// parent coordinates; of a triangle with three or a quadrilateral with four nodes too.
+/// Shape functions of a face and their derivatives with respect to its two parent coordinates: a
+/// triangle with three or six nodes, or a quadrilateral with four or nine.
 pub fn face_shapes(nodes: usize, [x, y]: [f64; 2]) -> Vec<(f64, [f64; 2])> {
     const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let triangle = [(1.0 - x - y, [-1.0, -1.0]), (x, [1.0, 0.0]), (y, [0.0, 1.0])];
@@ -183,7 +183,7 @@ fn moments<const N: usize>(
     (volume, moment)
 }
 
-/// The product rule of the four-point rule, exact for degree 7 in each coordinate.
+/// The tensor-product four-point rule, exact for degree 7 in each coordinate.
 fn cube() -> impl Iterator<Item = ([f64; 3], f64)> {
     (0..64).map(|i| {
         let [x, y, z] = [i % 4, i / 4 % 4, i / 16].map(|i| FOUR[i]);
@@ -191,8 +191,8 @@ fn cube() -> impl Iterator<Item = ([f64; 3], f64)> {
     })
 }
 
-/// Volume of a tet10 \[L³\] and first moment about its first node \[L⁴\]. The cube collapsed to a
-/// tetrahedron integrates degree 5 exactly.
+/// Volume of a tet10 \[L³\] and first moment about its first node \[L⁴\]. The rule on the cube,
+/// collapsed to a tetrahedron, integrates degree 5 exactly.
 pub(crate) fn tet10_moments(nodes: &[[f64; 3]; 10]) -> (f64, [f64; 3]) {
     let collapsed = cube().map(|(at, weight)| {
         let [u, v, w] = at.map(|c| 0.5 * (1.0 + c));
@@ -270,20 +270,21 @@ pub(crate) fn tet10_scaled_jacobian(nodes: &[[f64; 3]; 10]) -> f64 {
     if middles >= mean || mean <= 0.0 { corners } else { corners.min(middles / mean) }
 }
 
-/// The parents of nodes: end nodes of the edge, or corners of the face or element, of the nodes that
-/// are no corners.
+/// The parents of each node that is not a corner: the end nodes of its edge, or the corners of its
+/// face or element.
 type Parents = BTreeMap<Vec<u32>, u32>;
 
 impl Mesh {
     /// The mesh of one body with second-order elements instead of its tetrahedra and hexahedra. New
-    /// nodes follow the others; `place` returns the position of a node from the positions of its
-    /// parents, the ends of its edge or the corners of its face or element.
+    /// nodes follow the existing ones; `place` computes the position of a node from those of its
+    /// parents (the ends of its edge, or the corners of its face or element).
     ///
-    /// The new nodes of an edge or face belong to a node set if a face of the boundary has all its
-    /// corners in the set, or, for an edge, if both ends do and belong to no such face.
+    /// The new nodes of a boundary face belong to a node set if all corners of the face are in the
+    /// set. The new node of an edge also belongs to the set if both its ends do and neither lies on
+    /// such a face.
     ///
     /// # Errors
-    /// [`MeshError::Parameter`] if there are wedges or second-order elements.
+    /// [`MeshError::Parameter`] if the mesh has wedges or second-order elements.
     pub fn second_order(&self, place: impl Fn(&[[f64; 3]]) -> [f64; 3]) -> Result<Mesh, MeshError> {
         let mut out = self.clone();
         let mut parents = Parents::new();
@@ -356,13 +357,13 @@ impl Mesh {
         self.faces_of_surface(&self.boundary(body))
     }
 
-    /// The faces of which a surface consists, with all their nodes. A facet of a second-order element
-    /// whose face is only partly on the surface is a face of its own.
+    /// The faces that form a surface, with all their nodes. If a face of a second-order element is
+    /// only partly on the surface, each of its facets there counts as a separate face.
     ///
     /// # Panics
     /// If an element is out of range (see [`Mesh::check`]).
     pub fn faces_of_surface(&self, surface: &Surface) -> Vec<FaceNodes> {
-        // the facets of each second-order element, by their keys
+        // the facets of each second-order element, by key
         let mut seen: HashMap<(u32, usize), usize> = HashMap::new();
         let place = |facet: &crate::Facet| {
             let element = &self.elements[facet.element as usize];
@@ -389,8 +390,7 @@ impl Mesh {
 }
 
 impl Mesh {
-    /// The facets of a surface without those of second-order elements' faces that are only partly on
-    /// it.
+    /// The facets of a surface, without those of second-order faces that are only partly on it.
     ///
     /// # Panics
     /// If an element is out of range (see [`Mesh::check`]).
@@ -431,25 +431,26 @@ fn grow(set: &mut Vec<u32>, boundary: &[FaceNodes], parents: &Parents) {
 
 /// The points of the contact surfaces, x̂ = T x, as a constant map of the positions of the nodes.
 ///
-/// Contact couples linear facets over all nodes of a face. With a second-order element's own nodes
-/// as their corners, a uniform pressure would not give the forces that balance a uniform stress:
-/// those on a flat triangle of area A are 0 at corners and A/3 at middles of edges, but its four
-/// triangles give A/12 and A/4. With corners in place, and
+/// Contact couples linear facets over all nodes of a face. If the element's own nodes were their
+/// corners, a uniform pressure would not give the forces that balance a uniform stress. On a flat
+/// triangle of area A, these forces are 0 at corners and A/3 at edge midpoints, but the four
+/// triangles give A/12 and A/4. T leaves corners in place; for the other nodes,
 ///
 /// ```text
 /// x̂ = 4/3 x − 1/6 (x_a + x_b)                              middle of the edge from a to b
 /// x̂ = 16/9 x − 2/9 Σ x_middle + 1/36 Σ x_corner            centre of a face with nine nodes
 /// ```
 ///
-/// Tᵀ turns the forces of the facets into those of the element: A/12 − 2·(1/6)·A/4 = 0 and (4/3) A/4
-/// = A/3. The polygon of the points has the same mean as the parabola of the edge. T reproduces
-/// linear fields, so contact forces keep their resultant and moment, and flat surfaces stay flat. In
-/// a curved surface, the points of the middles lie outside the surface by a third of the sagitta.
+/// and Tᵀ turns the forces of the facets into those of the element: A/12 − 2·(1/6)·A/4 = 0 and
+/// (4/3) A/4 = A/3. The polygon through the points has the same mean as the parabola of the edge. T
+/// reproduces linear fields, so contact forces keep their resultant and moment, and flat surfaces
+/// stay flat. On a curved surface, the points of edge midpoints lie outside the surface by a third
+/// of the sagitta.
 ///
 /// Test: `uniaxial_strain_passes_through_quadratic_elements` (slipstick/tests/patch.rs).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactMap {
-    /// Nodes and weights of node n: `entries[offsets[n]..offsets[n + 1]]`; no offsets: T = 1.
+    /// Nodes and weights of node n are `entries[offsets[n]..offsets[n + 1]]`; without offsets, T = 1.
     offsets: Vec<usize>,
     entries: Vec<(u32, f64)>,
 }
@@ -504,7 +505,7 @@ impl ContactMap {
         }
     }
 
-    /// T v, for three entries per node; entries beyond the nodes stay.
+    /// T v, for three entries per node; any further entries are unchanged.
     pub fn apply(&self, v: &[f64]) -> Vec<f64> {
         let mut out = v.to_vec();
         for node in 0..self.offsets.len().saturating_sub(1) {
@@ -516,7 +517,7 @@ impl ContactMap {
         out
     }
 
-    /// The points of nodes at these positions.
+    /// The contact points of nodes at these positions.
     pub fn points(&self, nodes: &[[f64; 3]]) -> Vec<[f64; 3]> {
         self.apply(nodes.as_flattened()).as_chunks().0.to_vec()
     }

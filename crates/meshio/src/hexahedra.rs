@@ -1,11 +1,11 @@
-//! Hexahedra of second order: the order of their nodes, and the nodes that those of 20 nodes lack.
+//! Second-order hexahedra: the order of their nodes, and the missing nodes of those with 20 nodes.
 
 use std::collections::HashMap;
 
 use slipstick_mesh::{Element, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES};
 
-/// The nodes of a hexahedron of 27 nodes at the centres of its faces, in the order of [`HEX_FACES`],
-/// and at its own.
+/// The nodes of a 27-node hexahedron at the centres of its faces, in the order of [`HEX_FACES`],
+/// and at its own centre.
 const CENTRES: [usize; 7] = {
     let mut out = [26; 7];
     let mut face = 0;
@@ -16,7 +16,7 @@ const CENTRES: [usize; 7] = {
     out
 };
 
-/// Where the first 20 nodes put the nodes of [`CENTRES`]: on the serendipity shape.
+/// Positions of the nodes of [`CENTRES`] on the serendipity shape of the first 20 nodes.
 pub(crate) fn serendipity_centres(nodes: &[u32], at: impl Fn(u32) -> [f64; 3]) -> [[f64; 3]; 7] {
     let sum = |of: &[usize], c: usize| of.iter().map(|&local| at(nodes[local])[c]).sum::<f64>();
     let combine = |corners: &[usize], middles: &[usize], by_middle: f64| -> [f64; 3] {
@@ -32,9 +32,9 @@ pub(crate) fn serendipity_centres(nodes: &[u32], at: impl Fn(u32) -> [f64; 3]) -
     })
 }
 
-/// The nodes of a hexahedron of 27 nodes with the last seven in the order of [`Element::Hex27`].
-/// Programs differ here, so positions decide: each place gets the node nearest to where the other 20
-/// nodes put it.
+/// The nodes of a 27-node hexahedron with the last seven in the order of [`Element::Hex27`].
+/// Programs order these differently, so positions decide: each slot gets the node nearest to its
+/// position on the serendipity shape of the other 20.
 pub(crate) fn in_order(nodes: &[u32], at: impl Fn(u32) -> [f64; 3]) -> [u32; 27] {
     let mut out: [u32; 27] = std::array::from_fn(|i| nodes[i]);
     let mut rest: Vec<u32> = nodes[20..].to_vec();
@@ -57,14 +57,14 @@ pub(crate) fn keys(nodes: &[u32]) -> [Vec<u32>; 7] {
     })
 }
 
-/// Hexahedra of second order as elements, from cells of 20 or 27 nodes.
+/// Second-order hexahedra as elements, from cells of 20 or 27 nodes.
 ///
 /// The last seven of 27 nodes may be in any order. Cells of 20 nodes get nodes at the centres of
-/// their faces and at their own, on the serendipity shape, which are added to `points`; two cells
-/// with a common face share its centre.
+/// their faces and at their own centre, on the serendipity shape. These nodes are added to
+/// `points`; two cells with a common face share its centre.
 ///
 /// # Panics
-/// If a cell has another number of nodes, or one without a point.
+/// If a cell has a different number of nodes, or a node without a point.
 pub fn second_order_hexahedra(cells: &[&[u32]], points: &mut Vec<[f64; 3]>) -> Vec<Element> {
     let mut centres: HashMap<Vec<u32>, u32> = HashMap::new();
     let mut elements: Vec<[u32; 27]> = Vec::with_capacity(cells.len());

@@ -18,13 +18,13 @@ use std::sync::Arc;
 pub struct MarchOptions {
     /// Newton's method.
     pub newton: NewtonOptions,
-    /// How many times the increment of a failing step may be halved.
+    /// Maximum number of times that the increment of a failing step is halved.
     pub max_cutbacks: u32,
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
     /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that
-    /// its Newton iteration used last, as long as they fit; the sweep factorizes again if there are
-    /// none or if they no longer work well. The gradient is the same in both cases, to the
+    /// its Newton iteration used last, as long as they fit; the sweep factorizes again if a step
+    /// has none or if they no longer work well. The gradient is the same in both cases, to the
     /// tolerance of its linear solves.
     pub factor_memory: usize,
 }
@@ -42,10 +42,10 @@ pub struct PathState {
     pub report: StepReport,
     /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
     pub active_set: Vec<u8>,
-    /// Whether this is the state at rest from which the path, or a new load case, starts: it does
-    /// not depend on earlier states.
+    /// Whether this is the state at rest from which the path, or a new load case, starts; such a
+    /// state does not depend on earlier ones.
     pub rest: bool,
-    /// Whether each rank holds only its part of unknowns and history.
+    /// Whether each rank holds only its part of the unknowns and history.
     pub(crate) divided: bool,
     pub(crate) factors: Option<Arc<KeptFactors>>,
 }
@@ -81,8 +81,8 @@ impl Path {
         self.factor_bytes += next.factor_bytes;
     }
 
-    /// The states of each load case, in order; each begins at rest, except the first of a part of a
-    /// path.
+    /// The states of each load case, in order. Each load case begins at rest, except possibly the
+    /// first if the path is only a part of a longer one.
     pub fn load_cases(&self) -> Vec<Range<usize>> {
         let begins = |&index: &usize| index == 0 || self.states[index].rest;
         let starts: Vec<usize> = (0..self.states.len()).filter(begins).collect();
@@ -95,9 +95,9 @@ impl Path {
         self.states.iter().filter(|state| !state.rest).count()
     }
 
-    /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call
-    /// this. The last two states of a path, from which steps start, are complete on every rank. In
-    /// a run on one rank, all are complete.
+    /// Returns a state. A state that is distributed over the ranks is gathered, so all ranks must
+    /// call this. The last two states of a path, from which steps start, are complete on every
+    /// rank. In a run on one rank, all states are complete.
     pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
         let PathState { state, divided, .. } = &self.states[index];
         if !divided {
@@ -106,7 +106,7 @@ impl Path {
         Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
     }
 
-    /// Runs a task on the first rank, such as writing files, that requests states by number. All
+    /// Runs a task on the first rank, such as writing files, which requests states by number. All
     /// ranks must call this; the other ranks send their parts meanwhile and get `None`.
     pub fn with_states<'a, R>(
         &'a self,
@@ -147,7 +147,7 @@ impl Path {
         Some(latest.clone())
     }
 
-    /// How many states have factors for the sweep.
+    /// Number of states that have factors for the sweep.
     pub fn states_with_factors(&self) -> usize {
         self.states.iter().filter(|s| s.factors.is_some()).count()
     }
@@ -199,8 +199,8 @@ pub enum Remedy {
     CutBack,
 }
 
-/// Uzawa's iteration over all multipliers is tried after these numbers of halvings, and after the
-/// last halving.
+/// Numbers of halvings after which Uzawa's iteration over all multipliers is tried; it is also
+/// tried after the last halving.
 const RESCUED: [i32; 2] = [0, 2];
 
 /// Watches the march; the only connection of the march to clocks, files and the terminal.
@@ -231,7 +231,7 @@ pub struct LoadPath<'a> {
     pub start: StepState,
     /// Ends of the user's steps, ascending, > `begin`.
     pub times: &'a [f64],
-    /// The user's steps of earlier load cases: the first step here has the next number.
+    /// Number of the user's steps in earlier load cases; step numbers continue from there.
     pub steps_before: usize,
     /// A path that provides initial guesses.
     pub guide: Option<&'a Guide>,
@@ -247,14 +247,14 @@ impl<'a> LoadPath<'a> {
 
 /// Marches along a load path.
 ///
-/// If there is a guide, a step starts from the state it predicts, and uses the guide's sub-steps,
-/// if any. A failed step is retried from the last state, then with the problem's other settings,
-/// then with half the increment, with at most `max_cutbacks` halvings.
-/// [Held multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings, and
-/// after the last halving. Accepted sub-steps are states of the path like any other.
+/// If there is a guide, a step starts from the state that the guide predicts and uses the guide's
+/// sub-steps, if any. A failed step is retried from the last state, then with the problem's other
+/// settings, then with half the increment, with at most `max_cutbacks` halvings. [Held
+/// multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings, and after
+/// the last halving. Accepted sub-steps are states of the path like any other.
 ///
 /// # Errors
-/// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error:
+/// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error;
 /// the path is then shorter.
 pub fn march<P: StepProblem>(
     solver: &mut Solver<'_, P>,
@@ -347,7 +347,7 @@ pub fn march<P: StepProblem>(
     Ok(path)
 }
 
-/// Result of an accepted increment: state, how it converged, last evaluation.
+/// Result of an accepted increment: the state, how it converged, and the last evaluation.
 type Accepted<P> = (StepState, StepReport, Evaluated<P>);
 
 /// An increment from the last state of a path.
@@ -435,9 +435,9 @@ impl Increment<'_> {
         }
     }
 
-    /// Returns the attempt to make after the attempt `last`, which started from the last state, has
-    /// failed: the next setting, or held multipliers if they may help with `own`, the failure of
-    /// the method itself.
+    /// Returns the next attempt after `last`, which started from the last state and failed: the
+    /// next setting, or held multipliers if they may help. `own` is the failure of the method
+    /// itself.
     fn next_attempt<P: StepProblem>(
         &self,
         problem: &P,
@@ -447,7 +447,7 @@ impl Increment<'_> {
         rescues: &mut Range<usize>,
     ) -> Option<Attempt> {
         if let Attempt::Setting(setting) = last {
-            // an inverted element does not depend on the iteration's settings
+            // other settings of the iteration cannot avoid an inverted element
             let geometric = matches!(failure.kind, StepFailureKind::State(_));
             let next = Attempt::Setting(setting + 1);
             if !geometric && problem.method(next).is_some() {

@@ -7,9 +7,9 @@ use crate::solver::Solver;
 /// A bound on a norm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
-    /// On the norm itself, in its own unit, as in the paper.
+    /// Bound on the norm itself, in its own unit, as in the paper.
     Absolute(f64),
-    /// On the norm divided by the problem's [`Scales`]: dimensionless.
+    /// Dimensionless bound on the norm divided by the problem's [`Scales`].
     Relative(f64),
 }
 
@@ -22,7 +22,7 @@ impl Tolerance {
     }
 
     /// Whether an increment is within the bound: an absolute bound applies to the last increment,
-    /// as in the paper, a relative one to the increment that would come next.
+    /// as in the paper, and a relative bound to the expected next increment.
     fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
         self.allows(if matches!(self, Self::Absolute(_)) { last } else { next }, scale)
     }
@@ -33,12 +33,12 @@ impl Tolerance {
 pub struct Tolerances {
     /// Norm of the force residual R over the free unknowns.
     pub residual: Tolerance,
-    /// Norm of the displacement increment: a relative bound applies to the next expected increment,
-    /// an absolute one to the last.
+    /// Norm of the displacement increment: a relative bound applies to the expected next increment,
+    /// an absolute bound to the last.
     pub displacement: Tolerance,
     /// Norm of the contact residual H.
     pub contact: Tolerance,
-    /// Norm of the multiplier increment, likewise.
+    /// Norm of the multiplier increment, treated in the same way.
     pub multiplier: Tolerance,
 }
 
@@ -88,8 +88,8 @@ pub struct IterationRecord {
 /// Number of iterations that [`still_falls`] considers.
 const JUDGED: usize = 5;
 
-/// Whether over the last iterations the balance of forces fell to less than half without an
-/// increase of the contact residual: more iterations would then probably converge.
+/// Whether, over the last iterations, the force residual fell to less than half without an increase
+/// of the contact residual; if so, more iterations would probably converge.
 pub fn still_falls(iterations: &[IterationRecord]) -> bool {
     let [first, .., last] = &iterations[iterations.len().saturating_sub(JUDGED)..] else { return false };
     last.residual < 0.5 * first.residual && last.contact <= first.contact
@@ -113,11 +113,11 @@ pub struct StepReport {
     pub rounded: Option<f64>,
 }
 
-/// An increment below this fraction of the positions is round-off: that of x = X + d, times the sum
-/// over a mortar row.
+/// An increment below this fraction of the positions is round-off, namely that of x = X + d
+/// multiplied by the summation over a mortar row.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Largest relative residual that round-off of the positions may leave: a stiff penalty amplifies
+/// Largest relative residual that round-off of the positions may leave; a stiff penalty amplifies
 /// it.
 const ROUNDED: f64 = 1e-8;
 
@@ -140,8 +140,8 @@ const NEARLY: f64 = 1e-5;
 /// Largest ratio of two increments for which the next one is predicted.
 const CONTRACTION: f64 = 0.1;
 
-/// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its
-/// upper bound.
+/// Ratio of the relative residual of a linear solve to the scaled residual of the nonlinear
+/// equations, and the upper bound on the former.
 const FORCING: f64 = 1e-2;
 const LOOSEST_SOLVE: f64 = 1e-4;
 
@@ -149,11 +149,11 @@ const LOOSEST_SOLVE: f64 = 1e-4;
 /// as divergence.
 const DIVERGED: f64 = 1e8;
 
-/// Initial unknowns of an iteration.
+/// Initial unknowns of Newton's method.
 pub(crate) struct Start<P: StepProblem> {
     /// y. Its prescribed entries may still hold the last step's values.
     pub unknowns: Vec<f64>,
-    /// Geometry of its displacements, if known.
+    /// Geometry at these displacements, if known.
     pub geometry: Option<P::Geometry>,
     /// Whether the step begins here.
     pub at_start: bool,
@@ -172,8 +172,8 @@ impl<P: StepProblem> From<Evaluated<P>> for Start<P> {
     }
 }
 
-/// Solves F(y) = 0 from `start` to the prescribed values of `target`. The Dirichlet increment is
-/// applied through the tangent: K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
+/// Solves F(y) = 0 with the prescribed values of `target`, starting from `start`. The first solve
+/// applies the Dirichlet increment through the tangent: K_ff Δy_f = −F_f − K_fp Δy_p.
 ///
 /// If round-off of the positions keeps the residual above the tolerances, the iteration ends there:
 /// the increment is a few units in the last place of the positions, and the residual no longer
@@ -211,7 +211,7 @@ struct Run<'r, 's, P: StepProblem> {
     target: &'r [f64],
     options: &'r NewtonOptions,
     iteration: Iteration,
-    /// The latest trial, at which the equations may have no value.
+    /// The latest trial, at which the equations may be undefined.
     y: Vec<f64>,
     progress: Progress,
     records: Vec<IterationRecord>,
@@ -254,7 +254,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             }
             finite(&increment, "the Newton increment")?;
             wanted = if last_size > NEARLY { Wanted::Both } else { Wanted::Residual };
-            // a first increment contains the prescribed motion, so it is taken in full
+            // the first increment contains the prescribed motion, so it is taken in full
             let base = Base::from(at);
             let (next, step_length) = match iteration {
                 1 => (self.try_length(&base, &increment, 1.0, wanted)?, 1.0),
@@ -283,7 +283,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             } else if !(size < DIVERGED * reference) {
                 return Err(StepFailureKind::Diverged);
             }
-            // when damped, the residual falls in each iteration, so no active set can recur
+            // with damping, the residual falls in each iteration, so no active set can recur
             let cycle = sets.cycling(&at.active_set);
             if let (Some(nodes), false, false) = (cycle, progress.damped, progress.since == 0) {
                 return Err(StepFailureKind::Cycling { nodes });
@@ -302,15 +302,16 @@ impl<P: StepProblem> Run<'_, '_, P> {
         Ok(Evaluated { residual, scales, ..again })
     }
 
-    /// Returns the first of the fractions α = 1, 1/2, … 1/16 of the increment for which the
-    /// residual exists and is small enough, together with α; if none is small enough, the best.
+    /// Returns the evaluation at the first of the fractions α = 1, 1/2, … 1/16 of the increment for
+    /// which the residual exists and is small enough, together with α. If none is small enough, it
+    /// returns the best.
     ///
     /// A full increment may increase the residual, as often happens on the way to the right active
     /// set. After a stall or an outburst, increments are damped: the residual must fall as the
     /// linear model predicts. Newton's increment is a descent direction for the norm of the
     /// residual wherever the equations are differentiable. Damping therefore also ends cycles
-    /// between branches of the friction law, which a smaller load increment does not end (at first
-    /// contact the problem is homogeneous). Scales are frozen at the start.
+    /// between branches of the friction law, which a smaller load increment would not end (at first
+    /// contact, the problem is homogeneous). Scales are frozen at the start of the line search.
     fn advance(
         &mut self,
         start: &Base,
@@ -376,8 +377,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
 }
 
 /// The data of an iteration's initial state that are still needed once the increment is known. The
-/// state's geometry and laws are dropped before the next state is evaluated, which reuses their
-/// memory.
+/// state's geometry and laws are dropped before the next state is evaluated, so that it can reuse
+/// their memory.
 struct Base {
     unknowns: Vec<f64>,
     residual: Vec<f64>,
@@ -392,7 +393,7 @@ impl<P: StepProblem> From<Evaluated<P>> for Base {
     }
 }
 
-/// The decrease of the residual.
+/// Tracks the decrease of the residual.
 #[derive(Default)]
 struct Progress {
     best: Option<f64>,
@@ -457,11 +458,11 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
     values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
-/// Estimate of the norms of the next increments (displacements, multipliers): the last ones,
-/// reduced by their ratio to the previous ones, if full increments contract fast and the active set
-/// does not change. Newton's method contracts the next one by the square of that ratio. (Deuflhard,
-/// Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary Differential
-/// Equations II, IV.8.)
+/// Estimates the norms of the next increments (displacements, multipliers). If full increments
+/// contract fast and the active set does not change, these are the last norms times their ratio to
+/// the previous norms. Newton's method actually contracts the next increment by the square of that
+/// ratio. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary
+/// Differential Equations II, IV.8.)
 fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f64) {
     let rate = |before: f64, last: f64| if last < CONTRACTION * before { last / before } else { 1.0 };
     let Some(before) = before.filter(|b| b.step_length == 1.0 && last.step_length == 1.0) else {
@@ -482,7 +483,7 @@ fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolera
         && tolerances.multiplier.allows_increment(record.multiplier, next.1, scales.multiplier)
 }
 
-/// Number of iterations that show which statuses change.
+/// Number of recent iterations in which changes of status are reported.
 const RECENT: usize = 8;
 
 /// Detects an active set that recurs.
@@ -492,7 +493,7 @@ struct ActiveSets {
 }
 
 impl ActiveSets {
-    /// Adds the set of this iteration. `Some(positions that change)` if the set was entered at
+    /// Adds the set of this iteration. Returns the positions that change if this set was entered at
     /// least three times before.
     fn cycling(&mut self, now: &[u8]) -> Option<Vec<u32>> {
         let changed = self.history.last().is_some_and(|last| last != now);
@@ -518,7 +519,7 @@ mod tests {
     use slipstick_linalg::SolverChoice;
 
     /// By definition: an absolute bound applies to the norm and to the last increment, a relative
-    /// one to the fraction of the scale and to the next increment.
+    /// bound to the fraction of the scale and to the next increment.
     #[test]
     fn bounds_are_on_norms_or_on_parts_of_scales() {
         let (absolute, relative) = (Tolerance::Absolute(0.1), Tolerance::Relative(0.1));
@@ -531,8 +532,8 @@ mod tests {
         assert!(relative.allows_increment(7.0, 0.05, 50.0) && !relative.allows_increment(0.05, 7.0, 50.0));
     }
 
-    /// By hand: a contraction by a hundred is expected again, a damped increment or a contraction
-    /// by less than ten is not.
+    /// By hand: a contraction by a factor of 100 is expected to repeat; after a damped increment,
+    /// or a contraction by less than 10, none is expected.
     #[test]
     fn increments_are_foreseen_by_their_contraction() {
         let record = |displacement: f64, multiplier: f64, step_length: f64| IterationRecord {
@@ -547,7 +548,7 @@ mod tests {
         };
         let last = record(1e-4, 3e-2, 1.0);
         close(foreseen(None, &last), (1e-4, 3e-2));
-        // the slower of the two: 1/100 and 1/50
+        // the slower contraction of the two, 1/100 and 1/50
         close(foreseen(Some(&record(1e-2, 1.5, 1.0)), &last), (1e-4 / 50.0, 3e-2 / 50.0));
         close(foreseen(Some(&record(1e-3, 30.0, 1.0)), &last), (1e-4, 3e-2));
         close(foreseen(Some(&record(1e-2, 1.5, 0.5)), &last), (1e-4, 3e-2));
@@ -555,8 +556,8 @@ mod tests {
         close(foreseen(Some(&record(1e-2, 0.0, 1.0)), &record(1e-4, 0.0, 1.0)), (1e-6, 0.0));
     }
 
-    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and this
-    /// is remembered.
+    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and the
+    /// stall is remembered.
     #[test]
     fn a_stall_is_three_iterations_without_progress() {
         let damped = |sizes: &[f64]| {
@@ -572,8 +573,9 @@ mod tests {
     }
 
     /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α
-    /// factor| times the previous one. Full increments are accepted up to a growth by a factor of
-    /// 3; beyond that, the first of 1, 1/2 … 1/16 for which the residual falls, or the best.
+    /// factor| times the previous one. Full increments are accepted up to a growth by a factor of 3.
+    /// Beyond that, the first of 1, 1/2 … 1/16 for which the residual falls is accepted, or the
+    /// best.
     #[test]
     fn increments_are_damped_after_an_outburst() {
         let fixed = [true, true, true, false, false, false];
@@ -622,7 +624,7 @@ mod tests {
         assert_eq!(verdicts[6], Some(vec![1]));
         let mut sets = ActiveSets::default();
         assert!((0..20).all(|_| sets.cycling(&[1, 2]).is_none()));
-        // one excursion from a set that held for long is not a cycle
+        // one excursion from a set that persisted for long is not a cycle
         assert!([[1, 1], [1, 2]].iter().all(|set| sets.cycling(set).is_none()));
     }
 }

@@ -1,12 +1,12 @@
-//! Uzawa's iteration on the smallest problem that has it, against the solution by hand: a spring
-//! presses a node onto the ground, with a multiplier of the augmented Lagrangian.
+//! Compares Uzawa's iteration on the smallest problem that uses it with a solution by hand: a
+//! spring presses a node onto the ground, with a multiplier of the augmented Lagrangian.
 //!
 //! ```text
 //! p = max(0, ζ − ε u)        F = φ (u − v) − p = 0        C = ζ − p = 0        v = −t
 //! ```
 //!
-//! At the solution u = 0 and ζ = φ t. With held ζ, each inner solve leaves the fraction φ/(φ + ε) of
-//! the violation.
+//! At the solution, u = 0 and ζ = φ t. With ζ held, each inner solve leaves the fraction φ/(φ + ε)
+//! of the violation.
 
 use crate::{
     Attempt, Evaluated, Explicit, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Observed,
@@ -176,7 +176,7 @@ fn pressed(problem: &Pressed, times: &[f64]) -> Result<(Path, f64), Box<MarchFai
 
 const ACCELERATED: UzawaOptions = UzawaOptions { tolerance: 1e-10, max_iterations: 20, memory: 5 };
 
-/// The plain and the accelerated iteration end at u = 0, ζ = φ t, also for a soft penalty, and the
+/// The plain and the accelerated iterations end at u = 0, ζ = φ t even for a soft penalty, and the
 /// gradient dζ/dφ = t does not depend on the iteration.
 #[test]
 fn uzawa_finds_the_multiplier() {
@@ -192,7 +192,7 @@ fn uzawa_finds_the_multiplier() {
     }
 }
 
-/// By hand: with ε = φ/40, each plain iteration leaves 40/41 of the violation, so that 20 iterations
+/// By hand: with ε = φ/40, each plain iteration leaves 40/41 of the violation, so 20 iterations
 /// leave over half of it.
 #[test]
 fn uzawa_reports_that_it_was_too_slow() {

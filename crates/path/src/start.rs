@@ -1,4 +1,4 @@
-//! Initial guesses for Newton's method that look ahead of the last state.
+//! Initial guesses for Newton's method that predict beyond the last state.
 //!
 //! An initial guess affects the iterations, not the solution. All guesses are tried before the
 //! increment is cut back.
@@ -11,10 +11,10 @@ use slipstick_linalg::{Ranks, own_range};
 /// Initial guess of Newton's method in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StartValues {
-    /// At the last state.
+    /// Starts at the last state.
     Previous,
-    /// On the line through the last two states if the prescribed motion continues steadily,
-    /// otherwise at the last state.
+    /// Starts on the line through the last two states if the prescribed motion continues steadily,
+    /// and otherwise at the last state.
     #[default]
     Extrapolated,
 }
@@ -23,27 +23,28 @@ pub enum StartValues {
 /// at which the motion counts as steady.
 const STEADY: f64 = 0.1;
 
-/// The path of a nearby problem, such as the previous design, whose increments are followed.
+/// The path of a nearby problem, such as that of the previous design; initial guesses follow its
+/// increments.
 ///
-/// Single precision is enough for that. With several ranks, each has its part of the unknowns
+/// Single precision is sufficient. With several ranks, each rank has its part of the unknowns
 /// ([`own_range`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Guide {
     times: Vec<f64>,
     unknowns: Vec<Vec<f32>>,
-    /// Number of all unknowns of a state.
+    /// Total number of unknowns of a state.
     length: usize,
     /// Whether its sub-steps are also used.
     holds_steps: bool,
 }
 
-/// Why numbers do not form a [`Guide`].
+/// Why given numbers do not form a valid [`Guide`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum GuideError {
     /// Times must start at 0 and ascend, one for each list of unknowns.
     #[error("times do not ascend from 0, or do not match the number of states")]
     Times,
-    /// States must be finite and have the same length, that of this rank's part.
+    /// States must be finite and have the length of this rank's part.
     #[error("states have different or wrong lengths, or are not finite")]
     Unknowns,
 }
@@ -65,7 +66,7 @@ impl Guide {
         }
     }
 
-    /// The same guide for paths that must also use its sub-steps, as long as they converge: with
+    /// The same guide, but paths must also use its sub-steps as long as they converge: with
     /// friction, a path with different steps is a different function of the design.
     pub fn holding_steps(self) -> Self {
         Self { holds_steps: true, ..self }
@@ -77,13 +78,13 @@ impl Guide {
         Self { unknowns: vec![Vec::new(); times.len()], times, length: 0, holds_steps: true }
     }
 
-    /// The time of the guide's next state after `time`, if its steps are to be used.
+    /// The time of the guide's next state after `time`, if paths must use the guide's steps.
     pub(crate) fn next_step(&self, time: f64) -> Option<f64> {
         self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
     }
 
-    /// Builds a guide from pseudo-times, ascending from 0, and for each time this rank's part of
-    /// the `length` unknowns ([`own_range`]); on one rank, this part is all of them.
+    /// Builds a guide from pseudo-times, ascending from 0, and, for each time, this rank's part of
+    /// the `length` unknowns ([`own_range`]). On one rank, this part is all of them.
     ///
     /// # Errors
     /// [`GuideError`].
@@ -115,8 +116,8 @@ impl Guide {
         self.length
     }
 
-    /// Runs a task on the first rank that requests the unknowns of states by number. All ranks must
-    /// call this; the other ranks send their parts meanwhile and get `None`.
+    /// Runs a task on the first rank, which requests the unknowns of states by number. All ranks
+    /// must call this; the other ranks send their parts meanwhile and get `None`.
     pub fn with_unknowns<R>(
         &self,
         ranks: &dyn Ranks,
@@ -125,7 +126,7 @@ impl Guide {
         on_first(ranks, |index| self.whole(index, ranks), work)
     }
 
-    /// The unknowns of a state from all ranks.
+    /// The unknowns of a state, gathered from all ranks.
     fn whole(&self, index: usize, ranks: &dyn Ranks) -> Vec<f32> {
         if ranks.size() == 1 {
             return self.unknowns[index].clone();
@@ -160,8 +161,8 @@ impl Guide {
     }
 }
 
-/// Initial guesses for the step from the path's last state to `time`, best first; the last one is
-/// the last state.
+/// Initial guesses for the step from the path's last state to `time`, best first; the final guess
+/// is the last state.
 pub(crate) fn candidates<P: StepProblem>(
     problem: &P,
     path: &Path,
@@ -196,8 +197,8 @@ fn prescribed<P: StepProblem>(problem: &P) -> impl Iterator<Item = (usize, &bool
     unknowns.fixed(Held::None).iter().enumerate().take(unknowns.displacements)
 }
 
-/// The line through the last two states at `time`; `None` if there are no two states, or if the
-/// prescribed motion or a load does not continue as before.
+/// The extrapolation of the last two states to `time`; `None` if the path has fewer than two
+/// states, or if the prescribed motion or a load does not continue as before.
 fn extrapolated<P: StepProblem>(problem: &P, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
     if last.rest {
@@ -234,8 +235,8 @@ mod tests {
         Guide::from_parts(vec![0.0, 0.5, 2.0], unknowns, 2, &Alone).unwrap()
     }
 
-    /// By hand: a time is a fraction of the way between two states, and the increment between two
-    /// times is added to the last state.
+    /// By hand: a time lies at a fraction of the way between two states, and the increment between
+    /// two times is added to the last state.
     #[test]
     fn a_guide_is_linear_between_its_states() {
         let guide = guide();
@@ -287,7 +288,7 @@ mod tests {
         Path { states: vec![at(1.0), at(1.5)], steps: 0, factor_bytes: 0 }
     }
 
-    /// By hand: the line continues to 2.25 by one and a half of the last increment, as long as
+    /// By hand: the line continues to 2.25 by one and a half times the last increment, as long as
     /// motion and loads continue as before, up to a tenth of their increments.
     #[test]
     fn start_values_go_on_where_motion_and_loads_do() {
@@ -316,7 +317,7 @@ mod tests {
             close(&starts(&spring, StartValues::Extrapolated), &expected[usize::from(!steady)..]);
             close(&starts(&spring, StartValues::Previous), &[last]);
         }
-        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path
+        // a motion that reverses, motions that are off by 0.3 and 0.04 of the increment, and a path
         // that has restarted
         let spring = Spring::default();
         for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
@@ -330,7 +331,7 @@ mod tests {
         close(&candidates(&spring, &anew, 2.25, StartValues::Extrapolated, None, &Alone), &[last]);
     }
 
-    /// Steps of a linear spring that start on the line through the last two states start at their
+    /// For a linear spring, steps that start on the line through the last two states start at the
     /// solution.
     #[test]
     fn a_linear_path_is_extrapolated() {

@@ -10,8 +10,8 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Responses of a path, as the sweep uses them: functions of its states, with explicit partial
-/// derivatives.
+/// Responses of a path in the form that the sweep uses: functions of its states, with explicit
+/// partial derivatives.
 pub trait PathResponses<P: StepProblem> {
     /// Number of responses.
     fn count(&self) -> usize;
@@ -43,9 +43,9 @@ pub struct Observed<'a, P: StepProblem> {
     pub previous: &'a StepState,
     /// The state.
     pub state: &'a StepState,
-    /// The step from one to the other.
+    /// The step from the previous state to this one.
     pub step: &'a P::Step,
-    /// Its equations at the state, with derivatives.
+    /// The step's equations at the state, with derivatives.
     pub evaluated: &'a Evaluated<P>,
 }
 
@@ -64,7 +64,7 @@ pub struct Explicit<'a> {
     pub gradient: &'a mut PathGradient,
 }
 
-/// Derivatives of a response of a path.
+/// Total derivatives of a response of a path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PathGradient {
     /// dθ/dφ.
@@ -119,8 +119,8 @@ pub fn sweep<P: StepProblem>(
     sweep_states(solver, path, 0..path.states.len(), responses, options)
 }
 
-/// As [`sweep()`], through the states of one load case, of which the first is at rest: the
-/// contribution of this load case to the derivatives.
+/// Like [`sweep()`], but only through the states of one load case, the first of which is at rest.
+/// The result is the contribution of this load case to the derivatives.
 ///
 /// # Errors
 /// As [`sweep()`].
@@ -156,7 +156,7 @@ pub fn sweep_states<P: StepProblem>(
     Ok(gradients)
 }
 
-/// Number of previous solutions λ in the sweep that span the next initial guess.
+/// Number of previous solutions λ of the sweep that span the next initial guess.
 const RECENT: usize = 4;
 
 /// The adjoint of one response.
@@ -165,7 +165,7 @@ struct ResponseAdjoint {
     gradient: PathGradient,
     /// The pull-back from the next step of the path.
     carry: PreviousPullBack,
-    /// The latest solutions, the last one first.
+    /// The latest solutions, most recent first.
     solutions: VecDeque<Vec<f64>>,
 }
 
@@ -209,7 +209,7 @@ struct Run<'r, 's, P: StepProblem> {
     responses: &'r mut dyn PathResponses<P>,
     options: &'r SweepOptions,
     adjoints: Vec<ResponseAdjoint>,
-    /// Geometry of the state to be treated next, if the step after it has evaluated it.
+    /// Geometry of the next state to treat, if the step after that state has evaluated it.
     geometry: Option<P::Geometry>,
     /// Factors of a later state of the path, with its index.
     factors: Option<(usize, Arc<KeptFactors>)>,
@@ -312,7 +312,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         Ok(())
     }
 
-    /// ∂θ/∂y_n and what later steps add to it; `None` if it vanishes. The carry is taken.
+    /// ∂θ/∂y_n plus the contributions of later steps; `None` if it vanishes. Consumes the carry.
     fn right_hand_side(
         &mut self,
         response: usize,
@@ -342,8 +342,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
     }
 }
 
-/// The factors to solve with at the state `index`: the march's or those of a later state, whichever
-/// is nearer.
+/// The factors for the solve at the state `index`: those of the march or of a later state,
+/// whichever is nearer.
 fn nearest(path: &Path, index: usize, later: Option<&(usize, Arc<KeptFactors>)>) -> Option<Arc<KeptFactors>> {
     let here = &path.states[index];
     let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));

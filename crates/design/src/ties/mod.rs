@@ -10,18 +10,19 @@ use thiserror::Error;
 
 use crate::filter::CellGrid;
 
-/// Largest distance between the image of a centroid and a centroid, or between two centroids along a
-/// column, relative to the distance between neighbouring centroids.
+/// Largest allowed distance of the image of a centroid from a centroid, or of two centroids of a
+/// column across its axis, relative to the distance between neighbouring centroids.
 const TOLERANCE: f64 = 0.1;
 
 /// Centroids of different columns are at least this far apart, relative to the distance between
 /// neighbouring centroids.
 const APART: f64 = 0.5;
 
-/// Why elements cannot be tied. Elements are positions in the list of the [`Places`].
+/// Why elements cannot be tied. Elements are given as positions in the list of the [`Places`].
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum TieError {
-    /// An element has no image; of all such, the one that is farthest from having one.
+    /// An element has no image. If several have none, this is the one whose image is farthest from
+    /// a centroid.
     #[error("the image of element {element} lies {distance:e} from the nearest centroid, {ratio:.2} element sizes")]
     NoImage {
         /// The element.
@@ -32,22 +33,22 @@ pub enum TieError {
         nearest: usize,
         /// The distance to it. \[L\]
         distance: f64,
-        /// This distance over that between neighbouring centroids.
+        /// This distance divided by that between neighbouring centroids.
         ratio: f64,
-        /// How many elements have no image.
+        /// Number of elements without an image.
         count: usize,
     },
-    /// An element repeats too often or not often enough.
+    /// An element has too many or too few repetitions.
     #[error("from element {element} on, the pattern has {found} repetitions instead of {count}")]
     Repetitions {
         /// The first element of its row.
         element: usize,
-        /// How many elements its row has.
+        /// Number of elements in its row.
         found: usize,
-        /// How many it should have.
+        /// Required number.
         count: usize,
-        /// Distance of the image of its last element from the nearest centroid, over that between
-        /// neighbouring centroids.
+        /// Distance of the image of its last element from the nearest centroid, divided by that
+        /// between neighbouring centroids.
         ratio: f64,
     },
     /// Two elements are neither in the same column nor side by side.
@@ -59,15 +60,15 @@ pub enum TieError {
         second: usize,
         /// Distance of their centroids, measured across the axis. \[L\]
         distance: f64,
-        /// This distance over that between neighbouring centroids.
+        /// This distance divided by that between neighbouring centroids.
         ratio: f64,
     },
 }
 
-/// Groups of elements of a list; at first, each element is a group by itself.
+/// Groups of elements of a list; initially, each element is its own group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ties {
-    /// A smaller element of the same group, or the element itself if it is the smallest.
+    /// A lower-numbered element of the same group, or the element itself if it is the lowest.
     parent: Vec<u32>,
 }
 
@@ -91,7 +92,7 @@ impl Ties {
     ///
     /// # Panics
     ///
-    /// If there are no such elements.
+    /// If one of the elements does not exist.
     pub fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.first(a), self.first(b));
         self.parent[a.max(b)] = a.min(b) as u32;
@@ -105,14 +106,14 @@ impl Ties {
     pub fn first(&mut self, element: usize) -> usize {
         let mut at = element;
         while self.parent[at] as usize != at {
-            // halves the way for the next search
+            // halves the path for the next search
             self.parent[at] = self.parent[self.parent[at] as usize];
             at = self.parent[at] as usize;
         }
         at
     }
 
-    /// Ties each element to its image under a motion that takes the list onto itself.
+    /// Ties each element to its image under a motion that maps the list onto itself.
     ///
     /// # Errors
     ///
@@ -136,7 +137,8 @@ impl Ties {
         Ok(())
     }
 
-    /// Ties the elements of `count` equal cells, each one `step` \[L\] further than the one before.
+    /// Ties the corresponding elements of `count` equal cells, each displaced by `step` \[L\] from
+    /// the previous one.
     ///
     /// # Errors
     ///
@@ -161,13 +163,13 @@ impl Ties {
         Ok(())
     }
 
-    /// Ties the elements that lie in a column along a direction, which need not be a unit vector and is
-    /// not zero.
+    /// Ties the elements that lie in a column along a nonzero direction, which need not be a unit
+    /// vector.
     ///
     /// # Errors
     ///
-    /// [`TieError::Columns`] if the elements do not form columns: two of them are neither within a
-    /// tenth of an element size of a line along the direction, nor half an element size apart.
+    /// [`TieError::Columns`] if the elements do not form columns, because two of them lie more than
+    /// a tenth but less than half an element size apart across the direction.
     pub fn extruded(&mut self, places: &Places, direction: [f64; 3]) -> Result<(), TieError> {
         if places.len() < 2 {
             return Ok(());
@@ -194,7 +196,7 @@ impl Ties {
     ///
     /// # Panics
     ///
-    /// If the numbers of members and of elements of the part differ, or there is no such member.
+    /// If the numbers of members and of elements of the part differ, or a member does not exist.
     pub fn add(&mut self, members: &[u32], mut part: Self) {
         assert_eq!(members.len(), part.len(), "one member for each element of the part");
         for element in 0..part.len() {
@@ -207,7 +209,7 @@ impl Ties {
 struct Image {
     nearest: usize,
     distance: f64,
-    /// The distance over the smaller spacing of the two elements.
+    /// The distance divided by the smaller spacing of the two elements.
     ratio: f64,
 }
 
@@ -248,7 +250,7 @@ mod tests {
         ties.symmetric(&cubes(), &Motion::Mirror { through: [2.0, 0.0, 0.0], normal: [1.0, 0.0, 0.0] }).unwrap();
         let (pairs, count) = groups(&mut ties);
         assert_eq!((pairs[1].clone(), pairs[4].clone(), count), (vec![1, 13], vec![4, 8], 8));
-        // a second plane, and elements in its middle that are their own images
+        // a second plane, through elements that are their own images
         ties.symmetric(&cubes(), &Motion::Mirror { through: [0.0, 1.0, 1.0], normal: [0.0, 1.0, -1.0] }).unwrap();
         let (groups, count) = groups(&mut ties);
         assert_eq!((groups[0].clone(), groups[1].clone(), count), (vec![0, 12], vec![1, 2, 13, 14], 6));
@@ -271,7 +273,7 @@ mod tests {
         let mut ties = Ties::new(16);
         ties.extruded(&cubes(), [-3.0, 0.0, 0.0]).unwrap();
         assert_eq!((groups(&mut ties).0[1].clone(), groups(&mut ties).1), (vec![1, 5, 9, 13], 4));
-        // the same mesh, turned
+        // the same mesh, rotated
         let turn = Motion::Rotation { through: [0.3; 3], axis: [1.0, 2.0, 3.0], folds: 7 };
         let [start, end] = [[0.0; 3], [1.0, 0.0, 0.0]].map(|point| turn.image(point));
         let turned = Places::new(cubes().points().iter().map(|&point| turn.image(point)).collect());
@@ -289,8 +291,8 @@ mod tests {
         assert_eq!(groups(&mut whole), (vec![vec![0, 3, 5]], 4));
     }
 
-    /// A twentieth of an element is within the tolerance; a fifth is not, and the worst element is
-    /// named.
+    /// A twentieth of an element is within the tolerance; a fifth is not, and the error names the
+    /// worst element.
     #[test]
     fn errors_say_by_how_much() {
         let mirror = Motion::Mirror { through: [2.0, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };

@@ -3,8 +3,7 @@
 /// A rigid motion or a reflection. Lengths in \[L\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
-    /// Reflection at the plane through a point, with this normal; need not be a unit vector, is not
-    /// zero.
+    /// Reflection at the plane through a point; the nonzero normal need not be a unit vector.
     Mirror {
         /// A point on the plane.
         through: [f64; 3],
@@ -15,9 +14,9 @@ pub enum Motion {
     Rotation {
         /// A point on the axis.
         through: [f64; 3],
-        /// Direction of the axis; need not be a unit vector, is not zero.
+        /// Nonzero direction of the axis; need not be a unit vector.
         axis: [f64; 3],
-        /// The rotation is by 1/`folds` of a full turn; at least 1.
+        /// The rotation is 1/`folds` of a full turn; at least 1.
         folds: usize,
     },
     /// Translation by a vector.
@@ -25,7 +24,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Where the motion takes a point.
+    /// The image of a point under the motion.
     pub fn image(&self, point: [f64; 3]) -> [f64; 3] {
         match *self {
             Self::Mirror { through, normal } => {
@@ -65,7 +64,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Axes of the coordinate system stay exact.
+/// The unit vector along `a`; coordinate axes are returned exactly.
 fn unit(a: [f64; 3]) -> [f64; 3] {
     let length = dot(a, a).sqrt();
     a.map(|x| x / length)

@@ -1,4 +1,4 @@
-//! Centroids of elements, their spacing, and which is nearest to a point.
+//! Centroids of elements, their spacing, and the search for the one nearest to a point.
 
 use rayon::prelude::*;
 
@@ -8,8 +8,8 @@ use crate::filter::CellGrid;
 #[derive(Clone, Debug)]
 pub struct Places {
     points: Vec<[f64; 3]>,
-    /// Distance of each from the nearest other one, a measure of the element's size; infinite for a
-    /// single one.
+    /// Distance of each centroid from the nearest other one, a measure of the element size;
+    /// infinite if there is only one.
     spacing: Vec<f64>,
 }
 
@@ -46,13 +46,14 @@ impl Places {
     }
 }
 
-/// For each of the places `to`, the nearest of the `points`, of several the first; with `others`, the
-/// two lists are the same, and a point is not compared with itself. `None` if there is no point.
+/// For each of the places `to`, the nearest of the `points` (the first one if several are equally
+/// near). With `others`, the two lists are the same, and a point is not compared with itself.
+/// `None` if there is no point.
 fn nearest(points: &[[f64; 3]], to: &[[f64; 3]], others: bool) -> Vec<Option<(usize, f64)>> {
     let mut found = vec![None; to.len()];
     let all = || points.iter().chain(to);
     let side = (0..3).map(|k| extent(all().map(|x| x[k]))).fold(0.0, f64::max);
-    // the spacing of as many points in the cube around all
+    // the spacing of this many points evenly distributed in the bounding cube
     let mut radius = side / (points.len().max(1) as f64).cbrt() + f64::MIN_POSITIVE;
     let mut open: Vec<usize> = (0..to.len()).collect();
     while !open.is_empty() {

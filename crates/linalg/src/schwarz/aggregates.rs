@@ -1,4 +1,4 @@
-//! Aggregates: small compact sets of nodes of one body that strong couplings connect, with the rigid
+//! Aggregates, which are small compact sets of strongly coupled nodes of one body, and the rigid
 //! motions of each.
 
 use super::Nodes;
@@ -11,13 +11,13 @@ use std::collections::BTreeMap;
 /// Rigid motions of an aggregate.
 pub(super) const MODES: usize = 6;
 
-/// Maximum number of nodes of an aggregate. With half of it, iterations become a tenth fewer and the
-/// coarse factors three times as large.
+/// Maximum number of nodes of an aggregate. Half as many would save a tenth of the iterations and
+/// triple the size of the coarse factors.
 const LEAF: usize = 48;
 
-/// A coupling connects nodes if it is larger than this, relative to the geometric mean of their
-/// diagonal blocks. Neighbours of equal stiffness have 0.1 to 0.3; between solid and an element of
-/// density 10⁻³, whose stiffness is 10⁻⁹, there are 3·10⁻⁵.
+/// A coupling connects nodes if it exceeds this value, relative to the geometric mean of their
+/// diagonal blocks. Typical values are 0.1 to 0.3 between neighbours of equal stiffness, and 3·10⁻⁵
+/// between solid and an element of density 10⁻³, whose stiffness is 10⁻⁹.
 const STRENGTH: f64 = 0.02;
 
 /// A rigid motion counts if this much of it is independent of the others.
@@ -28,11 +28,12 @@ const INDEPENDENT: f64 = 1e-3;
 pub(super) struct Aggregates {
     /// Number of motions of each aggregate, at most [`MODES`].
     pub modes: Vec<u8>,
-    /// Aggregate of each unknown and its displacement in each motion; multipliers have none.
+    /// Aggregate of each unknown, and the unknown's displacement in each motion; `None` for
+    /// multipliers.
     pub motions: Vec<Option<(u32, [f64; MODES])>>,
 }
 
-/// Couplings between vertices, from the displacements' entries: ‖a_ij‖ in the Frobenius norm.
+/// Couplings between vertices: the Frobenius norm ‖a_ij‖ of the displacements' entries.
 fn couplings(a: &CsrMatrix, vertices: &Vertices, moves: &(impl Fn(u32) -> bool + Sync), v: usize) -> Vec<(u32, f64)> {
     let mut row: BTreeMap<u32, f64> = BTreeMap::new();
     for &i in vertices.members(v).iter().filter(|&&i| moves(i)) {
@@ -45,7 +46,7 @@ fn couplings(a: &CsrMatrix, vertices: &Vertices, moves: &(impl Fn(u32) -> bool +
 }
 
 impl Aggregates {
-    /// The nodes of each body in boxes, and there in connected sets.
+    /// Divides the nodes of each body into boxes, and the nodes of each box into connected sets.
     pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Self {
         let count = nodes.coordinates.len() as u32;
         let origins = a.pattern.origins();
@@ -116,7 +117,7 @@ impl Aggregates {
     }
 }
 
-/// Sets of vertices of a leaf that strong couplings connect.
+/// Sets of vertices of a leaf that are connected by strong couplings.
 fn components(
     a: &CsrMatrix,
     vertices: &Vertices,
@@ -153,7 +154,8 @@ fn identity(count: usize) -> Vec<[f64; MODES]> {
     (0..count).map(|i| std::array::from_fn(|k| f64::from(u8::from(i == k)))).collect()
 }
 
-/// Translations, and rotations about the centre, for unknowns at positions and in directions.
+/// Values of the translations, and of the rotations about the centre, at unknowns with given
+/// positions and directions.
 fn rigid_motions(members: &[u32], place: impl Fn(u32) -> ([f64; 3], usize)) -> Vec<[f64; MODES]> {
     let mut centre = [0.0; 3];
     for &i in members {
@@ -205,8 +207,8 @@ fn independent(mut rows: Vec<[f64; MODES]>) -> (Vec<[f64; MODES]>, usize) {
 mod tests {
     use super::*;
 
-    /// Source: the motions x ↦ t + ω × x of any rigid body; the columns are orthonormal and their
-    /// combinations reproduce each of these motions.
+    /// Source: the motions of any rigid body are x ↦ t + ω × x. The columns are orthonormal, and
+    /// their combinations reproduce each of these motions.
     #[test]
     fn rigid_motions_are_spanned() {
         let places = [[0.0, 0.1, 0.0], [2.0, 0.0, 0.3], [0.2, 1.5, -1.0], [1.0, 1.0, 2.0]];
@@ -226,7 +228,7 @@ mod tests {
             let found: f64 = (0..6).map(|k| rows[i][k] * dot(k, &motion)).sum();
             assert!((found - expected).abs() < 1e-13);
         }
-        // two nodes cannot turn about the line between them, and one node cannot turn at all
+        // two nodes cannot rotate about the line between them, and one node cannot rotate at all
         assert_eq!(independent(rigid_motions(&members[..6], at)).1, 5);
         assert_eq!(independent(rigid_motions(&members[..3], at)).1, 3);
     }

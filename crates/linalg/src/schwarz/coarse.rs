@@ -10,34 +10,36 @@ use crate::solver::{Factorization, FactorizationError, Precision};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Damping of the step of block Jacobi that smooths the motions. Those between 0.35 and 0.66 differ by
-/// at most two iterations.
+/// Damping of the block-Jacobi step that smooths the motions. Values between 0.35 and 0.66 change
+/// the number of iterations by at most two.
 const DAMPING: f64 = 0.5;
 
-/// Pivots of the scaled coarse matrix below which a coarse motion is free.
+/// Pivot of the scaled coarse matrix below which a coarse motion counts as free.
 const FREE: f64 = 1e-12;
 
 /// Solves in the span of a few motions: x = P (Rᵀ A P)⁻¹ Rᵀ b.
 ///
-/// The displacements in P and R are the same. Multipliers follow from them: they react to the
+/// The displacements in P and R are the same. Multipliers follow from them: they react to a
 /// violation of their contact conditions with the stiffness of the slave node, whose displacements
-/// are condensed as if its neighbours were fixed. The coarse matrix therefore knows that bodies touch,
-/// also where only contact holds a body. In R, these are the multipliers of the transposed matrix.
+/// are condensed as if its neighbours were fixed. The coarse matrix therefore takes contact into
+/// account, even where contact alone holds a body. In R, the multipliers are those of the
+/// transposed matrix.
 #[derive(Debug)]
 pub(super) struct Coarse {
     motions: Transfer,
-    /// The motions R with which equations are weighted: those of the transposed matrix.
+    /// The motions R that weight the equations, computed with the transposed matrix.
     weights: Transfer,
     /// First coarse unknown of each aggregate, then their total number.
     starts: Vec<usize>,
     factors: MultifrontalFactorization,
-    /// Number of additions of blocks in the Galerkin product.
+    /// Number of block additions in the Galerkin product.
     additions: f64,
 }
 
 impl Coarse {
     /// # Errors
-    /// [`FactorizationError::Singular`] if some motions are free, at an unknown of the coarse matrix.
+    /// [`FactorizationError::Singular`] if some motions are free; it names an unknown of the coarse
+    /// matrix.
     pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Result<Self, FactorizationError> {
         let aggregates = Aggregates::new(a, vertices, nodes);
         let displacement_rows = 3 * nodes.coordinates.len() as u32;
@@ -92,7 +94,7 @@ impl Coarse {
         &self.factors
     }
 
-    /// Cost of the Galerkin product: each addition of a block reads and writes one.
+    /// Cost of the Galerkin product: each block addition reads and writes one block.
     pub fn product_cost(&self) -> f64 {
         16.0 * MODES as f64 * self.additions
     }

@@ -8,8 +8,8 @@ use crate::symbolic::Symbolic;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Relative change of a row of a block that counts, and number of such rows with which the factors of
-/// the block are kept.
+/// Smallest relative change for which a row of a block counts as changed, and the number of changed
+/// rows up to which the factors of the block are kept.
 const CHANGE: f64 = 0.1;
 const MOST_ROWS: usize = 6;
 
@@ -27,21 +27,21 @@ impl Part {
     }
 }
 
-/// A subdomain: some unknowns, of which it owns a part, and the analysis of its block.
+/// A subdomain: a set of unknowns, some of which it owns, and the analysis of its block.
 #[derive(Debug)]
 pub(super) struct Subdomain {
     /// Unknowns of the block, ascending.
     pub unknowns: Vec<u32>,
-    /// Positions in `unknowns` of those that belong to this subdomain only.
+    /// Positions in `unknowns` of the unknowns that this subdomain owns.
     pub own: Vec<u32>,
-    /// Entry of the whole matrix for each entry of the block.
+    /// Position in the whole matrix of each entry of the block.
     entries: Vec<u32>,
     symbolic: Symbolic,
 }
 
 impl Subdomain {
-    /// The vertices `own` with `layers` of neighbours. Vertices that couple to very many others, those
-    /// of rigid bodies, can join, but do not bring theirs along.
+    /// The vertices `own` with `layers` of neighbours. Vertices of rigid bodies, which couple to
+    /// very many others, can be included, but their neighbours are not added.
     ///
     /// # Errors
     /// If the block cannot be analysed.
@@ -91,8 +91,8 @@ impl Subdomain {
         Ok(Self { unknowns, own, entries, symbolic })
     }
 
-    /// Factors of the block in single precision; the `earlier` ones if the block has hardly changed
-    /// since.
+    /// Factors of the block in single precision. Returns the `earlier` ones if the block has hardly
+    /// changed since.
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`]; unknowns are those of the whole matrix.
@@ -101,7 +101,7 @@ impl Subdomain {
         if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, &values)) {
             return Ok(earlier);
         }
-        // the earlier ones are dropped by now
+        // the earlier factors have been dropped by now
         let kept = values.iter().map(|&value| value as f32).collect();
         let block = CsrMatrix { pattern: self.symbolic.pattern().clone(), values };
         let factors = MultifrontalSolver::new(Precision::F32).factorize_matrix(&self.symbolic, &block);
@@ -128,7 +128,7 @@ impl Subdomain {
     }
 }
 
-/// Number of leading items below `wanted` in an ascending list; cheap if it is small.
+/// Number of leading items below `wanted` in an ascending list; fast if this number is small.
 fn gallop(list: &[u32], wanted: u32) -> usize {
     let mut step = 1;
     while step < list.len() && list[step] < wanted {
@@ -139,11 +139,11 @@ fn gallop(list: &[u32], wanted: u32) -> usize {
     low + list[low..high].partition_point(|&x| x < wanted)
 }
 
-/// The solutions of all subdomains for a right-hand side, added up: restricted additive Schwarz,
-/// which takes only the own unknowns of each solution, or its transpose, which takes only the own
-/// entries of the right-hand side.
+/// Adds up the solutions of all subdomains for a right-hand side. Restricted additive Schwarz uses
+/// only the owned unknowns of each solution; its transpose uses only the owned entries of the
+/// right-hand side.
 ///
-/// The sums run in the order of the subdomains.
+/// The sums are evaluated in the order of the subdomains.
 pub(super) fn solve(subdomains: &[Subdomain], parts: &[Arc<Part>], transpose: bool, rhs: &[f64], x: &mut [f64]) {
     let one = |(subdomain, part): (&Subdomain, &Arc<Part>)| {
         let factors = &part.factors;

@@ -3,21 +3,21 @@
 //!
 //! One application of the preconditioner consists of two steps:
 //!
-//! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns, each of
-//!    which is extended by the nodes around it. The blocks of the matrix on these overlapping
-//!    subdomains are factorized in single precision by the multifrontal solver. A slave node, its
-//!    multipliers and the opposite master nodes are neighbours in the graph of the matrix, so contact
-//!    conditions lie within subdomains, and the exact factors cope with their zero diagonal entries,
-//!    with unsymmetric slip couplings, and with stiff next to soft elements.
-//! 2. *Coarse space.* Within small boxes, nodes of a body that strong couplings connect form
-//!    aggregates, so solid and void do not share one. Each aggregate has the six rigid motions of its
-//!    reference coordinates, smoothed by a step of block Jacobi. The Galerkin product with these
-//!    motions, one coarse unknown for about 24 unknowns, is factorized too.
+//! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns. Each part
+//!    is extended by the nodes around it. The blocks of the matrix on these overlapping subdomains
+//!    are factorized in single precision by the multifrontal solver. A slave node, its multipliers
+//!    and the opposite master nodes are neighbours in the graph of the matrix, so contact
+//!    conditions lie within subdomains. The exact factors handle their zero diagonal entries,
+//!    unsymmetric slip couplings, and stiff elements next to soft ones.
+//! 2. *Coarse space.* Within small boxes, strongly coupled nodes of a body form aggregates, so
+//!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
+//!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
+//!    motions, which has one coarse unknown for about 24 unknowns, is also factorized.
 //!
-//! With the restricted additive operator M₁ of the first step and that of the second,
-//! Q = P (Rᵀ A P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same
-//! factors, is Mᵀ = Qᵀ + M₁ᵀ (I − Aᵀ Qᵀ). Solves are iterations of
-//! [`solve_verified`](crate::solve_verified) with it.
+//! With the restricted additive operator M₁ of the first step and that of the second, Q = P (Rᵀ A
+//! P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same factors,
+//! is Mᵀ = Qᵀ + M₁ᵀ (I − Aᵀ Qᵀ). [`solve_verified`](crate::solve_verified) iterates with this
+//! preconditioner.
 //!
 //! References: Smith, Bjørstad and Gropp, *Domain Decomposition*, Cambridge University Press (1996);
 //! Cai and Sarkis, SIAM J. Sci. Comput. 21 (1999), for restricted additive Schwarz; Vaněk, Mandel and
@@ -46,37 +46,39 @@ use vertices::Vertices;
 
 const NAME: &str = "Schwarz preconditioner";
 
-/// Number of unknowns of a part. Larger parts take fewer iterations: at 100,000 unknowns 42, 34, 27
-/// and 26 with parts of 4500, 7000, 9000 and 13,000, measured without multipliers in the coarse space. Memory hardly depends on it, because larger
-/// parts overlap less; the operations of the factors grow in proportion.
+/// Number of unknowns of a part. Larger parts need fewer iterations: at 100,000 unknowns, parts of
+/// 4500, 7000, 9000 and 13,000 take 42, 34, 27 and 26, measured without multipliers in the coarse
+/// space. Memory hardly depends on the size, because larger parts overlap less; the operations for
+/// the factors grow in proportion to it.
 pub const PART: usize = 9000;
 
-/// Layers of nodes by which parts are extended. Two instead of one save a quarter of the iterations
+/// Layers of nodes by which parts are extended. Two layers would save a quarter of the iterations
 /// and more than double the memory.
 const LAYERS: usize = 1;
 
-/// Solves that reduce a residual to a tenth: 20 to 32 for ten digits at 100,000 to a million unknowns.
+/// Number of solves that reduce a residual to a tenth; ten digits take 20 to 32 at 100,000 to a
+/// million unknowns.
 const SOLVES_PER_DIGIT: f64 = 3.0;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
 const BYTES_PER_UNKNOWN: f64 = 6000.0;
 const BYTES_PER_ENTRY: f64 = 50.0;
 
-/// Floating-point operations of the factors.
+/// Floating-point operations to compute the factors.
 const OPERATIONS_PER_UNKNOWN: f64 = 9e5;
 
 /// Unknowns above which direct solvers are not tried after the preconditioner has failed: their
 /// factors would need more than about 10 GB.
 const LARGEST_FALLBACK: usize = 600_000;
 
-/// The nodes of a mesh, as far as the coarse space needs them. Nodes are the first block rows of the
+/// The data of a mesh's nodes that the coarse space needs. Nodes are the first block rows of the
 /// matrix ([`CsrPattern::origins`]).
 #[derive(Debug, Clone)]
 pub struct Nodes {
     /// Reference coordinates. \[L\]
     pub coordinates: Arc<[[f64; 3]]>,
     /// Body of each node; `None` for the nodes of rigid bodies, whose unknowns couple to whole
-    /// surfaces. They are coarse unknowns of their own.
+    /// surfaces. Each of these unknowns is also a coarse unknown.
     pub bodies: Arc<[Option<u32>]>,
 }
 
@@ -90,8 +92,8 @@ impl Nodes {
     }
 }
 
-/// Makes chains that start with a [`SchwarzSolver`] and continue with the direct solvers of
-/// [`SolverChoice::Auto`] up to 600 000 unknowns.
+/// Creates solver chains that start with a [`SchwarzSolver`] and, up to 600 000 unknowns, continue
+/// with the direct solvers of [`SolverChoice::Auto`].
 #[derive(Debug, Clone)]
 pub struct Schwarz(pub Nodes);
 
@@ -103,7 +105,7 @@ impl Backend for Schwarz {
     }
 }
 
-/// Makes the preconditioner for matrices of meshes; see the [module](self). For a single rank.
+/// Creates the preconditioner for matrices of meshes, on a single rank; see the [module](self).
 #[derive(Debug)]
 pub struct SchwarzSolver {
     nodes: Nodes,
@@ -127,15 +129,15 @@ impl SchwarzSolver {
         Self { nodes, latest: None }
     }
 
-    /// Bytes of the preconditioner of a matrix on `pattern`, with the analysis, and operations to
-    /// compute it, in proportion to unknowns and entries. Measured with the example `schwarz` for 100,000
-    /// unknowns.
+    /// Bytes of the preconditioner for a matrix on `pattern`, including the analysis, and
+    /// operations to compute it; both grow in proportion to unknowns and entries. Measured with the
+    /// example `schwarz` for 100,000 unknowns.
     pub fn predict(pattern: &CsrPattern) -> (f64, f64) {
         let (n, entries) = (pattern.n() as f64, pattern.entries() as f64);
         (BYTES_PER_UNKNOWN * n + BYTES_PER_ENTRY * entries, OPERATIONS_PER_UNKNOWN * n)
     }
 
-    /// Checks that the pattern states which node each unknown belongs to.
+    /// Checks that the pattern assigns each unknown to a node.
     fn check(&self, pattern: &CsrPattern) -> Result<(), FactorizationError> {
         let (n, count) = (pattern.n(), self.nodes.coordinates.len());
         let known = pattern.origins().len() == n
@@ -172,8 +174,8 @@ impl LinearSolver for SchwarzSolver {
     }
 
     /// # Errors
-    /// Those of the subdomains' factors, and [`FactorizationError::Singular`] if the coarse motions
-    /// can move freely: if only contact holds a body.
+    /// Those of the subdomains' factors, and [`FactorizationError::Singular`] if coarse motions are
+    /// free, as when only contact holds a body.
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let Analysis { vertices, subdomains } = symbolic.content_for(a)?;
         let coarse = Coarse::new(a, vertices, &self.nodes)?;
@@ -244,7 +246,7 @@ impl Factorization for SchwarzFactorization {
         self.a.n()
     }
 
-    /// With the copy of the matrix that the second step needs.
+    /// Includes the copy of the matrix that the second step needs.
     fn bytes(&self) -> usize {
         let local: usize = self.parts.iter().map(|part| part.bytes()).sum();
         local + self.coarse.bytes() + 8 * self.a.values.len()
@@ -254,8 +256,8 @@ impl Factorization for SchwarzFactorization {
         Precision::F32
     }
 
-    /// The factors, the Galerkin product as passes over its data, and for a solve one pass over all
-    /// factors and the matrix.
+    /// Counts the factors and, as passes over its data, the Galerkin product; a solve costs one
+    /// pass over all factors and the matrix.
     fn cost(&self) -> Option<Cost> {
         let factors: f64 = self.factors().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
         let substitution = self.bytes() as f64 + self.a.product_cost();

@@ -21,7 +21,7 @@ pub(super) fn bisect(
             high[k] = high[k].max(x);
         }
     }
-    // of equal edges the first
+    // the first of equal edges
     let axis = (1..3).fold(0, |best, k| if high[k] - low[k] > high[best] - low[best] { k } else { best });
     ids.sort_unstable_by(|&a, &b| position(a)[axis].total_cmp(&position(b)[axis]).then(a.cmp(&b)));
     let total: usize = ids.iter().map(|&id| weight(id)).sum();
@@ -42,8 +42,8 @@ pub(super) fn bisect(
 mod tests {
     use super::*;
 
-    /// By definition: each point is in one part, the parts are as large as possible, and those of a
-    /// bar are intervals.
+    /// By definition: each point is in one part, the parts are as large as possible, and the parts
+    /// of a bar are intervals.
     #[test]
     fn a_bar_is_cut_into_equal_pieces() {
         let position = |id: u32| [f64::from(id * 7 % 30), 0.1 * f64::from(id % 2), 0.0];

@@ -13,8 +13,8 @@ pub(super) struct Transfer {
     values: Vec<[f64; MODES]>,
 }
 
-/// The product of the rows or columns of a vertex with a transfer: the aggregates reached, and for each
-/// unknown of the vertex one item per aggregate, one unknown after the other.
+/// The product of the rows or columns of a vertex with a transfer: the aggregates reached and,
+/// unknown by unknown, one item per aggregate.
 #[derive(Debug, Default)]
 pub(super) struct Patch {
     pub reached: Vec<u32>,
@@ -29,15 +29,15 @@ impl Patch {
     }
 }
 
-/// Which of the matrix and its transpose.
+/// The matrix or its transpose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
     Rows,
-    /// Of a matrix with a symmetric pattern.
+    /// Columns of a matrix with a symmetric pattern.
     Columns,
 }
 
-/// Number of a vertex' aggregates that is not known yet.
+/// Marks an aggregate that the current vertex has not reached yet.
 const UNSEEN: u32 = u32::MAX;
 
 impl Transfer {
@@ -107,10 +107,10 @@ impl Transfer {
         (0..vertices.len()).into_par_iter().map_init(|| vec![UNSEEN; aggregates], patch).collect()
     }
 
-    /// One step of block Jacobi for A P = 0 in the rows `part`, all of them unknowns of the vertices
-    /// `which`: P ← P − ω E D⁻¹ E A P, where D are the blocks of these vertices on the diagonal, and E
-    /// selects the rows `part`. With [`Side::Columns`], A is the transpose of the matrix. Rows of a
-    /// vertex whose block is singular stay as they are.
+    /// One block-Jacobi step for A P = 0 in the rows `part`, all of which are unknowns of the
+    /// vertices `which`: P ← P − ω E D⁻¹ E A P, where D contains the diagonal blocks of these
+    /// vertices and E selects the rows `part`. With [`Side::Columns`], A is the transpose of the
+    /// matrix. Rows of a vertex whose block is singular do not change.
     #[allow(clippy::too_many_arguments)]
     pub fn relax(
         &self,
@@ -212,7 +212,7 @@ fn entry(a: &CsrMatrix, i: u32, j: u32) -> f64 {
 }
 
 /// Overwrites the right-hand sides, `width` items for each row, with the solutions of a small dense
-/// system, by rows, with partial pivoting; `false` if it is singular.
+/// system, by Gaussian elimination with partial pivoting; `false` if it is singular.
 fn solve_dense(block: &mut [f64], rhs: &mut [[f64; MODES]], width: usize) -> bool {
     let n = block.len().isqrt();
     let subtract = |rhs: &mut [[f64; MODES]], to: usize, factor: f64, from: usize| {
@@ -256,7 +256,8 @@ fn solve_dense(block: &mut [f64], rhs: &mut [[f64; MODES]], width: usize) -> boo
 mod tests {
     use super::*;
 
-    /// Source: the solution (1, 2, −1) of a system whose first pivot is zero, multiplied out by hand.
+    /// Source: a system with the solution (1, 2, −1), multiplied out by hand, whose first pivot is
+    /// zero.
     #[test]
     fn small_systems_are_solved_with_pivoting() {
         let mut block = vec![0.0, 2.0, 1.0, 1.0, 1.0, 1.0, 4.0, -1.0, 0.0];

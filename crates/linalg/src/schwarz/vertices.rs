@@ -4,17 +4,17 @@ use crate::csr::CsrPattern;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Rows of a node with more neighbours than this many times the average are long: those of rigid
-/// bodies, which couple to whole surfaces.
+/// A node with more neighbours than this many times the average has long rows. These are the nodes
+/// of rigid bodies, which couple to whole surfaces.
 const LONG: usize = 16;
 
-/// The elimination groups of a pattern with their couplings. A vertex is a node with its
+/// The elimination groups of a pattern, with their couplings. A vertex is a node with its
 /// displacements and, for a slave node, its multipliers.
 #[derive(Debug)]
 pub(super) struct Vertices {
     /// Vertex of each unknown.
     pub of: Vec<u32>,
-    /// Group number of each vertex, which is its node.
+    /// Group number of each vertex, which is the number of its node.
     pub nodes: Vec<u32>,
     offsets: Vec<usize>,
     members: Vec<u32>,

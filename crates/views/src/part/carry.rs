@@ -1,4 +1,4 @@
-//! The case of a part: what stays, and what its new meshes change.
+//! The case of a part: what it keeps of the design's case, and what changes with the new meshes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use slipstick_mesh::Mesh;
 use super::patches::NamedFaces;
 use super::{NamedFace, PartBody, PartError, on_body};
 
-/// A case without design, and what belongs to it.
+/// A case without a design, and its files and sets.
 pub(super) struct Carried {
     pub case: Case,
     /// Names of mesh files in the design's case and in the part's.
@@ -19,7 +19,7 @@ pub(super) struct Carried {
 }
 
 /// Gives each surface and set of a body its name in the mesh file: `{body}_{name}`, or the name
-/// itself if it already starts like this.
+/// itself if it already starts with `{body}_`.
 pub(super) fn name_groups(body: &str, faces: &mut [NamedFace]) {
     let prefix = format!("{body}_");
     let mut taken: BTreeSet<String> =
@@ -50,7 +50,7 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
         let named = |body: &PartBody| mesh.bodies.iter().position(|other| other.name == body.name);
         bodies.iter().filter_map(named).any(|body| on_body(mesh, name, body))
     };
-    // a surface or set without material disappears; an error follows if something needs it
+    // a surface or set without material is removed, which is an error if the case needs it
     let mut gone: BTreeSet<String> = mesh.names().into_iter().map(str::to_owned).collect();
     gone.retain(|name| designed(name) && left(name).is_none());
     let mut reselected = Vec::new();

@@ -5,16 +5,16 @@ use crate::export::ExportError;
 /// Why a design cannot become a part; [`PartError::cure`] is the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum PartError {
-    /// A case without design.
+    /// The case has no design.
     #[error("the case has no section [design], so no body is a part")]
     NoDesign,
-    /// A body without material.
+    /// A body has no material.
     #[error("no material of body `{body}` is above the threshold")]
     Empty {
         /// The body.
         body: String,
     },
-    /// A surface or set without material.
+    /// A surface or set that the case needs has no material.
     #[error("no material is left on `{name}`, which {used} needs")]
     NoMaterial {
         /// The surface or set.
@@ -22,13 +22,13 @@ pub enum PartError {
         /// The table of the case that names it.
         used: String,
     },
-    /// A node set of a mesh file that is not made of faces.
+    /// A node set of a mesh file does not consist of faces.
     #[error("the set `{name}` of a mesh file is made of edges or points, which the mesh of the part does not have")]
     NotFaces {
         /// The set.
         name: String,
     },
-    /// The surface.
+    /// The surface of the design cannot be extracted.
     #[error(transparent)]
     Export(#[from] ExportError),
 }

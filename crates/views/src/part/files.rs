@@ -1,4 +1,4 @@
-//! The files that Gmsh reads: the surfaces of a part, and the script that fills them with elements.
+//! The files for Gmsh: the surfaces of a part, and the script that meshes their interior.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use super::PartBody;
 /// Name of the script.
 pub const SCRIPT: &str = "mesh.py";
 
-/// Writes the surface of a body in Gmsh's format, version 2.2: each patch is an elementary surface
-/// with its number.
+/// Writes the surface of a body in Gmsh's format, version 2.2. Each patch is an elementary surface
+/// with the patch's number.
 ///
 /// # Errors
 /// [`OutputError::Io`].
@@ -48,7 +48,7 @@ pub fn write_script(path: &Path, bodies: &[PartBody]) -> Result<(), OutputError>
     };
     let list: Vec<serde_json::Value> = bodies.iter().map(of_body).collect();
     let text = serde_json::to_string_pretty(&list).unwrap_or_default();
-    // numbers of one list on one line
+    // each list of numbers on one line
     let text = include_str!("mesh.py").replace("BODIES = []", &format!("BODIES = {}", one_line(&text)));
     write_atomically(path, |writer| writer.write_all(text.as_bytes()))
 }

@@ -5,10 +5,10 @@
 //! case      ─────────────────────────────────────────▶ the same bodies, contact and path, without design
 //! ```
 //!
-//! The faces of the design domain stay where they were. Each connected part of the surface that
-//! carries the same surfaces and node sets of the case is a patch, whose borders are kept, so that
-//! Gmsh finds contact faces, supports and loads again and gives them their names. The triangles of
-//! the surface become almost equilateral; Gmsh fills it with elements and does not change it.
+//! The faces of the design domain stay in place. A patch is a connected part of the surface that
+//! belongs to the same surfaces and node sets of the case everywhere. Patch borders are preserved,
+//! so the script can name contact faces, supports and loads in Gmsh's mesh. The triangles of the
+//! surface become almost equilateral; Gmsh fills the surface with elements without changing it.
 
 mod carry;
 mod error;
@@ -42,7 +42,7 @@ pub struct Part {
     pub copies: Vec<(String, String)>,
     /// Node sets that the part's case selects again by position.
     pub reselected: Vec<String>,
-    /// The surface of the design, as it is exported.
+    /// The surface of the design, as exported.
     pub export: Export,
 }
 
@@ -51,7 +51,7 @@ pub struct Part {
 pub struct PartBody {
     /// Its name.
     pub name: String,
-    /// Length of its edges. \[L\]
+    /// Edge length of its triangles. \[L\]
     pub size: f64,
     /// Volume that its surface encloses. \[L³\]
     pub volume: f64,
@@ -59,7 +59,7 @@ pub struct PartBody {
     pub loose: Vec<LoosePiece>,
     /// Its surfaces and node sets.
     pub faces: Vec<NamedFace>,
-    /// The patches around each piece of its material, also those of cavities; counted from 1.
+    /// The patches around each piece of its material, including those of cavities; counted from 1.
     pub pieces: Vec<Vec<u32>>,
     surface: PatchedSurface,
 }
@@ -71,7 +71,7 @@ pub struct NamedFace {
     pub name: String,
     /// Its name in the mesh file.
     pub group: String,
-    /// Area of the part over area of the design domain, 0 … 1.
+    /// Area on the part divided by area on the design domain, 0 … 1.
     pub share: f64,
     /// Its patches, counted from 1.
     pub patches: Vec<u32>,
@@ -94,8 +94,8 @@ impl PartBody {
     }
 }
 
-/// The part that a design becomes. `size` is the length of the edges \[L\]; by default, for each
-/// body, the mean over its elements of their shortest edges.
+/// Prepares the part for a design. `size` is the edge length \[L\]; its default, for each body, is
+/// the mean shortest edge of the body's elements.
 ///
 /// # Errors
 /// [`PartError`]: the case has no design, the design has no surface, or no material is left on a
@@ -161,12 +161,12 @@ fn part_body(
     })
 }
 
-/// Edges of a surface to be measured, over the size of the elements of its body.
+/// Edge length of a surface for measuring, relative to the element size of its body.
 const MEASURED: f64 = 0.5;
 
-/// The surface of a design with regular triangles half as large as the elements of its bodies, to
-/// be measured: without the slivers and folds of the extracted surface, which have no size. Outer
-/// faces stay in place.
+/// The surface of a design, for measuring, with regular triangles half as large as the elements of
+/// its bodies. It lacks the slivers and folds of the extracted surface, which have no meaningful
+/// size. Outer faces stay in place.
 pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurface {
     let mut all = TriangleSurface::default();
     for body in 0..mesh.bodies.len() {
@@ -186,7 +186,7 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
     all
 }
 
-/// Mean over the elements of a body of their shortest edges. \[L\]
+/// Mean shortest edge of the elements of a body. \[L\]
 fn element_size(mesh: &Mesh, body: usize) -> f64 {
     let elements = mesh.bodies[body].elements.clone();
     let shortest = |e: usize| {

@@ -1,5 +1,5 @@
-//! Which faces of a body carry which names, and the connected patches that they form on the surface
-//! of a design.
+//! The names on the faces of a body, and the connected patches that they form on the surface of a
+//! design.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,9 +15,9 @@ const SHARP: f64 = 0.866;
 /// The surfaces and node sets on the outer faces of some bodies.
 #[derive(Debug, Default)]
 pub(super) struct NamedFaces {
-    /// The number of the names of each face.
+    /// The label of each face, which stands for the names on it.
     pub labels: FaceLabels,
-    /// The names of label k + 1, ascending; faces without a name have a label, too.
+    /// Entry k lists the names of label k + 1, ascending; faces without a name also have a label.
     pub names: Vec<Vec<String>>,
     /// Area of each name's faces. \[L²\]
     pub areas: BTreeMap<String, f64>,
@@ -26,8 +26,8 @@ pub(super) struct NamedFaces {
 }
 
 impl NamedFaces {
-    /// The faces of the bodies with these numbers. A node set names the faces of which it has all
-    /// nodes.
+    /// The names on the faces of the bodies with these numbers. A node set names every face whose
+    /// nodes it contains completely.
     pub fn new(mesh: &Mesh, bodies: &[usize]) -> Self {
         let sets: Vec<(&String, BTreeSet<u32>)> =
             mesh.node_sets.iter().map(|(name, nodes)| (name, nodes.iter().copied().collect())).collect();
@@ -81,8 +81,8 @@ impl NamedFaces {
     }
 }
 
-/// A connected part of a surface that carries the same names everywhere and, on outer faces, has no
-/// sharp edges.
+/// A connected part of a surface that has the same names everywhere and, on outer faces, no sharp
+/// edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Patch {
     /// Its label; 0 inside the body.

@@ -1,4 +1,4 @@
-//! The pieces of a body's material: which are held, and which are loose and left out.
+//! The pieces of a body's material: held ones are kept, loose ones are left out.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::vector::{cross, dot, norm, subtract};
 pub struct LoosePiece {
     /// Its volume. \[L³\]
     pub volume: f64,
-    /// Its lowest corner and its highest corner. \[L\]
+    /// The lowest and highest corners of its bounding box. \[L\]
     pub bounds: [[f64; 3]; 2],
 }
 
@@ -19,9 +19,9 @@ pub struct LoosePiece {
 #[derive(Debug)]
 pub(super) struct Pieces {
     pub surface: TriangleSurface,
-    /// The number of the piece to which each triangle belongs, also of cavities.
+    /// The number of the piece to which each triangle belongs, including triangles of cavities.
     pub piece: Vec<u32>,
-    /// The loose pieces, the largest first.
+    /// The loose pieces, largest first.
     pub loose: Vec<LoosePiece>,
 }
 
@@ -80,8 +80,8 @@ fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {
     bounds
 }
 
-/// How many times a shell winds around a point: 1 inside, 0 outside; the sum of the solid angles of
-/// its triangles over 4π.
+/// The winding number of a shell about a point, 1 inside and 0 outside: the sum of the solid angles
+/// of its triangles divided by 4π.
 ///
 /// Method: A. Van Oosterom, J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed.
 /// Eng. 30 (1983) 125–126.

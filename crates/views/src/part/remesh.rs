@@ -1,8 +1,8 @@
 //! Makes the triangles of a surface equilateral and equal in size, and keeps its patches.
 //!
 //! The corners where patches meet stay in place, bit for bit. Points on the border between two
-//! patches move along this border, and all others within their patch. Each pass splits long edges,
-//! collapses short ones, flips edges to enlarge the smallest angle, and moves points to the
+//! patches move along this border; all other points move within their patch. Each pass splits long
+//! edges, collapses short ones, flips edges to enlarge the smallest angle, and moves points to the
 //! centroid of their triangles; moved points are projected onto the original surface.
 //!
 //! Method: M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004.
@@ -16,7 +16,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::closest::{ClosestPoint, Simplex};
 use crate::vector::{area, cross, dot, norm, subtract, unit, unit_normal};
 
-/// Edges longer or shorter than these multiples of the mesh size are split or collapsed.
+/// Edges longer than `LONGEST` or shorter than `SHORTEST` times the mesh size are split or
+/// collapsed.
 const LONGEST: f64 = 4.0 / 3.0;
 const SHORTEST: f64 = 4.0 / 5.0;
 
@@ -67,7 +68,7 @@ enum Place {
     Corner,
 }
 
-/// A surface while it is changed. Triangles and points that no longer exist keep their numbers.
+/// A surface during remeshing. The numbers of removed triangles and points are not reused.
 struct Remesh<'a> {
     size: f64,
     points: Vec<[f64; 3]>,
@@ -85,8 +86,8 @@ struct Original {
     borders: BTreeMap<Pair, ClosestPoint>,
 }
 
-/// The surface with edges of about this length \[L\]; `free` says which patches are not outer
-/// faces, so that bends of their borders are no corners.
+/// The surface with edges of about this length \[L\]; `free` returns whether a patch is not an
+/// outer face; bends of the borders of such patches are not corners.
 pub(super) fn remeshed(surface: &PatchedSurface, size: f64, free: impl Fn(u32) -> bool) -> PatchedSurface {
     let borders = borders(surface);
     let original = Original::new(surface, &borders);
@@ -113,7 +114,7 @@ pub(super) fn remeshed(surface: &PatchedSurface, size: f64, free: impl Fn(u32) -
     remesh.finish()
 }
 
-/// Edges between different patches, by their points in ascending order, with the two patches.
+/// Edges between different patches, keyed by their points in ascending order, with the two patches.
 fn borders(surface: &PatchedSurface) -> BTreeMap<[u32; 2], Pair> {
     let mut first: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     let mut borders = BTreeMap::new();
@@ -176,7 +177,7 @@ impl Original {
         Self { patches, borders }
     }
 
-    /// The nearest point of the patch or border of a point; `normal` is that of the surface there.
+    /// The point of a patch or border nearest to `x`; `normal` is the surface normal at `x`.
     fn project(&self, place: Place, x: [f64; 3], normal: [f64; 3]) -> Option<[f64; 3]> {
         match place {
             Place::Patch(patch) => self.patches.get(&patch)?.of(x, (normal, 0.0), f64::INFINITY),
@@ -195,8 +196,8 @@ impl Remesh<'_> {
         self.triangles[t as usize].map(|n| self.points[n as usize])
     }
 
-    /// The two triangles at an edge, the one that runs from `a` to `b` first; `None` if there is no
-    /// such edge.
+    /// The two triangles at an edge, beginning with the one in which the edge runs from `a` to `b`;
+    /// `None` if there is no such edge.
     fn at_edge(&self, a: u32, b: u32) -> Option<[u32; 2]> {
         let runs = |t: &u32, a: u32, b: u32| {
             let corners = self.triangles[*t as usize];
@@ -227,7 +228,7 @@ impl Remesh<'_> {
         alive.flat_map(|t| (0..3).map(move |k| [t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])])).collect()
     }
 
-    /// A triangle that was removed has three equal corners.
+    /// Whether a triangle still exists; the three corners of a removed triangle are equal.
     fn is_alive(&self, t: u32) -> bool {
         let [a, b, _] = self.triangles[t as usize];
         a != b
@@ -242,7 +243,7 @@ impl Remesh<'_> {
         all
     }
 
-    /// The direction of the surface at a point: the mean of its triangles, by area.
+    /// The surface normal at a point: the area-weighted mean over its triangles.
     fn normal(&self, n: u32) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for &t in &self.around[n as usize] {
@@ -252,7 +253,7 @@ impl Remesh<'_> {
         unit(sum)
     }
 
-    /// Moves a point, unless this would turn one of its triangles over or make it much thinner.
+    /// Moves a point, unless this would flip one of its triangles or make it much thinner.
     fn try_move(&mut self, n: u32, to: [f64; 3]) {
         let from = self.points[n as usize];
         let before: Vec<([f64; 3], f64)> = self.around[n as usize].iter().map(|&t| shape(self.corners(t))).collect();
@@ -267,7 +268,7 @@ impl Remesh<'_> {
         }
     }
 
-    /// The surface without the numbers that no longer exist.
+    /// The surface, renumbered without removed triangles and points.
     fn finish(self) -> PatchedSurface {
         let mut numbers = vec![u32::MAX; self.points.len()];
         let mut surface = PatchedSurface::default();

@@ -1,4 +1,4 @@
-//! Checks of whole parts: what they keep of the case, and what is left out.
+//! Tests of whole parts: what they keep of the case, and what they leave out.
 
 use slipstick_case::build::build_mesh;
 use slipstick_case::case::parse_case;
@@ -56,8 +56,8 @@ fn part_of(text: &str, solid: impl Fn([f64; 3]) -> bool) -> Result<Part, PartErr
     part(&case, &mesh, &density, &ExportOptions { threshold: Some(0.5), ..ExportOptions::default() }, None)
 }
 
-/// A full slab keeps its volume; its faces, the pad of 2 × 2 and the feet of 1 × 2 keep their areas
-/// exactly, also where they end within a plane.
+/// A full slab keeps its volume. Its faces, the pad of 2 × 2 and the feet of 1 × 2 keep their areas
+/// exactly, even where they end within a plane.
 #[test]
 fn named_faces_keep_their_areas() {
     let part = part_of(CASE, |_| true).expect("a part");
@@ -75,8 +75,8 @@ fn named_faces_keep_their_areas() {
     }
 }
 
-/// The case of the part has the same path and contact, no design, and finds its sets in the mesh
-/// file; a single point is selected again.
+/// The case of the part has the same path and contact but no design, and its sets refer to the mesh
+/// file; a single point is selected again by position.
 #[test]
 fn the_case_names_the_faces_of_the_mesh() {
     let part = part_of(CASE, |_| true).expect("a part");
@@ -116,7 +116,8 @@ fn what_is_no_part() {
     assert!(matches!(part_of(CASE, |_| false), Err(PartError::Export(_))));
 }
 
-/// The script has the patches of each group, and the surface file each triangle on its patch.
+/// The script lists the patches of each group, and the surface file assigns each triangle to its
+/// patch.
 #[test]
 fn files_for_gmsh() {
     let part = part_of(CASE, |_| true).expect("a part");
