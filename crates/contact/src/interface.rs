@@ -92,7 +92,7 @@ pub struct ContactInterface {
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
     reach: f64,
-    /// Whether both surfaces are the same, so that it touches itself.
+    /// Whether slave and master are the same surface, which touches itself.
     with_itself: bool,
     /// The master facets at the reference coordinates.
     tree: FacetTree,
