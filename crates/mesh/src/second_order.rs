@@ -450,7 +450,8 @@ fn grow(set: &mut Vec<u32>, boundary: &[FaceNodes], parents: &Parents) {
 /// Test: `uniaxial_strain_passes_through_quadratic_elements` (slipstick/tests/patch.rs).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactMap {
-    /// Nodes and weights of node n are `entries[offsets[n]..offsets[n + 1]]`; without offsets, T = 1.
+    /// Nodes and weights of node n are `entries[offsets[n]..offsets[n + 1]]`; if there are no offsets,
+    /// T = 1.
     offsets: Vec<usize>,
     entries: Vec<(u32, f64)>,
 }
