@@ -39,6 +39,8 @@ hard() {
 random_gradients() {
     tests -p slipstick --test random_gradients -- --ignored
     put docs/robustness.md random_gradients "$tables/random_gradients.md"
+    { head -n 2 "$tables/random_gradients.md"; cat "$tables"/random_kind_*.md; } > "$tables/random_kinds.md"
+    put docs/robustness.md random_kinds "$tables/random_kinds.md"
 }
 
 # One target after the other; libFuzzer tells its executions at the end.

@@ -10,7 +10,7 @@ use slipstick::design::ElementValues;
 use slipstick::model::NodalContact;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;
-use slipstick_path::{PathState, Silent, StepState};
+use slipstick_path::{Guide, PathState, Silent, StepState};
 
 pub mod abaqus;
 pub mod optimization;
@@ -172,6 +172,9 @@ pub fn check_gradient(problem: &mut Problem, density: &ElementValues) -> Gradien
     if base.path.states.iter().any(|s| !s.rest && s.completes.is_none()) {
         fix_steps(problem, &base);
     }
+    // paths of nearby designs start from the states of this one
+    let guide = Guide::of(&base.path, problem.analysis.linear.ranks()).holding_steps();
+    let unguided = problem.analysis.guide.replace(guide);
     let mut error = f64::INFINITY;
     for h in [1e-3, 4e-4, 1e-4] {
         if let Some(expected) = differences(problem, density, h, &statuses) {
@@ -181,6 +184,7 @@ pub fn check_gradient(problem: &mut Problem, density: &ElementValues) -> Gradien
             break;
         }
     }
+    problem.analysis.guide = unguided;
     assert!(error.is_finite(), "an active set changes within every step size; statuses {statuses:?}");
     GradientCheck { error, value: base.value, adjoint, statuses, forward: base }
 }

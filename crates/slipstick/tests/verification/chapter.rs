@@ -1,7 +1,10 @@
 //! The chapters of the suite, and the page generated from them.
 
 use crate::finding::{Expected, Finding};
-use crate::{fourc, hertz, mindlin, nafems, objectivity, patch, peers, press_fit, ring, sliding};
+use crate::{
+    beams, cylinder, fourc, hertz, mindlin, nafems, objectivity, patch, peers, press_fit, ring, roller, sliding,
+    treloar,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -29,6 +32,7 @@ pub fn chapters() -> Vec<Chapter> {
     let mut all = vec![patch::chapter()];
     all.extend(sliding::chapters());
     all.extend([ring::chapter(), press_fit::chapter(), objectivity::chapter()]);
+    all.extend([cylinder::chapter(), treloar::chapter(), roller::chapter(), beams::chapter()]);
     all.extend(peers::chapters());
     all.extend([hertz::chapter(), mindlin::chapter(), nafems::chapter(), fourc::chapter()]);
     all
@@ -107,10 +111,6 @@ Other tests compare with outside numbers too:
 | problem | compared with | largest deviation | where |
 |---|---|---|---|
 | block sliding between two blocks, μ = 0.5 | code_aster (SSNP503): pressures where an edge lies at a node | 0.06 % of a pressure | [edges](edges.md#comparison-with-code_aster), `tests/edges` |
-| beam sliding over a beam, linear elements | code_aster (SSNV505 D): reactions at five times | 0.3 % | [edges](edges.md#sharp-edges-of-the-slave), `tests/two_beams.rs` |
-| the same, 27 nodes | code_aster (SSNV505 L): reactions at five times | 0.4 % | `tests/two_beams.rs` |
-| the same, 27 nodes, in plane strain | code_aster with 20 nodes (SSNV505 K): reactions at five times | 0.4 % | `tests/two_beams.rs` |
-| rubber roller | the reference in FElupe's discussion 870 | width 1.5 %, peak pressure 0.2 % | [roller](../cases/roller/README.md), `tests/roller.rs` |
 ";
 
 /// The page of these results.

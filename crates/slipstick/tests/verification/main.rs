@@ -7,7 +7,11 @@
 
 #[path = "../common/abaqus.rs"]
 mod abaqus;
+mod beams;
 mod chapter;
+#[path = "../common/mod.rs"]
+mod common;
+mod cylinder;
 mod finding;
 mod fourc;
 mod hertz;
@@ -19,8 +23,10 @@ mod patch;
 mod peers;
 mod press_fit;
 mod ring;
+mod roller;
 mod sliding;
 mod solved;
+mod treloar;
 
 use chapter::{Chapter, Record, chapters};
 use std::time::Instant;
