@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# Solves two contact problems with slipstick, GetFEM and CalculiX, one after the other on one thread, and puts forces and
+# costs between the marks of docs/performance.md. About ten minutes; nothing else should run. Needs Debian or Ubuntu:
+# GetFEM and CalculiX are installed with apt.
+#
+#   docs/performance/peers.sh             runs what has not been run yet with this version, case and script
+#   docs/performance/peers.sh --redo      runs everything
+#
+# SLIPSTICK=PROGRAM measures a program that is already built. PEERS=DIRECTORY keeps the results elsewhere than in
+# target/peers.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+source docs/tables.sh
+results=${PEERS:-${CARGO_TARGET_DIR:-target}/peers}
+mkdir -p "$results"
+if [ "${1:-}" = --redo ]; then rm -f "$results"/*.json; fi
+
+# Without OpenBLAS, GetFEM's direct solver takes twice the time.
+packages="python3-getfem calculix-ccx libopenblas0-pthread"
+if ! dpkg -s $packages >/dev/null 2>&1; then
+    root=$([ "$(id -u)" = 0 ] || echo sudo)
+    $root apt-get update -qq
+    $root apt-get install -y -qq --no-install-recommends $packages
+fi
+
+if [ -z "${SLIPSTICK:-}" ]; then
+    cargo build --release -p slipstick-cli
+    SLIPSTICK=$programs/slipstick
+fi
+SLIPSTICK=$(realpath "$SLIPSTICK")
+export SLIPSTICK OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 CCX_NPROC_EQUATION_SOLVER=1 PYTHONDONTWRITEBYTECODE=1
+
+cases="ironing_block press_and_slide"
+for case in $cases; do
+    file=docs/performance/$case.toml
+    # One step without motion, only for the mesh. Debian's Python is the one that finds GetFEM.
+    "$SLIPSTICK" solve "$file" --set 'dirichlet[1].motion=[{t=1.0,u=[0.0,0.0,0.0]}]' --set load_path.steps=1 \
+        --out "$work/$case" --quiet
+    for program in slipstick getfem calculix; do
+        /usr/bin/python3 docs/performance/peers/run.py $program "$file" "$work/$case/path_0000.vtu" \
+            "$results/$case-$program.json"
+    done
+done
+
+{
+    /usr/bin/python3 docs/performance/peers/table.py "$results" $cases
+    echo
+    echo "$(uname -sm), $(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1), one thread; bash $BASH_VERSION," \
+        "$(/usr/bin/python3 --version)"
+} >"$work/peers.md"
+put docs/performance.md peers "$work/peers.md"
