@@ -23,13 +23,13 @@ class Problem:
     friction    Coulomb's coefficient
     slave, master    names of the surfaces in contact
     held, driven     names of the surfaces with prescribed displacements
-    steps       load steps over pseudo-time 0 to 1
+    steps       load steps over pseudo-time 0 to 1: those of the case times `refinement`
     """
 
-    def __init__(self, case, mesh):
+    def __init__(self, case, mesh, refinement=1):
         with open(case, "rb") as file:
             self.case = tomllib.load(file)
-        self.mesh = mesh
+        self.mesh, self.refinement = mesh, refinement
         self.points, self.elements, self.body = read_vtu(mesh)
         self.materials = []
         for body in self.case["body"]:
@@ -39,7 +39,7 @@ class Problem:
         self.slave, self.master, self.friction = contact["slave"], contact["master"], contact["friction"]
         held, driven = self.case["dirichlet"]
         self.held, self.driven, self.motion = held["set"], driven["set"], driven["motion"]
-        self.steps = self.case["load_path"]["steps"]
+        self.steps = self.case["load_path"]["steps"] * refinement
 
     def displacement(self, time):
         """Displacement of the driven surface, piecewise linear in pseudo-time."""

@@ -1,7 +1,8 @@
-"""Solves a case with one program and records the forces and the cost: `run.py PROGRAM CASE MESH RESULT`.
+"""Solves a case with one program and records the forces and the cost: `run.py PROGRAM CASE MESH RESULT [REFINEMENT]`.
 
 PROGRAM is slipstick, getfem or calculix; MESH a VTU file of the undeformed bodies that slipstick wrote.
-RESULT is a JSON file. If it exists and the case file and these scripts (and slipstick) have not changed since, nothing runs.
+REFINEMENT multiplies the number of load steps, except for slipstick. RESULT is a JSON file. If it exists,
+and neither the case file nor the scripts nor the program have changed since, nothing runs.
 """
 
 import hashlib
@@ -41,7 +42,7 @@ def measured(command, folder):
     return child.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
-def main(program, case, mesh, result):
+def main(program, case, mesh, result, refinement="1"):
     case, mesh, result = (pathlib.Path(path).resolve() for path in (case, mesh, result))
     here = pathlib.Path(__file__).parent.resolve()
     adapter = importlib.import_module(f"with_{program}")
@@ -53,7 +54,7 @@ def main(program, case, mesh, result):
         if found["inputs"] == inputs and found["version"] == version:
             print(f"{result.stem}: done earlier")
             return
-    problem = Problem(case, mesh)
+    problem = Problem(case, mesh, int(refinement))
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         status, seconds, memory = measured(adapter.command(problem, case, folder), folder)

@@ -1,4 +1,4 @@
-"""Solves the problem with GetFEM: `with_getfem.py CASE MESH`.
+"""Solves the problem with GetFEM: `with_getfem.py CASE MESH REFINEMENT`.
 
 Augmented Lagrangian contact by ray tracing from the slave surface ("integral large sliding contact"),
 generalized Newton iterations with full steps, MUMPS. The law of the solid is slipstick's:
@@ -8,6 +8,8 @@ P = 2c (F - J^(-2 beta) F^(-T)), c = E/4/(1 + nu), beta = nu/(1 - 2 nu).
 import json
 import subprocess
 import sys
+
+import numpy as np
 
 METHOD = "ray tracing, augmented Lagrangian"
 
@@ -29,7 +31,7 @@ def version():
 
 def command(problem, case, folder):
     """Command line that solves the case in a folder."""
-    return [sys.executable, __file__, str(case), str(problem.mesh)]
+    return [sys.executable, __file__, str(case), str(problem.mesh), str(problem.refinement)]
 
 
 def outcome(problem, folder):
@@ -43,12 +45,11 @@ class Body:
     """A deformable body: its mesh with the surfaces that the problem uses, finite elements, integration."""
 
     def __init__(self, getfem, problem, number):
-        import numpy as np
-
         self.number = number
         elements = problem.elements[problem.body == number]
         self.mesh = getfem.Mesh("empty", 3)
         shape = getfem.GeoTrans("GT_QK(3,1)")
+        # GetFEM numbers the corners like voxels, x first.
         for corners in elements[:, [0, 1, 3, 2, 4, 5, 7, 6]]:
             self.mesh.add_convex(shape, problem.points[corners].T)
         outer = set(map(tuple, self.mesh.outer_faces().T))
@@ -78,14 +79,14 @@ class Body:
         return fem
 
 
-def solve(case, mesh):
+def solve(case, mesh, refinement):
     """Marches over the load steps; prints reaction and iterations of each attempt as a line of JSON."""
     import getfem
 
     from problem import Problem
 
     getfem.util_trace_level(0)
-    problem = Problem(case, mesh)
+    problem = Problem(case, mesh, int(refinement))
     bodies = [Body(getfem, problem, number) for number in range(2)]
     slave, master = (bodies[problem.body_of(surface)] for surface in (problem.slave, problem.master))
     held, driven = (bodies[problem.body_of(surface)] for surface in (problem.held, problem.driven))
