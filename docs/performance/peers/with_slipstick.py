@@ -28,7 +28,10 @@ def outcome(problem, folder):
         event = json.loads(line) if line.startswith("{") else {}
         if event.get("event") == "result":
             newton = event["newton_iterations"] + event["failed_iterations"]
-    with open(folder / "run/quantities.csv", newline="") as file:
+    table = folder / "run/quantities.csv"
+    if not table.exists():
+        return {"forces": [], "newton": newton}
+    with open(table, newline="") as file:
         for row in csv.DictReader(file):
             reaction = [float(row[f"reaction_{problem.driven}_{axis}"]) for axis in "xyz"]
             forces.append({"time": float(row["time"]), "reaction": reaction})
