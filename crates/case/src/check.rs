@@ -223,8 +223,9 @@ const PENETRATION: f64 = 1e-6;
 pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateError> {
     let mut notices = Vec::new();
     let bodies = bodies(&problem.mesh, problem.analysis.model().prescribed().fixed());
+    let held_by_ties = held_by_ties(case, &problem.mesh, &bodies, problem.analysis.model().prescribed().fixed());
     for (b, body) in bodies.iter().enumerate() {
-        if body.free_motions > 0 {
+        if body.free_motions > 0 && !held_by_ties[b] {
             notices.push(Notice {
                 kind: NoticeKind::LooseBody,
                 path: format!("body[{b}]"),
@@ -303,6 +304,31 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
             },
         })
         .collect()
+}
+
+/// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no
+/// free rigid motion, or the supports of all of them together leave none.
+fn held_by_ties(case: &Case, mesh: &Mesh, bodies: &[BodySummary], fixed: &[bool]) -> Vec<bool> {
+    let body_of = |surface: &String| {
+        let facet = mesh.surfaces.get(surface)?.facets.first()?;
+        mesh.bodies.iter().position(|body| body.elements.contains(&(facet.element as usize)))
+    };
+    let ties = case.contacts.iter().filter(|pair| pair.tied && pair.active == Contact::ALWAYS);
+    let mut group: Vec<usize> = (0..bodies.len()).collect();
+    for pair in ties {
+        if let (Some(a), Some(b)) = (body_of(&pair.slave), body_of(&pair.master)) {
+            let (from, to) = (group[a], group[b]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        }
+    }
+    let held = |b: usize| {
+        let members: Vec<usize> = (0..bodies.len()).filter(|&other| group[other] == group[b]).collect();
+        let nodes = members.iter().flat_map(|&member| mesh.bodies[member].nodes.clone()).collect::<Vec<_>>();
+        members.len() > 1
+            && (members.iter().any(|&member| bodies[member].free_motions == 0)
+                || held_motions(mesh, nodes.into_iter(), fixed) == 6)
+    };
+    (0..bodies.len()).map(held).collect()
 }
 
 /// Number of the six rigid motions of a body, or a part of it, that prescribed displacements

@@ -260,6 +260,7 @@ const DOCUMENTS: &[&str] = &[
     "cases/detent/README.md",
     "cases/buffer/README.md",
     "cases/roller/README.md",
+    "cases/press_fit/README.md",
 ];
 
 /// `docs/crates.md` explains every direct dependency of the default build.

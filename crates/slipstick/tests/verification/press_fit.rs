@@ -17,7 +17,12 @@ is given in two ways: the meshes touch, and `offset` grows from 0 to δ; or the 
 the radius a + δ, so that the meshes overlap, and `offset` grows from −δ to 0. Pressure is the normal
 force over the covered area. Then, with μ = 0.2, the shaft is pulled by its upper end until it slides
 everywhere, while the lower end of the hub is held; the force is compared with that of Coulomb's law
-at the pressure of Lamé, μ p 2πa h. The meshes have 64 elements around.",
+at the pressure of Lamé, μ p 2πa h. The meshes have 64 elements around.
+
+The last two rows are those of the [case](../cases/press_fit/README.md) with a bushing that is tied to a
+ring, and a rigid tool that pushes the shaft: the pressure of a shaft as long as the ring when the fit
+is closed, compared with Lamé's solution for three layers, and the force of the tool at the end over the
+normal force.",
         remarks: "
 The pressure is that of polygons with 64 sides. The pull stretches both, and the
 thinner shaft reduces the pressure slightly.",
@@ -52,15 +57,64 @@ fn run() -> Vec<Finding> {
     findings.push(Finding::value("pull-out force", 0.2 * lame * 2.0 * PI * FIT * HEIGHT, 0.02, force));
     let normal = normal_force(&mut solved, last).0;
     findings.push(Finding::value("pull-out force over normal force", 0.2, 1e-3, force / normal));
+    findings.extend(tied_ring());
     findings
+}
+
+/// `cases/press_fit`, and the same with a shaft as long as the ring, which can contract at the tool.
+fn tied_ring() -> [Finding; 2] {
+    let case = include_str!("../../../../cases/press_fit/case.toml");
+    let mut short = case.to_owned();
+    for (long, short_shaft) in [
+        ("width = 6.0, elements = [32, 5, 8]", "width = 3.0, elements = [32, 5, 4]"),
+        ("[0.0, 0.0, 3.5]", "[0.0, 0.0, 2.0]"),
+        ("master = \"tool_zmin\"\ntied = true", "master = \"tool_zmin\"\nfriction = 0.0"),
+    ] {
+        assert!(case.contains(long), "{long}");
+        short = short.replace(long, short_shaft);
+    }
+    let fit = |solved: &mut Solved, step: usize| {
+        let slave = solved.problem.mesh.set_nodes("bushing_inner").expect("a surface");
+        solved.contact(step).into_iter().filter(|node| slave.contains(&node.node)).fold((0.0, 0.0), add)
+    };
+    let (force, area) = fit(&mut Scene::from(short).solve(), 5);
+    let mut solved = Scene::from(case.to_owned()).solve();
+    let last = solved.steps();
+    let normal = fit(&mut solved, last).0;
+    let found = slipstick::quantities::quantities(&solved.problem, &solved.forward.path);
+    let push = -found.get("reaction_tool_z").expect("the tool")[last];
+    [
+        Finding::value("shaft, bushing and ring: pressure", layers(), 0.01, force / area),
+        Finding::value("shaft, bushing and ring: force of the tool over normal force", 0.2, 5e-3, push / normal),
+    ]
+}
+
+/// Lamé's pressure between shaft and bushing for the three layers of `cases/press_fit`: the radial
+/// displacements differ by the interference there, and agree between bushing and ring.
+fn layers() -> f64 {
+    // u(r) of a cylinder in plane stress with radii a, b under the pressures p inside and q outside
+    let u = |r: f64, [a, b]: [f64; 2], [p, q]: [f64; 2], (e, nu): (f64, f64)| {
+        let of = |area: f64| area / (b * b - a * a);
+        ((1.0 - nu) * of(p * a * a - q * b * b) * r + (1.0 + nu) * of((p - q) * a * a * b * b) / r) / e
+    };
+    let (steel, bronze) = ((200_000.0, 0.3), (110_000.0, 0.34));
+    let apart = |p: f64, q: f64| {
+        let fit = u(10.0, [10.0, 13.0], [p, q], bronze) - u(10.0, [4.0, 10.0], [0.0, p], steel);
+        let tie = u(13.0, [10.0, 13.0], [p, q], bronze) - u(13.0, [13.0, 20.0], [q, 0.0], steel);
+        [fit, tie]
+    };
+    let ([a, c], [b, d]) = (apart(1.0, 0.0), apart(0.0, 1.0));
+    INTERFERENCE * d / (a * d - b * c)
 }
 
 /// Normal force and covered area.
 fn normal_force(solved: &mut Solved, step: usize) -> (f64, f64) {
-    let add = |(force, area): (f64, f64), node: &slipstick::model::NodalContact| {
-        (force + node.multiplier[0] * node.covered_area, area + node.covered_area)
-    };
-    solved.contact(step).iter().fold((0.0, 0.0), add)
+    solved.contact(step).into_iter().fold((0.0, 0.0), add)
+}
+
+/// Adds the normal force and the covered area of a node.
+fn add((force, area): (f64, f64), node: slipstick::model::NodalContact) -> (f64, f64) {
+    (force + node.multiplier[0] * node.covered_area, area + node.covered_area)
 }
 
 fn pressure(solved: &mut Solved, step: usize) -> f64 {
