@@ -74,7 +74,7 @@ fn tied_ring() -> [Finding; 2] {
         short = short.replace(long, short_shaft);
     }
     let fit = |solved: &mut Solved, step: usize| {
-        let slave = solved.problem.mesh.set_nodes("bushing_inner").expect("a surface");
+        let slave = solved.problem.mesh.set_nodes("bushing_inner").expect("a surface").into_owned();
         solved.contact(step).into_iter().filter(|node| slave.contains(&node.node)).fold((0.0, 0.0), add)
     };
     let (force, area) = fit(&mut Scene::from(short).solve(), 5);
