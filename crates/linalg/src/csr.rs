@@ -12,6 +12,11 @@ use thiserror::Error;
 /// Rows below which a product is not worth splitting among threads.
 const ROWS_PER_TASK: usize = 1024;
 
+/// Rows of a product with the transpose that are summed on their own, and the most parts that these
+/// make.
+const ROWS_PER_PART: usize = 1 << 15;
+const MOST_PARTS: usize = 16;
+
 /// Sparsity of a square scalar matrix, by rows. The constructor checks it; it is immutable.
 #[derive(Debug, Clone)]
 pub struct CsrPattern {
@@ -195,17 +200,53 @@ impl CsrMatrix {
         }
     }
 
-    /// `y = Aᵀ x`. Sequential, since rows scatter into common entries.
+    /// `y = Aᵀ x`, with the same result for any number of threads: the parts of a large matrix, whose
+    /// rows scatter into common entries, are summed in parallel, and then added up in their order. The
+    /// parts depend only on the number of rows.
     ///
     /// # Panics
     /// If a length differs from the number of rows.
     pub fn mul_transpose(&self, x: &[f64], y: &mut [f64]) {
         self.check_lengths(x, y);
-        y.fill(0.0);
-        for (i, &xi) in x.iter().enumerate() {
+        let n = self.n();
+        let parts = (n / ROWS_PER_PART).clamp(1, MOST_PARTS);
+        if parts == 1 {
+            y.fill(0.0);
+            self.scatter(0..n, x, 0, y);
+            return;
+        }
+        let size = n.div_ceil(parts);
+        let part = |k: usize| {
+            let rows = k * size..((k + 1) * size).min(n);
+            let columns = rows.clone().map(|i| self.pattern.row(i)).filter(|row| !row.is_empty());
+            let (first, end) = columns.fold((n, 0), |(first, end), row| {
+                (first.min(row[0] as usize), end.max(row[row.len() - 1] as usize + 1))
+            });
+            let mut sums = vec![0.0; end.saturating_sub(first)];
+            self.scatter(rows, x, first, &mut sums);
+            (first, sums)
+        };
+        let sums: Vec<(usize, Vec<f64>)> = (0..parts).into_par_iter().with_max_len(1).map(part).collect();
+        y.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(k, y)| {
+            y.fill(0.0);
+            let start = k * ROWS_PER_TASK;
+            for (first, sums) in &sums {
+                let low = start.max(*first);
+                let high = (start + y.len()).min(first + sums.len());
+                if low < high {
+                    let terms = &sums[low - first..high - first];
+                    y[low - start..high - start].iter_mut().zip(terms).for_each(|(y, term)| *y += term);
+                }
+            }
+        });
+    }
+
+    /// Adds the products of `rows` with their entries of x to `y`, which starts at column `first`.
+    fn scatter(&self, rows: Range<usize>, x: &[f64], first: usize, y: &mut [f64]) {
+        for i in rows {
             let (columns, values) = self.row(i);
             for (&j, a) in columns.iter().zip(values) {
-                y[j as usize] += a * xi;
+                y[j as usize - first] += a * x[i];
             }
         }
     }
@@ -231,7 +272,8 @@ impl CsrMatrix {
             }
             sums
         } else {
-            (0..self.n()).map(|i| self.row(i).1.iter().map(|a| a.abs()).sum()).collect()
+            let sum = |i: usize| self.row(i).1.iter().map(|a| a.abs()).sum();
+            (0..self.n()).into_par_iter().with_min_len(ROWS_PER_TASK).map(sum).collect()
         }
     }
 
@@ -257,7 +299,7 @@ impl CsrMatrix {
 
     /// Row and column of the first entry that is not finite.
     pub fn first_non_finite(&self) -> Option<(usize, usize)> {
-        let k = self.values.iter().position(|a| !a.is_finite())?;
+        let k = self.values.par_iter().position_first(|a| !a.is_finite())?;
         let row = self.pattern.row_offsets.partition_point(|&offset| offset <= k) - 1;
         Some((row, self.pattern.columns[k] as usize))
     }
@@ -323,6 +365,37 @@ mod tests {
         assert_eq!(a.infinity_norm(false), 9.0);
         assert_eq!(a.infinity_norm(true), 8.0);
         assert_eq!(a.residual_norm(false, &x, &[2.0, 6.0, 10.0]), 5.0);
+    }
+
+    /// By definition, ⟨A x, y⟩ = ⟨x, Aᵀ y⟩, for a matrix whose rows are summed in parts, and the same bits
+    /// with one thread and with three.
+    #[test]
+    fn products_with_the_transpose_in_parts() {
+        let n = 3 * ROWS_PER_PART + 5;
+        let row = |i: usize| {
+            let mut row = vec![i as u32 / 2, i as u32, (i + 40).min(n - 1) as u32, (i * 7919 % n) as u32];
+            row.sort_unstable();
+            row.dedup();
+            row
+        };
+        let columns: Vec<Vec<u32>> = (0..n).map(row).collect();
+        let mut offsets = vec![0];
+        columns.iter().for_each(|row| offsets.push(offsets[offsets.len() - 1] + row.len()));
+        let pattern = CsrPattern::new(offsets, columns.concat(), vec![0; n], vec![]).unwrap();
+        let vector = |n: usize, k: f64| (0..n).map(|i| (k * (i * i) as f64).sin()).collect::<Vec<f64>>();
+        let values = vector(pattern.entries(), 0.3);
+        let a = CsrMatrix { pattern: Arc::new(pattern), values };
+        let (x, y) = (vector(n, 0.7), vector(n, 1.1));
+        let (mut ax, mut aty) = (vec![0.0; n], vec![f64::NAN; n]);
+        a.mul(&x, &mut ax);
+        let products = [1, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| a.mul_transpose(&y, &mut aty));
+            aty.clone()
+        });
+        assert_eq!(products[0], products[1]);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        assert!((dot(&ax, &y) - dot(&x, &aty)).abs() < 1e-13 * norm(&ax) * norm(&y));
     }
 
     #[test]

@@ -60,6 +60,7 @@ pub mod solver;
 pub mod span;
 pub mod supernodal;
 pub mod symbolic;
+mod vectors;
 pub mod verified;
 
 pub use block::{BlockMatrix, BlockPattern};

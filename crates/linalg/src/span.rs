@@ -2,6 +2,7 @@
 
 use crate::csr::norm_on;
 use crate::operator::Operator;
+use crate::vectors;
 use slipstick_ranks::Ranks;
 
 /// Fraction of a product that must be independent of the others for its vector to count.
@@ -46,7 +47,7 @@ pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterato
 }
 
 fn dot(a: &[f64], b: &[f64], ranks: &dyn Ranks) -> f64 {
-    let mut sum = [a.iter().zip(b).map(|(a, b)| a * b).sum()];
+    let mut sum = [vectors::dot(a, b)];
     ranks.sum(&mut sum);
     sum[0]
 }

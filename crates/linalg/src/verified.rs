@@ -5,6 +5,7 @@ mod shared;
 use crate::csr::{largest, norm_on};
 use crate::operator::Operator;
 use crate::solver::Factorization;
+use crate::vectors::{dots, subtract};
 use shared::SharedCycle;
 use slipstick_ranks::Ranks;
 use thiserror::Error;
@@ -581,9 +582,8 @@ impl Cycle {
     fn end(self, x: &[f64]) -> Found {
         let mut x = x.to_vec();
         if !self.given_up && self.finite {
-            for (coefficient, z) in self.hessenberg.solution().iter().zip(&self.directions) {
-                x.iter_mut().zip(z).for_each(|(x, z)| *x += coefficient * z);
-            }
+            let opposite: Vec<f64> = self.hessenberg.solution().iter().map(|coefficient| -coefficient).collect();
+            subtract(&mut x, &opposite, &self.directions);
         }
         Found { x, taken: self.directions.len(), given_up: self.given_up, finite: self.finite }
     }
@@ -598,12 +598,10 @@ impl Cycle {
 fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>], ranks: &dyn Ranks) -> Vec<f64> {
     let mut column = vec![0.0; basis.len() + 1];
     for _ in 0..2 {
-        let mut components: Vec<f64> = basis.iter().map(|v| w.iter().zip(v).map(|(w, v)| w * v).sum()).collect();
+        let mut components = dots(w, basis);
         ranks.sum(&mut components);
-        for ((h, v), component) in column.iter_mut().zip(basis).zip(components) {
-            w.iter_mut().zip(v).for_each(|(w, v)| *w -= component * v);
-            *h += component;
-        }
+        subtract(w, &components, basis);
+        column.iter_mut().zip(components).for_each(|(h, component)| *h += component);
     }
     column[basis.len()] = norm_on(w, ranks);
     column

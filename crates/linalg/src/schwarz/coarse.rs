@@ -2,11 +2,11 @@
 
 use super::Nodes;
 use super::aggregates::{Aggregates, MODES};
-use super::transfer::{Side, Transfer};
+use super::transfer::{Side, Supports, Transfer};
 use super::vertices::Vertices;
 use crate::csr::{CsrMatrix, CsrPattern};
-use crate::multifrontal::MultifrontalFactorization;
-use crate::solver::{Factorization, FactorizationError, Precision};
+use crate::multifrontal::{MultifrontalFactorization, MultifrontalSolver};
+use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -16,6 +16,10 @@ const DAMPING: f64 = 0.5;
 
 /// Pivot of the scaled coarse matrix below which a coarse motion counts as free.
 const FREE: f64 = 1e-12;
+
+/// Pivots of the scaled coarse matrix below which single precision is not enough. The smallest ones of
+/// blocks with solid and void are 0.004 to 0.05.
+const WEAK: f64 = 1e-4;
 
 /// Solves in the span of a few motions: x = P (Rᵀ A P)⁻¹ Rᵀ b.
 ///
@@ -29,6 +33,8 @@ pub(super) struct Coarse {
     motions: Transfer,
     /// The motions R that weight the equations, computed with the transposed matrix.
     weights: Transfer,
+    /// Supports of the weights and of the motions.
+    supports: [Supports; 2],
     /// First coarse unknown of each aggregate, then their total number.
     starts: Vec<usize>,
     factors: MultifrontalFactorization,
@@ -54,14 +60,11 @@ impl Coarse {
         let (motions, weights) = (step(&displacements, Side::Rows), step(&displacements, Side::Columns));
         let mut starts = vec![0];
         aggregates.modes.iter().for_each(|&count| starts.push(starts[starts.len() - 1] + count as usize));
-        let matrix = galerkin(a, vertices, &weights, &motions, &starts);
-        let factors = MultifrontalFactorization::of(&matrix, Precision::F64)?;
-        let facts = factors.statistics();
-        if facts.smallest_pivot < FREE {
-            return Err(FactorizationError::Singular { unknown: facts.weakest_unknown, pivot: facts.smallest_pivot });
-        }
+        let supports = [weights.supports(count), motions.supports(count)];
+        let matrix = galerkin(a, vertices, &weights, &supports[0], &motions, &starts);
+        let factors = factorize(&matrix)?;
         let additions = a.values.len() as f64 * motions.blocks() as f64 / a.n().max(1) as f64;
-        Ok(Self { motions, weights, starts, factors, additions })
+        Ok(Self { motions, weights, supports, starts, factors, additions })
     }
 
     /// `x += P (Rᵀ A P)⁻¹ Rᵀ b`, or its transpose.
@@ -69,7 +72,7 @@ impl Coarse {
         let aggregates = self.starts.len() - 1;
         let mut blocks = vec![[0.0; MODES]; aggregates];
         let (down, up) = if transpose { (&self.motions, &self.weights) } else { (&self.weights, &self.motions) };
-        down.restrict(rhs, &mut blocks);
+        down.restrict(&self.supports[usize::from(transpose)], rhs, &mut blocks);
         let mut packed = vec![0.0; self.starts[aggregates]];
         for (block, range) in blocks.iter().zip(self.starts.windows(2)) {
             packed[range[0]..range[1]].copy_from_slice(&block[..range[1] - range[0]]);
@@ -87,7 +90,7 @@ impl Coarse {
     }
 
     pub fn bytes(&self) -> usize {
-        self.factors.bytes() + (self.motions.blocks() + self.weights.blocks()) * (8 * MODES + 4)
+        self.factors.bytes() + (self.motions.blocks() + self.weights.blocks()) * (8 * MODES + 12)
     }
 
     pub fn factors(&self) -> &MultifrontalFactorization {
@@ -100,16 +103,38 @@ impl Coarse {
     }
 }
 
+/// Factors of the coarse matrix, in single precision unless some motions are weakly supported.
+fn factorize(matrix: &CsrMatrix) -> Result<MultifrontalFactorization, FactorizationError> {
+    let mut solver = MultifrontalSolver::new(Precision::F32);
+    let symbolic = solver.analyse(&matrix.pattern)?;
+    if let Ok(factors) = solver.factorize_matrix(&symbolic, matrix)
+        && factors.statistics().smallest_pivot > WEAK
+    {
+        return Ok(factors);
+    }
+    let factors = solver.in_precision(Precision::F64).factorize_matrix(&symbolic, matrix)?;
+    let facts = factors.statistics();
+    if facts.smallest_pivot < FREE {
+        return Err(FactorizationError::Singular { unknown: facts.weakest_unknown, pivot: facts.smallest_pivot });
+    }
+    Ok(factors)
+}
+
 /// Rᵀ A P.
-fn galerkin(a: &CsrMatrix, vertices: &Vertices, weights: &Transfer, motions: &Transfer, starts: &[usize]) -> CsrMatrix {
+fn galerkin(
+    a: &CsrMatrix,
+    vertices: &Vertices,
+    weights: &Transfer,
+    supports: &Supports,
+    motions: &Transfer,
+    starts: &[usize],
+) -> CsrMatrix {
     let aggregates = starts.len() - 1;
-    let supports = weights.supports(aggregates);
     let patches = motions.products(a, Side::Rows, vertices, aggregates, &|_| true, &|_| true);
     type Row = (Vec<u32>, Vec<[[f64; MODES]; MODES]>);
     let row = |slots: &mut Vec<u32>, index: usize| -> Row {
         let (mut reached, mut blocks): Row = Default::default();
-        for &i in &supports[index] {
-            let weight = weights.row(i as usize).find(|(a, _)| *a as usize == index).expect("in its support").1;
+        for (i, weight) in weights.of(supports, index) {
             let v = vertices.of[i as usize] as usize;
             let k = vertices.members(v).partition_point(|&j| j < i);
             let patch = patches[v].as_ref().expect("all vertices have one");

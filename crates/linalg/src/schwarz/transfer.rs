@@ -29,6 +29,20 @@ impl Patch {
     }
 }
 
+/// Where the rows of each aggregate's column are in a [`Transfer`].
+#[derive(Debug)]
+pub(super) struct Supports {
+    offsets: Vec<usize>,
+    /// Unknown, and place among the blocks of the transfer.
+    items: Vec<(u32, u32)>,
+}
+
+impl Supports {
+    fn of(&self, aggregate: usize) -> &[(u32, u32)] {
+        &self.items[self.offsets[aggregate]..self.offsets[aggregate + 1]]
+    }
+}
+
 /// The matrix or its transpose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
@@ -169,15 +183,27 @@ impl Transfer {
         relaxed
     }
 
-    /// Unknowns in the support of each aggregate, ascending.
-    pub fn supports(&self, aggregates: usize) -> Vec<Vec<u32>> {
-        let mut supports = vec![Vec::new(); aggregates];
+    /// The transfer by aggregates.
+    pub fn supports(&self, aggregates: usize) -> Supports {
+        let mut offsets = vec![0; aggregates + 1];
+        self.aggregates.iter().for_each(|&aggregate| offsets[aggregate as usize + 1] += 1);
+        (0..aggregates).for_each(|k| offsets[k + 1] += offsets[k]);
+        let mut next = offsets.clone();
+        let mut items = vec![(0, 0); self.aggregates.len()];
         for i in 0..self.offsets.len() - 1 {
-            for (aggregate, _) in self.row(i) {
-                supports[aggregate as usize].push(i as u32);
+            for place in self.offsets[i]..self.offsets[i + 1] {
+                let slot = &mut next[self.aggregates[place] as usize];
+                items[*slot] = (i as u32, place as u32);
+                *slot += 1;
             }
         }
-        supports
+        Supports { offsets, items }
+    }
+
+    /// The motions in the support of an aggregate: unknown and displacement in each motion, by
+    /// ascending unknowns.
+    pub fn of<'a>(&'a self, supports: &'a Supports, aggregate: usize) -> impl Iterator<Item = (u32, &'a [f64; MODES])> {
+        supports.of(aggregate).iter().map(|&(i, place)| (i, &self.values[place as usize]))
     }
 
     /// Number of stored blocks.
@@ -186,13 +212,13 @@ impl Transfer {
     }
 
     /// `coarse = Pᵀ fine`; the coarse vector has [`MODES`] entries per aggregate.
-    pub fn restrict(&self, fine: &[f64], coarse: &mut [[f64; MODES]]) {
-        coarse.fill([0.0; MODES]);
-        for (i, value) in fine.iter().enumerate() {
-            for (aggregate, motion) in self.row(i) {
-                coarse[aggregate as usize].iter_mut().zip(motion).for_each(|(sum, m)| *sum += m * value);
+    pub fn restrict(&self, supports: &Supports, fine: &[f64], coarse: &mut [[f64; MODES]]) {
+        coarse.par_iter_mut().with_min_len(16).enumerate().for_each(|(aggregate, sums)| {
+            *sums = [0.0; MODES];
+            for (i, motion) in self.of(supports, aggregate) {
+                sums.iter_mut().zip(motion).for_each(|(sum, m)| *sum += m * fine[i as usize]);
             }
-        }
+        });
     }
 
     /// `fine += P coarse`.

@@ -2,6 +2,7 @@
 
 use super::{Found, HOPE, LEAST_SEEN, Solve, SolveOptions};
 use crate::csr::norm_on;
+use crate::vectors::{dots, subtract};
 use slipstick_ranks::Ranks;
 
 /// A direction counts as new if this much of its product is outside the span of the others.
@@ -80,11 +81,10 @@ impl SharedCycle {
             // the factors or the matrix, which all share, are unusable
             self.members.iter_mut().for_each(|member| (member.ended, member.finite) = (true, false));
         }
-        let added = self.products[known..].iter().zip(&self.directions[known..]);
-        let added: Vec<(&Vec<f64>, &Vec<f64>)> = added.collect();
+        let added = (&self.products[known..], &self.directions[known..]);
         for (member, solve) in self.members.iter_mut().zip(solves).filter(|(member, _)| !member.ended) {
-            member.minimise(&added, ranks);
-            member.judge(0.5 * solve.target, added.is_empty(), options);
+            member.minimise(added, ranks);
+            member.judge(0.5 * solve.target, added.0.is_empty(), options);
         }
     }
 
@@ -93,12 +93,10 @@ impl SharedCycle {
     fn add(&mut self, mut z: Vec<f64>, mut w: Vec<f64>, ranks: &dyn Ranks) -> bool {
         let size = norm_on(&w, ranks);
         for _ in 0..2 {
-            let mut components: Vec<f64> = self.products.iter().map(|q| dot(&w, q)).collect();
+            let mut components = dots(&w, &self.products);
             ranks.sum(&mut components);
-            for ((q, direction), component) in self.products.iter().zip(&self.directions).zip(components) {
-                subtract(&mut w, component, q);
-                subtract(&mut z, component, direction);
-            }
+            subtract(&mut w, &components, &self.products);
+            subtract(&mut z, &components, &self.directions);
         }
         let left = norm_on(&w, ranks);
         if left > NEW * size {
@@ -120,13 +118,12 @@ impl SharedCycle {
 impl Member {
     /// Minimises the residual over new directions, whose products are orthonormal and orthogonal to
     /// earlier ones.
-    fn minimise(&mut self, added: &[(&Vec<f64>, &Vec<f64>)], ranks: &dyn Ranks) {
-        let mut components: Vec<f64> = added.iter().map(|(product, _)| dot(&self.residual, product)).collect();
+    fn minimise(&mut self, (products, directions): (&[Vec<f64>], &[Vec<f64>]), ranks: &dyn Ranks) {
+        let mut components = dots(&self.residual, products);
         ranks.sum(&mut components);
-        for ((product, direction), component) in added.iter().zip(components) {
-            subtract(&mut self.residual, component, product);
-            subtract(&mut self.x, -component, direction);
-        }
+        subtract(&mut self.residual, &components, products);
+        components.iter_mut().for_each(|component| *component = -*component);
+        subtract(&mut self.x, &components, directions);
         self.norm = norm_on(&self.residual, ranks);
         self.taken += 1;
     }
@@ -143,12 +140,4 @@ impl Member {
             (self.ended, self.given_up) = (true, true);
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn subtract(from: &mut [f64], factor: f64, what: &[f64]) {
-    from.iter_mut().zip(what).for_each(|(from, what)| *from -= factor * what);
 }
