@@ -7,7 +7,8 @@
 //! Two blocks with non-matching meshes, pressed together and slid with friction; Lagrange
 //! multipliers, so that the matrix is a saddle point. Stiffness varies over three decades in a
 //! smooth pattern of solid and void, as in a topology optimization; the layers next to the
-//! interface are solid. The first argument is the minimum number of unknowns.
+//! interface are solid. The first argument is the minimum number of unknowns; a third one is the
+//! ratio of the void's to the solid's stiffness instead of 1e-3.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example export_matrix -- case.toml results design.bin
@@ -32,9 +33,9 @@ use slipstick::analysis::Analysis;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
-use slipstick::linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
+use slipstick::linalg::{CsrMatrix, Reduction};
 use slipstick::mesh::Mesh;
-use slipstick::path::{Held, Iteration, LinearSystem, Silent, StepProblem, Wanted};
+use slipstick::path::{Held, Iteration, Silent, StepProblem, Wanted};
 use slipstick::run::load_density;
 
 /// Height of each block; both are about 2 × 2 wide.
@@ -44,10 +45,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let start = Instant::now();
     let (file, problem, (reduction, matrix)) = match arguments.as_slice() {
-        [unknowns, file] => {
-            let unknowns: usize = unknowns.parse().map_err(|_| "the number of unknowns must be a whole number")?;
+        [unknowns, file, ratio @ ..] if unknowns.parse::<usize>().is_ok() && ratio.len() < 2 => {
+            let unknowns: usize = unknowns.parse()?;
+            let ratio = ratio.first().map_or("1e-3", String::as_str);
             let edge = (6..).find(|&m| count(m) >= unknowns).ok_or("there is no mesh of that size")?;
-            let mut problem = build(&parse_case(&case(edge), "blocks.toml")?.case)?;
+            let mut problem = build(&parse_case(&case(edge, ratio), "blocks.toml")?.case)?;
             let density = pattern(&problem.mesh);
             let tangent = converged_tangent(&mut problem, &density)?;
             (file, problem, tangent)
@@ -58,7 +60,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let tangent = converged_tangent(&mut problem, &density)?;
             (file, problem, tangent)
         }
-        _ => return Err("arguments: number of unknowns, file to write; or a case file, results, file to write".into()),
+        _ => {
+            return Err("arguments: number of unknowns, file to write, stiffness of void; or a case file, results, file \
+                        to write"
+                .into());
+        }
     };
     let (mesh, slaves) = (problem.mesh, problem.analysis.model().slave_nodes());
     let seconds = start.elapsed().as_secs_f64();
@@ -79,7 +85,8 @@ fn count(m: usize) -> usize {
     3 * (lower * layers(m) + upper * layers(m - 2) + upper)
 }
 
-fn case(m: usize) -> String {
+/// The case file of the blocks; `ratio` is the stiffness of void relative to that of solid.
+fn case(m: usize, ratio: &str) -> String {
     let (k, l) = (m - 2, layers(m - 2));
     let material = "{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
     format!(
@@ -113,7 +120,10 @@ steps = 2
 [design]
 bodies = ["lower", "upper"]
 initial = 1.0
-simp = {{ p = 3.0, min = 1e-3 }}
+simp = {{ p = 3.0, min = {ratio} }}
+
+[solver]
+linear = "schwarz"
 "#,
         layers = layers(m),
         top = 2.0 * HEIGHT,
@@ -137,7 +147,6 @@ fn pattern(mesh: &Mesh) -> ElementValues {
 
 /// Marches and returns the free part of the tangent at the end.
 fn converged_tangent(problem: &mut Problem, density: &ElementValues) -> Result<(Reduction, CsrMatrix), Box<dyn Error>> {
-    problem.analysis.linear = LinearSystem::new(SolverChoice::Multifrontal { precision: Precision::F32 });
     let forward = problem.analysis.forward(density, &mut Silent)?;
     let [.., previous, last] = forward.path.states.as_slice() else {
         return Err("the path is empty".into());

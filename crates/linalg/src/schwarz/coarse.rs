@@ -134,19 +134,27 @@ fn galerkin(
     type Row = (Vec<u32>, Vec<[[f64; MODES]; MODES]>);
     let row = |slots: &mut Vec<u32>, index: usize| -> Row {
         let (mut reached, mut blocks): Row = Default::default();
+        // of the aggregates that the patch of the last vertex reaches
+        let (mut last, mut places) = (usize::MAX, Vec::new());
         for (i, weight) in weights.of(supports, index) {
             let v = vertices.of[i as usize] as usize;
             let k = vertices.members(v).partition_point(|&j| j < i);
             let patch = patches[v].as_ref().expect("all vertices have one");
-            for (&aggregate, product) in patch.reached.iter().zip(patch.row(k)) {
-                let mut slot = slots[aggregate as usize] as usize;
-                if slot == u32::MAX as usize {
-                    slot = reached.len();
-                    slots[aggregate as usize] = slot as u32;
-                    reached.push(aggregate);
-                    blocks.push([[0.0; MODES]; MODES]);
-                }
-                let block = &mut blocks[slot];
+            if v != last {
+                last = v;
+                places.clear();
+                places.extend(patch.reached.iter().map(|&aggregate| {
+                    let slot = &mut slots[aggregate as usize];
+                    if *slot == u32::MAX {
+                        *slot = reached.len() as u32;
+                        reached.push(aggregate);
+                        blocks.push([[0.0; MODES]; MODES]);
+                    }
+                    *slot as usize
+                }));
+            }
+            for (&place, product) in places.iter().zip(patch.row(k)) {
+                let block = &mut blocks[place];
                 for r in 0..MODES {
                     (0..MODES).for_each(|c| block[r][c] += weight[r] * product[c]);
                 }

@@ -89,16 +89,38 @@ impl Transfer {
             }
             let members = vertices.members(v);
             let mut reached: Vec<u32> = Vec::new();
-            let near = members.iter().filter(|&&i| part(i)).flat_map(|&i| a.pattern.row(i as usize));
-            for aggregate in near.chain(members).flat_map(|&j| self.row(j as usize)).map(|(aggregate, _)| aggregate) {
-                if slots[aggregate as usize] == UNSEEN {
-                    slots[aggregate as usize] = reached.len() as u32;
-                    reached.push(aggregate);
+            let mut reach = |j: u32| {
+                for (aggregate, _) in self.row(j as usize) {
+                    if slots[aggregate as usize] == UNSEEN {
+                        slots[aggregate as usize] = reached.len() as u32;
+                        reached.push(aggregate);
+                    }
                 }
+            };
+            let mut rows = members.iter().filter(|&&i| part(i)).map(|&i| a.pattern.row(i as usize));
+            let first = rows.next().unwrap_or_default();
+            first.iter().for_each(|&j| reach(j));
+            rows.filter(|row| *row != first).flatten().for_each(|&j| reach(j));
+            members.iter().for_each(|&j| reach(j));
+            let width = reached.len();
+            let mut products = vec![[0.0; MODES]; members.len() * width];
+            let alike = |&i: &u32| part(i) && a.pattern.row(i as usize) == first;
+            if side == Side::Rows && members.iter().all(alike) {
+                let values: Vec<&[f64]> = members.iter().map(|&i| a.row(i as usize).1).collect();
+                for (at, &j) in first.iter().enumerate() {
+                    for (aggregate, motion) in self.row(j as usize) {
+                        let slot = slots[aggregate as usize] as usize;
+                        for (sums, values) in products.chunks_exact_mut(width).zip(&values) {
+                            let value = values[at];
+                            sums[slot].iter_mut().zip(motion).for_each(|(sum, m)| *sum += value * m);
+                        }
+                    }
+                }
+                reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
+                return Some(Patch { reached, products });
             }
-            let mut products = vec![[0.0; MODES]; members.len() * reached.len()];
             for (k, &i) in members.iter().enumerate().filter(|(_, i)| part(**i)) {
-                let row = &mut products[k * reached.len()..(k + 1) * reached.len()];
+                let row = &mut products[k * width..(k + 1) * width];
                 let mut add = |j: u32, value: f64| {
                     for (aggregate, motion) in self.row(j as usize) {
                         let sum = &mut row[slots[aggregate as usize] as usize];
