@@ -14,6 +14,7 @@ use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use slipstick_contact::kinematics::NodeKinematics;
+use slipstick_linalg::{Automatic, SchwarzSolver};
 use slipstick_mesh::{Element, Mesh};
 use slipstick_model::analysis::Analysis;
 use slipstick_model::words::{counted, quantity};
@@ -140,6 +141,8 @@ pub struct Inspection {
     pub kept_bytes: f64,
     /// Floating-point operations of one factorization.
     pub factor_operations: f64,
+    /// Whether the factors are those of a preconditioner, with which solves iterate.
+    pub iterative: bool,
     /// Data from which memory on several ranks is predicted.
     pub on_ranks: RankMemory,
     /// Warnings.
@@ -258,9 +261,12 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         notices.retain(|notice| notice.kind != NoticeKind::NothingOpposite || notice.path != path);
         notices.push(open.notice(case));
     }
-    let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
+    let Factorization { unknowns, bytes: factor_bytes, operations: factor_operations, matrix_bytes, iterative, double } =
+        factorization(case, problem)?;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
-    let systems = memory::Systems { factors: factor_bytes, matrix: matrix_bytes, kept: steps_with_factors };
+    let working = if iterative { memory::iterations(unknowns) } else { memory::FRONTS * factor_bytes };
+    let (factors, matrix, kept) = (factor_bytes, matrix_bytes, steps_with_factors);
+    let systems = memory::Systems { factors, working, double, matrix, kept };
     let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
     let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     let sets = problem
@@ -282,6 +288,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         peak_bytes,
         kept_bytes,
         factor_operations,
+        iterative,
         on_ranks,
         notices,
     })
@@ -524,8 +531,20 @@ fn distinct(nodes: impl Iterator<Item = u32>) -> usize {
     nodes.len()
 }
 
-/// Number of free unknowns, bytes and operations of a factorization, bytes of the matrix.
-fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
+/// Predictions for a factorization.
+struct Factorization {
+    /// Free unknowns.
+    unknowns: usize,
+    bytes: f64,
+    operations: f64,
+    matrix_bytes: f64,
+    /// Whether the factors are a preconditioner.
+    iterative: bool,
+    /// Memory of direct factors in double precision. \[bytes\]
+    double: f64,
+}
+
+fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, StateError> {
     let Analysis { design, workspace, .. } = &mut problem.analysis;
     let rest = design.model().rest();
     let wanted = Wanted::Derivatives;
@@ -537,21 +556,21 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64,
     let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
     let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), fixed, groups);
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
+    let pattern = reduction.pattern();
+    let unknowns = reduction.free();
     if case.solver.linear == LinearSolverChoice::Schwarz {
-        let (bytes, operations) = slipstick_linalg::SchwarzSolver::predict(reduction.pattern());
-        return Ok((reduction.free(), bytes, operations, matrix_bytes));
+        // several ranks, whose direct factors are larger, are not possible
+        let (bytes, operations) = SchwarzSolver::predict(pattern);
+        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: true, double: bytes });
     }
-    let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
-    let (entries, operations) = size.unwrap_or((0.0, 0.0));
-    Ok((reduction.free(), entry_bytes(case) * entries, operations, matrix_bytes))
-}
-
-/// Memory of one entry of the factors.
-fn entry_bytes(case: &Case) -> f64 {
-    match case.solver.linear {
-        LinearSolverChoice::Auto | LinearSolverChoice::Schwarz => 4.0,
-        LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer | LinearSolverChoice::Petsc => 8.0,
-    }
+    let forecast = Automatic::forecast(pattern);
+    let double = 8.0 * forecast.direct_entries;
+    let (bytes, operations, iterative) = match case.solver.linear {
+        LinearSolverChoice::Auto => (forecast.bytes, forecast.operations, forecast.iterative),
+        LinearSolverChoice::Direct => (0.5 * double, forecast.direct_operations, false),
+        _ => (double, forecast.direct_operations, false),
+    };
+    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative, double })
 }
 
 /// Number of steps whose factors can be kept for the gradient within the memory that the case

@@ -2,7 +2,7 @@
 
 use crate::build::BuildError;
 use crate::case::{self, LinearSolverChoice};
-use slipstick_linalg::{Alone, Nodes, Precision, Ranks, Schwarz, SolverChoice};
+use slipstick_linalg::{Alone, Automatic, Nodes, Precision, Ranks, Schwarz, SolverChoice};
 use slipstick_mesh::Mesh;
 use slipstick_path::LinearSystem;
 use std::sync::Arc;
@@ -51,7 +51,8 @@ impl Machine {
         };
         let one = |choice: SolverChoice| alone().map(|()| LinearSystem::new(choice));
         match solver.linear {
-            LinearSolverChoice::Auto if !several => one(SolverChoice::Auto),
+            LinearSolverChoice::Auto if !several => Ok(LinearSystem::new(Automatic(nodes(mesh)))),
+            LinearSolverChoice::Direct => one(SolverChoice::Auto),
             LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
             LinearSolverChoice::Faer => one(SolverChoice::Faer),
             LinearSolverChoice::Schwarz => alone().map(|()| LinearSystem::new(Schwarz(nodes(mesh)))),

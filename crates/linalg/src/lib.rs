@@ -12,9 +12,10 @@
 //!
 //! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree
 //! without the feature `metis`, threshold pivoting with delayed pivots, single or double
-//! precision), [`SchwarzSolver`] (a preconditioner for large problems), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting: the
-//! reference and the last resort) and [`RobustSolver`], which tries these, or any others, in
-//! sequence.
+//! precision), [`SchwarzSolver`] (a preconditioner for large problems), [`SupernodalSolver`] (faer's
+//! left-looking LU with full partial pivoting: the reference and the last resort) and
+//! [`RobustSolver`], which tries these, or any others, in sequence. [`Automatic`] chooses between
+//! direct factors and iterations by predicted cost.
 //!
 //! ```
 //! use slipstick_linalg::{
@@ -73,7 +74,7 @@ pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
 pub use reduce::Reduction;
 pub use robust::{Link, RobustSolver, SolverChoice, test_on};
-pub use schwarz::{Nodes, Schwarz, SchwarzSolver};
+pub use schwarz::{Automatic, Forecast, Nodes, Schwarz, SchwarzSolver};
 pub use slipstick_ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use solver::{
     Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Pivot, Precision, Transposed,

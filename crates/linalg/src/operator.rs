@@ -7,7 +7,7 @@ use crate::scaling::Scaling;
 use slipstick_ranks::{Alone, Ranks};
 
 /// Memory of an entry of a [`CsrMatrix`]: value and column. \[bytes\]
-const ENTRY_BYTES: f64 = 12.0;
+pub(crate) const ENTRY_BYTES: f64 = 12.0;
 
 /// A square matrix that can be multiplied, as it is and transposed.
 ///

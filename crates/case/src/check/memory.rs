@@ -5,13 +5,17 @@ use crate::case::{Case, Contact, Enforcement, StartValues, Symmetry};
 
 use serde::Serialize;
 
-use super::{bytes_of_building, counts, entry_bytes};
+use super::{bytes_of_building, counts};
 
 /// Predictions for the linear systems of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Systems {
     /// Memory of one factorization. \[bytes\]
     pub factors: f64,
+    /// Memory that a factorization or a solve needs besides. \[bytes\]
+    pub working: f64,
+    /// Memory of direct factors in double precision. \[bytes\]
+    pub double: f64,
     /// Memory of the tangent, by blocks and by entries. \[bytes\]
     pub matrix: f64,
     /// Load steps that keep their factors for the gradient.
@@ -23,7 +27,15 @@ const PROGRAM: f64 = 13e6;
 
 /// Memory during a factorization relative to the memory of its factors: fronts that wait for their
 /// parent. Measured.
-const FRONTS: f64 = 0.5;
+pub(super) const FRONTS: f64 = 0.5;
+
+/// Directions that iterations keep, with a product for each.
+const DIRECTIONS: f64 = 30.0;
+
+/// Working memory of an iterative solver: the vectors of a solve. \[bytes\]
+pub(super) fn iterations(unknowns: usize) -> f64 {
+    2.0 * DIRECTIONS * 8.0 * unknowns as f64
+}
 
 /// Copies of the tangent that exist at the same time: assembled, without prescribed unknowns,
 /// scaled for the factorization, and the working space of the elimination order and the iterations.
@@ -37,7 +49,7 @@ const MATRICES: f64 = 2.5;
 /// Among the kept factors of all steps, the last ones are those in use.
 /// Test: `predicted_memory_is_that_of_runs`.
 pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f64) {
-    let Systems { factors, matrix, kept } = *systems;
+    let Systems { factors, working, matrix, kept, .. } = *systems;
     // Plain Uzawa iterations factorize the system with fixed multipliers, the gradient the one with
     // free multipliers, and each keeps its factors for the next time.
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
@@ -52,7 +64,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + states(case, problem)
         + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem);
-    let peak = fixed + ((1.0 + FRONTS) * factors + second) * at_once;
+    let peak = fixed + (factors + working + second) * at_once;
     let all_kept = kept.saturating_sub(1) as f64 * factors;
     (peak + all_kept, all_kept)
 }
@@ -98,7 +110,7 @@ impl RankMemory {
                 + RESPONSE_DIVIDED * responses(problem)
                 + filter(case, problem),
             whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
-            factors: 8.0 / entry_bytes(case) * systems.factors,
+            factors: systems.double,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
             steps: case.steps(),
         }

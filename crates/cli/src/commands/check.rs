@@ -222,6 +222,9 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
         row("plus kept factors, at most", bytes(inspection.kept_bytes)),
         row("one factorization, roughly", format!("{seconds:.2} s on one core")),
     ];
+    if inspection.iterative {
+        rows.push(row("solves", "iterative".to_owned()));
+    }
     if let Some(ranks) = ranks {
         let on = &inspection.on_ranks;
         rows.push(row(&format!("memory on each of {}", counted(ranks, "rank")), bytes(on.of_each(ranks))));

@@ -31,6 +31,7 @@ struct Measured {
 
 const NOTHING_KEPT: &str = "[adjoint]\nmemory = \"0\"\n";
 const DOUBLE: &str = "[adjoint]\nmemory = \"0\"\n[solver]\nlinear = \"multifrontal\"\n";
+const ITERATIVE: &str = "[adjoint]\nmemory = \"0\"\n[solver]\nlinear = \"schwarz\"\n";
 const LAGRANGE: &str = "{ lagrange = {} }";
 const AUGMENTED: &str = "{ augmented = {} }";
 const PENALTY: &str = "{ penalty = {} }";
@@ -142,6 +143,7 @@ fn predicted_memory_is_that_of_runs() {
         run("plain Uzawa", hexahedra, "{ augmented = { acceleration = 0, tolerance = 1e-2 } }", NOTHING_KEPT),
         run("double precision", hexahedra, PENALTY, DOUBLE),
         run("kept factors", hexahedra, LAGRANGE, ""),
+        Measured { cells: [24, 12, 15], ..run("iterative solver", hexahedra, LAGRANGE, ITERATIVE) },
         run("Lagrange", wedges, LAGRANGE, NOTHING_KEPT),
         run("penalty", wedges, PENALTY, NOTHING_KEPT),
         run("Lagrange", tetrahedra, LAGRANGE, NOTHING_KEPT),

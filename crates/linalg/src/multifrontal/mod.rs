@@ -56,7 +56,7 @@ const NAME: &str = "multifrontal LU";
 /// gives 10 GB/s and 41 Gflop/s (66 in single precision). The march gives earlier factors only half
 /// of the break-even number of iterations, so its speed is not sensitive to the ratio. Its results
 /// are, within the tolerance of the solves: the ratio decides which factors it reuses.
-const BYTES_PER_OPERATION: f64 = 0.4;
+pub(crate) const BYTES_PER_OPERATION: f64 = 0.4;
 
 /// Facts about a factorization, for reports and for judging its quality.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,9 +110,12 @@ impl MultifrontalSolver {
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will
     /// need, only from the analysis; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
-        let structure = Structure::analyse(pattern, None).ok()?.0;
-        let entries = structure.supernodes.iter().map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64).sum();
-        Some((entries, structure.operations))
+        Some(Structure::analyse(pattern, None).ok()?.0.size())
+    }
+
+    /// The same from an analysis; `None` if it is that of another solver.
+    pub fn size(symbolic: &Symbolic) -> Option<(f64, f64)> {
+        Some(symbolic.content::<Analysis>()?.structure.size())
     }
 
     /// As [`LinearSolver::factorize`], with the concrete type.

@@ -75,6 +75,12 @@ impl Structure {
         Ok((structure, Arc::new(Ordering { groups: pattern.groups().to_vec(), vertices, operations })))
     }
 
+    /// Entries of L and U, and floating-point operations.
+    pub fn size(&self) -> (f64, f64) {
+        let entries = |s: &Supernode| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64;
+        (self.supernodes.iter().map(entries).sum(), self.operations)
+    }
+
     fn in_order(pattern: &CsrPattern, graph: &QuotientGraph, vertices: Vec<u32>) -> Self {
         let (order, parents) = postordered_tree(graph, vertices);
         let mut groups = fundamental_supernodes(graph, &order, &parents);

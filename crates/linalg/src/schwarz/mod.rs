@@ -12,7 +12,8 @@
 //! 2. *Coarse space.* Within small boxes, strongly coupled nodes of a body form aggregates, so
 //!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
-//!    motions, which has one coarse unknown for about 24 unknowns, is also factorized.
+//!    motions, which has one coarse unknown for about 24 unknowns, is also factorized, in single
+//!    precision unless some motions are weakly supported.
 //!
 //! With the restricted additive operator M₁ of the first step and that of the second, Q = P (Rᵀ A
 //! P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same factors,
@@ -24,6 +25,7 @@
 //! Brezina, Computing 56 (1996), for smoothed aggregation. Test: `crates/linalg/tests/schwarz.rs`.
 
 mod aggregates;
+mod choice;
 mod coarse;
 mod local;
 mod partition;
@@ -38,6 +40,7 @@ use crate::solver::{
     Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Precision, check_columns,
 };
 use crate::symbolic::Symbolic;
+pub use choice::{Automatic, Forecast};
 use coarse::Coarse;
 use local::{Part, Subdomain};
 use rayon::prelude::*;
@@ -56,13 +59,13 @@ pub const PART: usize = 9000;
 /// and more than double the memory.
 const LAYERS: usize = 1;
 
-/// Number of solves that reduce a residual to a tenth; ten digits take 20 to 32 at 100,000 to a
+/// Number of solves that reduce a residual to a tenth; ten digits take 17 to 37 at 35,000 to a
 /// million unknowns.
 const SOLVES_PER_DIGIT: f64 = 3.0;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
 const BYTES_PER_UNKNOWN: f64 = 6000.0;
-const BYTES_PER_ENTRY: f64 = 50.0;
+const BYTES_PER_ENTRY: f64 = 20.0;
 
 /// Floating-point operations to compute the factors.
 const OPERATIONS_PER_UNKNOWN: f64 = 9e5;

@@ -39,6 +39,7 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
     root.table("solver").map_or(default, |table| {
         let words = [
             ("auto", LinearSolverChoice::Auto),
+            ("direct", LinearSolverChoice::Direct),
             ("multifrontal", LinearSolverChoice::Multifrontal),
             ("faer", LinearSolverChoice::Faer),
             ("schwarz", LinearSolverChoice::Schwarz),

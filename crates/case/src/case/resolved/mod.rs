@@ -172,13 +172,15 @@ pub struct Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinearSolverChoice {
-    /// Multifrontal, with faer's as a fallback; PETSc on several ranks.
+    /// `Direct`, or `Schwarz` where it is predicted to be far cheaper; PETSc on several ranks.
     Auto,
+    /// Multifrontal LU in single precision, with double precision and faer's as a fallback.
+    Direct,
     /// Multifrontal LU.
     Multifrontal,
     /// faer's supernodal sparse LU.
     Faer,
-    /// Iterations with a two-level Schwarz preconditioner, for large problems; the solvers of `Auto`
+    /// Iterations with a two-level Schwarz preconditioner, for large problems; the solvers of `Direct`
     /// as a fallback.
     Schwarz,
     /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
