@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the measurements of docs/performance.md and inserts them between the markers of that page. About half an hour on
+# Makes the measurements of docs/performance.md and inserts them between the markers of that page. About an hour on
 # two cores; nothing else should run. `measure.sh NAME …` repeats single measurements.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -59,18 +59,42 @@ orders() {
 
 elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
-large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
+# One load step of the half-ball: LINEAR, elements of the plate, of the ball.
+half_ball() {
+    sed "s/\[14, 3, 14\]/[$2]/; s/\[10, 2, 1\]/[$3]/; s/\"schwarz\"/\"$1\"/" docs/performance/half_ball.toml \
+        > "$work/case.toml"
+    "$program" bench "$work/case.toml" --steps 1 --threads 2
+}
 
-# The iterative solver; the larger mesh needs 15 GB.
-iterative() {
-    local mesh
-    for mesh in '63, 14, 63/45, 9, 5' '97, 21, 97/69, 14, 7'; do
-        sed "s/\[14, 3, 14\]/[${mesh%/*}]/; s/\[10, 2, 1\]/[${mesh#*/}]/" docs/performance/half_ball.toml > "$work/case.toml"
-        "$program" bench "$work/case.toml" --steps 1 --threads 2
-        echo
+large() { half_ball direct '63, 14, 63' '45, 9, 5'; }
+
+# Iterations of the preconditioner to 1e-10, forward and transposed, for meshes and stiffnesses of void. The folder
+# MATRICES, if it is set, keeps the matrices, which take half an hour.
+contrast() {
+    cargo build --quiet --release -p slipstick --example export_matrix
+    cargo build --quiet --release -p slipstick-linalg --example schwarz
+    local folder=${MATRICES:-$work} unknowns void file line
+    printf '  unknowns   void 1e-3   void 1e-4   void 1e-5   void 1e-6\n'
+    for unknowns in 33000 100000 300000; do
+        line=
+        for void in 1e-3 1e-4 1e-5 1e-6; do
+            file=$folder/blocks_${unknowns}_$void.bin
+            [ -e "$file" ] || "$programs/examples/export_matrix" $unknowns "$file" $void >&2
+            # the second and the fourth of the solves are those to 1e-10
+            line+=$("$programs/examples/schwarz" "$file" |
+                awk '{ for (i = 2; i <= NF; i++) if ($i == "it.") n[++k] = $(i - 1); print $1, n[2], n[4] }')' '
+        done
+        awk '{ printf "%10d%7d / %2d%7d / %2d%7d / %2d%7d / %2d\n", $1, $2, $3, $5, $6, $8, $9, $11, $12 }' <<< "$line"
     done
 }
 
-for name in ${*:-sizes settled ironing_block methods responses elements orders large iterative}; do
+# The iterative solver; the larger mesh needs 15 GB.
+iterative() {
+    half_ball schwarz '63, 14, 63' '45, 9, 5'
+    echo
+    half_ball schwarz '97, 21, 97' '69, 14, 7'
+}
+
+for name in ${*:-sizes settled ironing_block methods responses elements orders large contrast iterative}; do
     measure "$name" "$name"
 done

@@ -61,9 +61,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             (file, problem, tangent)
         }
         _ => {
-            return Err("arguments: number of unknowns, file to write, stiffness of void; or a case file, results, file \
+            return Err(
+                "arguments: number of unknowns, file to write, stiffness of void; or a case file, results, file \
                         to write"
-                .into());
+                    .into(),
+            );
         }
     };
     let (mesh, slaves) = (problem.mesh, problem.analysis.model().slave_nodes());
@@ -121,9 +123,6 @@ steps = 2
 bodies = ["lower", "upper"]
 initial = 1.0
 simp = {{ p = 3.0, min = {ratio} }}
-
-[solver]
-linear = "schwarz"
 "#,
         layers = layers(m),
         top = 2.0 * HEIGHT,
