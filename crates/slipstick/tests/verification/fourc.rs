@@ -1,7 +1,7 @@
 //! Tests of 4C.
 
-use crate::abaqus::abaqus;
 use crate::chapter::Chapter;
+use crate::common::abaqus::abaqus;
 use crate::finding::Finding;
 use crate::solved::{Scene, neo_hooke};
 use serde::Deserialize;

@@ -1,7 +1,7 @@
 //! Two spheres pressed together: Hertz.
 
-use crate::abaqus::abaqus;
 use crate::chapter::Chapter;
+use crate::common::abaqus::abaqus;
 use crate::finding::Finding;
 use crate::solved::{Scene, Solved, neo_hooke};
 use slipstick_mesh::{Body, Element, HalfBallShape, Mesh, half_ball};

@@ -5,8 +5,6 @@
 //! `cargo test --release -p slipstick --test verification -- --ignored`; with
 //! `SLIPSTICK_VERIFY=ring,hertz` only some chapters run.
 
-#[path = "../common/abaqus.rs"]
-mod abaqus;
 mod beams;
 mod chapter;
 #[path = "../common/mod.rs"]

@@ -1,7 +1,7 @@
 //! Meshes that no generator produces: those of generators with moved nodes, as the text of a mesh
 //! file.
 
-use crate::abaqus::abaqus;
+use crate::common::abaqus::abaqus;
 use slipstick_mesh::{BoxShape, box_mesh};
 
 /// The box 0 … 1 in all directions with the given number of elements, its nodes moved by `map`, as
