@@ -289,7 +289,7 @@ fn gradients_of_two_hundred_random_load_cases() {
     let table = suite(FIRST_OF_SCENARIOS..FIRST_OF_SCENARIOS + 100, With::Densities);
     publish("2_load_cases", "load cases with their own friction, moduli, motions, positions", &table);
     let table = suite(FIRST_OF_SCENARIOS + 100..FIRST_OF_SCENARIOS + 200, With::Variables);
-    publish("3_load_cases_variables", "the same, with respect to variables", &table);
+    publish("3_load_cases_variables", "load cases, with respect to variables of chains of maps", &table);
 }
 
 #[test]
