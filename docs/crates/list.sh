@@ -78,7 +78,7 @@ TEXT
     row zip "3MF files"
     cat <<'TEXT'
 
-`proptest` (random inputs), `num-dual` (reference derivatives by dual numbers) and `tempfile` are
+`proptest` (random inputs), `num-dual` (dual numbers, for reference derivatives) and `tempfile` are
 used only in tests and benchmarks.
 
 About 700 lines in `views/src/render` and `picture.rs` draw charts and the text in pictures. We

@@ -314,7 +314,7 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
 }
 
 /// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no
-/// free rigid motion, or the supports of all of them together leave none.
+/// free rigid motion, or the supports of the deformable ones together leave none.
 fn held_by_ties(case: &Case, mesh: &Mesh, bodies: &[BodySummary], fixed: &[bool]) -> Vec<bool> {
     let body_of = |surface: &String| {
         let facet = mesh.surfaces.get(surface)?.facets.first()?;
@@ -330,7 +330,9 @@ fn held_by_ties(case: &Case, mesh: &Mesh, bodies: &[BodySummary], fixed: &[bool]
     }
     let held = |b: usize| {
         let members: Vec<usize> = (0..bodies.len()).filter(|&other| group[other] == group[b]).collect();
-        let nodes = members.iter().flat_map(|&member| mesh.bodies[member].nodes.clone()).collect::<Vec<_>>();
+        // the nodes of rigid bodies count as prescribed, even if the body is free
+        let deformable = members.iter().filter(|&&member| mesh.rigid.iter().all(|rigid| rigid.body != member));
+        let nodes = deformable.flat_map(|&member| mesh.bodies[member].nodes.clone()).collect::<Vec<_>>();
         members.len() > 1
             && (members.iter().any(|&member| bodies[member].free_motions == 0)
                 || held_motions(mesh, nodes.into_iter(), fixed) == 6)

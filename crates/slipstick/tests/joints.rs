@@ -203,6 +203,38 @@ fn a_tied_block_does_not_move_on_the_slab() {
     }
 }
 
+/// Bodies that `check` reports as loose, in a scene of a slab and a block on it: a tie during the whole
+/// path joins their rigid motions, so that the supports of both count together.
+#[test]
+fn ties_hold_bodies() {
+    let loose = |block: &str, pair: &str, supports: &str| {
+        let text = format!(
+            "[[body]]\nname = 'slab'\nbox = {{ min = [0, 0, 0], max = [2, 1, 2], elements = [2, 1, 2] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
+             [[body]]\nname = 'block'\nbox = {{ min = [0, 1, 0], max = [2, 2, 2], elements = [1, 1, 1] }}\n{block}\n\
+             [[contact]]\nslave = 'slab_ymax'\nmaster = 'block_ymin'\n{pair}\n{supports}\
+             [load_path]\nsteps = 2\n"
+        );
+        let case = slipstick::case::parse_case(&text, "ties.toml").unwrap_or_else(|e| panic!("{e}\n{text}")).case;
+        let mut problem = slipstick::build::build(&case).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let notices = slipstick::check::inspect(&case, &mut problem).expect("the state at rest").notices;
+        let notices = notices.into_iter().filter(|notice| notice.kind == slipstick::check::NoticeKind::LooseBody);
+        notices.map(|notice| notice.path).collect::<Vec<_>>()
+    };
+    let solid = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    let held = "[[dirichlet]]\nset = 'slab_ymin'\n";
+    let along_y = "[[dirichlet]]\nset = 'slab_ymin'\ncomponents = ['y']\n";
+    let across = "[[dirichlet]]\nset = 'block_ymax'\ncomponents = ['x', 'z']\n";
+    let [slab, block] = ["body[0]", "body[1]"];
+    assert!(loose(solid, "tied = true", held).is_empty());
+    assert!(loose("rigid = {}", "tied = true", held).is_empty());
+    assert!(loose(solid, "tied = true", &format!("{along_y}{across}")).is_empty());
+    assert_eq!(loose(solid, "tied = true", along_y), [slab, block]);
+    assert_eq!(loose("rigid = {}", "tied = true", along_y), [slab, block]);
+    assert_eq!(loose(solid, "tied = true\nactive = [0, 0.5]", held), [block]);
+    assert_eq!(loose(solid, "friction = 0.3", held), [block]);
+}
+
 /// A growing offset does the work that is stored in the bodies: a block between a slab and a held
 /// face is compressed by a growing offset, in many small steps and without friction.
 #[test]

@@ -223,7 +223,7 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
         row("one factorization, roughly", format!("{seconds:.2} s on one core")),
     ];
     if inspection.iterative {
-        rows.push(row("solves", "iterative".to_owned()));
+        rows.push(row("linear solver", "iterative".to_owned()));
     }
     if let Some(ranks) = ranks {
         let on = &inspection.on_ranks;

@@ -35,7 +35,11 @@ fn run() -> Vec<Finding> {
     for (kind, name, elements) in elements {
         let full = relative(&mut cylinder(kind, elements, "full"));
         let f_bar = relative(&mut cylinder(kind, elements, "f_bar"));
-        findings.push(Finding::compare(format!("{name}, full integration"), 1.0, full));
+        findings.push(match kind {
+            // it locks, or the comparison would show nothing
+            Kind::Hex8 => Finding::at_most(format!("{name}, full integration"), 0.5, full),
+            _ => Finding::compare(format!("{name}, full integration"), 1.0, full),
+        });
         findings.push(Finding::value(format!("{name}, F̄"), 1.0, 0.01, f_bar));
     }
     let error = |n: usize| (relative(&mut cylinder(Kind::Hex27, [n, 8 * n, 1], "f_bar")) - 1.0).abs();
