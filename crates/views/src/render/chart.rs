@@ -127,21 +127,37 @@ pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canva
         top = 18.0 * dot;
     }
     top = legend(plots, text, [left, right], top, &mut drawing.inks);
+    let below = ticks_below(across, right - left, text);
     let head = 20.0 * dot;
     let room = f64::from(canvas.height) - top - 30.0 * dot - head * plots.len() as f64;
     let shares: f64 = plots.iter().map(|plot| plot.share.max(0.0)).sum();
     for one in &axes {
         let height = (room * one.plot.share.max(0.0) / shares).max(1.0);
         let frame = Rectangle { left, right, top: top + head, bottom: top + head + height };
-        one.draw(frame, &mut drawing.inks);
+        one.draw(frame, &below, &mut drawing.inks);
         top = frame.bottom;
     }
-    for (value, name) in ticks(across[0], across[1], 8) {
+    for (value, name) in &below {
         let x = left + (value - across[0]) / (across[1] - across[0]) * (right - left);
-        text.write(&name, [x, top + 8.0 * dot], Align::Centre, &mut drawing.inks);
+        // the last number may not end beyond the picture
+        let x = x.min(f64::from(canvas.width) - 0.5 * text.width(name) - 2.0 * dot);
+        text.write(name, [x, top + 8.0 * dot], Align::Centre, &mut drawing.inks);
     }
     text.write(abscissa, [0.5 * (left + right), top + 20.0 * dot], Align::Centre, &mut drawing.inks);
     Ok(Picture::draw(&drawing))
+}
+
+/// Ticks of the abscissa: about 8, or fewer if their numbers would overlap.
+fn ticks_below(across: [f64; 2], width: f64, text: Type) -> Vec<(f64, String)> {
+    let fit = |ticks: &[(f64, String)]| {
+        let apart = |pair: &[(f64, String)]| {
+            let needed = 0.5 * (text.width(&pair[0].1) + text.width(&pair[1].1)) + 6.0 * text.dot;
+            (pair[1].0 - pair[0].0) / (across[1] - across[0]) * width >= needed
+        };
+        ticks.windows(2).all(apart)
+    };
+    let fewer = (2..=8).rev().map(|most| ticks(across[0], across[1], most));
+    fewer.clone().find(|ticks| fit(ticks)).or_else(|| fewer.last()).unwrap_or_default()
 }
 
 /// Draws a sample and the name of each line with a name, in as many rows as needed; returns the end
@@ -217,7 +233,8 @@ impl<'a> Axes<'a> {
         Self { plot, across, upward, ticks, text }
     }
 
-    fn draw(&self, frame: Rectangle, inks: &mut Vec<Ink>) {
+    /// With grid lines at the ticks `below` of the abscissa.
+    fn draw(&self, frame: Rectangle, below: &[(f64, String)], inks: &mut Vec<Ink>) {
         let dot = self.text.dot;
         let x = |v: f64| frame.left + (v - self.across[0]) / (self.across[1] - self.across[0]) * frame.width();
         let y = |v: f64| frame.bottom - (v - self.upward[0]) / (self.upward[1] - self.upward[0]) * frame.height();
@@ -230,8 +247,8 @@ impl<'a> Axes<'a> {
             inks.push(Ink::stroke([frame.left, at], [frame.right, at], 0.3 * dot, GRID));
             self.text.write(name, [frame.left - 4.0 * dot, at], Align::Right, inks);
         }
-        for (value, _) in ticks(self.across[0], self.across[1], 8) {
-            inks.push(Ink::stroke([x(value), frame.top], [x(value), frame.bottom], 0.3 * dot, GRID));
+        for (value, _) in below {
+            inks.push(Ink::stroke([x(*value), frame.top], [x(*value), frame.bottom], 0.3 * dot, GRID));
         }
         if let Some(level) = self.plot.level {
             inks.push(Ink::stroke([frame.left, y(level)], [frame.right, y(level)], 0.5 * dot, Colour::GREY));
@@ -258,6 +275,21 @@ const GRID: Colour = Colour([222, 225, 230]);
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Short and long numbers; with about eight ticks, those of the last two intervals would overlap.
+    #[test]
+    fn numbers_of_the_abscissa_do_not_overlap() {
+        let text = Type { dot: 2.0, colour: Colour::INK };
+        for across in [[0.0, 10.0], [-0.02, 0.0], [1.00001, 1.00002]] {
+            let found = ticks_below(across, 760.0, text);
+            assert!(found.len() >= 2, "{found:?}");
+            for pair in found.windows(2) {
+                let at = |tick: &(f64, String)| (tick.0 - across[0]) / (across[1] - across[0]) * 760.0;
+                let widths = 0.5 * (text.width(&pair[0].1) + text.width(&pair[1].1));
+                assert!(at(&pair[1]) - at(&pair[0]) > widths, "{found:?}");
+            }
+        }
+    }
 
     /// Computed by hand: a line of 20 widths with a corner at 12. Dashes of 5 begin at 0, 9 and 18;
     /// the one from 9 is split at the corner, the one from 18 ends with the line.
