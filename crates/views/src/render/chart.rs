@@ -156,8 +156,8 @@ fn ticks_below(across: [f64; 2], width: f64, text: Type) -> Vec<(f64, String)> {
         };
         ticks.windows(2).all(apart)
     };
-    let fewer = (2..=8).rev().map(|most| ticks(across[0], across[1], most));
-    fewer.clone().find(|ticks| fit(ticks)).or_else(|| fewer.last()).unwrap_or_default()
+    let of = |count: usize| ticks(across[0], across[1], count);
+    (3..=8).rev().map(of).find(|ticks| fit(ticks)).unwrap_or_else(|| of(2))
 }
 
 /// Draws a sample and the name of each line with a name, in as many rows as needed; returns the end
