@@ -59,11 +59,21 @@ orders() {
 
 elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
-# One load step of the half-ball: LINEAR, elements of the plate, of the ball.
+# One load step of the half-ball: LINEAR, elements of the plate, of the ball, options of the measurement.
 half_ball() {
     sed "s/\[14, 3, 14\]/[$2]/; s/\[10, 2, 1\]/[$3]/; s/\"schwarz\"/\"$1\"/" docs/performance/half_ball.toml \
         > "$work/case.toml"
-    "$program" bench "$work/case.toml" --steps 1 --threads 2
+    "$program" bench "$work/case.toml" --steps 1 --threads 2 "${@:4}"
+}
+
+# The processor time of a load step with direct factors and with iterations, where they are about as expensive.
+choice() {
+    local linear
+    for linear in direct schwarz; do
+        echo "$linear"
+        half_ball $linear '29, 7, 29' '21, 4, 2' --cpu | head -n 2
+        half_ball $linear '43, 10, 43' '31, 6, 4' --cpu | sed -n 2p
+    done
 }
 
 large() { half_ball direct '63, 14, 63' '45, 9, 5'; }
@@ -95,6 +105,6 @@ iterative() {
     half_ball schwarz '97, 21, 97' '69, 14, 7'
 }
 
-for name in ${*:-sizes settled ironing_block methods responses elements orders large contrast iterative}; do
+for name in ${*:-sizes settled ironing_block methods responses elements orders large choice contrast iterative}; do
     measure "$name" "$name"
 done
