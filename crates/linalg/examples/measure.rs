@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "{{\"n\": {}, \"analyse\": {analysis:.4}, \"factor\": {factor:.4}, \"gflops\": {:.2}, \"gflop\": {:.1}, \
          \"solve\": {:.5}, \"solve_transpose\": {:.5}, \"entries\": {}, \"fronts\": {}, \"delayed\": {}, \
-         \"growth\": {:.2}, \"megabytes\": {}{report}}}",
+         \"growth\": {:.2}, \"symmetric\": {:.3}, \"smallest_pivot\": {:.1e}, \"megabytes\": {}{report}}}",
         a.n(),
         facts.operations / factor * 1e-9,
         facts.operations * 1e-9,
@@ -80,6 +80,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         facts.fronts,
         facts.delayed_pivots,
         facts.growth,
+        facts.symmetric_operations / facts.operations,
+        facts.smallest_pivot,
         memory.map_or("null".to_owned(), |m| format!("{m:.0}")),
     );
     Ok(())

@@ -12,6 +12,9 @@ use thiserror::Error;
 /// Rows below which a product is not worth splitting among threads.
 const ROWS_PER_TASK: usize = 1024;
 
+/// Entries that a thread scans at a time.
+const ENTRIES_PER_TASK: usize = 1 << 16;
+
 /// Rows of a product with the transpose that are summed on their own, and the most parts that these
 /// make.
 const ROWS_PER_PART: usize = 1 << 15;
@@ -119,6 +122,20 @@ impl CsrPattern {
     /// zero. Group numbers are arbitrary.
     pub fn groups(&self) -> &[u32] {
         &self.groups
+    }
+
+    /// Whether each unknown is a multiplier, n items: the unknowns of a group that do not directly
+    /// follow its first one.
+    pub(crate) fn multipliers(&self) -> Vec<bool> {
+        let mut seen = std::collections::HashSet::new();
+        let mut multiplier = false;
+        let is_multiplier = |(i, group): (usize, &u32)| {
+            if i == 0 || *group != self.groups[i - 1] {
+                multiplier = !seen.insert(*group);
+            }
+            multiplier
+        };
+        self.groups.iter().enumerate().map(is_multiplier).collect()
     }
 
     /// Number of each unknown before prescribed ones were removed, three times its block row plus
@@ -299,7 +316,18 @@ impl CsrMatrix {
 
     /// Row and column of the first entry that is not finite.
     pub fn first_non_finite(&self) -> Option<(usize, usize)> {
-        let k = self.values.par_iter().position_first(|a| !a.is_finite())?;
+        // 0·a is NaN unless a is finite; the lanes become vector instructions
+        let is_unusable = |values: &[f64]| {
+            let (chunks, rest) = values.as_chunks::<8>();
+            let mut lanes = [0.0; 8];
+            for chunk in chunks {
+                lanes.iter_mut().zip(chunk).for_each(|(lane, a)| *lane += 0.0 * a);
+            }
+            lanes.iter().chain(rest).any(|a| !a.is_finite())
+        };
+        let chunk = self.values.par_chunks(ENTRIES_PER_TASK).position_first(is_unusable)?;
+        let start = chunk * ENTRIES_PER_TASK;
+        let k = start + self.values[start..].iter().position(|a| !a.is_finite())?;
         let row = self.pattern.row_offsets.partition_point(|&offset| offset <= k) - 1;
         Some((row, self.pattern.columns[k] as usize))
     }

@@ -87,11 +87,11 @@ impl Link {
         !self.passed_over && n <= self.most_unknowns
     }
 
-    /// Factors that have passed a test. Those of an iterative solver are not tested: that would take
-    /// as long as a solve, and every solve is verified anyway.
+    /// Factors that have passed a test. Safe ones and those of an iterative solver are not tested: that
+    /// would take as long as a solve, and every solve is verified anyway.
     fn attempt(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let factors = self.solver.factorize(symbolic, a)?;
-        if self.solver.is_iterative() {
+        if self.solver.is_iterative() || factors.is_safe() {
             return Ok(factors);
         }
         let weights = factors.row_scaling().map_or_else(|| Cow::Owned(a.row_weights(false)), Cow::Borrowed);

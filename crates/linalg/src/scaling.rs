@@ -6,8 +6,17 @@ use rayon::prelude::*;
 /// Rows per parallel task.
 const ROWS_PER_TASK: usize = 8192;
 
-/// Number of symmetric sweeps before the rows and then the columns are equilibrated at once.
+/// Number of sweeps that treat rows and columns alike, before the rows and then the columns are
+/// equilibrated at once.
 const SWEEPS: usize = 3;
+
+/// Part of the unknowns whose rows and columns may be out of level before the matrix is scaled from the
+/// beginning.
+const MOST_OUT_OF_LEVEL: f64 = 0.1;
+
+/// Largest ratio of an entry to the geometric mean of its two diagonal entries for which these two
+/// unknowns may share factors; 1 for a positive definite matrix.
+const LARGEST_COUPLING: f64 = 4.0;
 
 /// Range of sizes of rows and columns, as a factor in both directions, within which a scaling is
 /// kept.
@@ -19,38 +28,93 @@ const LEVEL: f64 = 16.0;
 pub(crate) struct Scaling {
     pub rows: Vec<f64>,
     pub columns: Vec<f64>,
+    /// Unknowns whose row and column have the same factor, so that a symmetric part of the matrix
+    /// stays symmetric. Of their row and their column, only the larger is close to one.
+    shared: Vec<bool>,
 }
 
 impl Scaling {
-    /// A few simultaneous sweeps in the maximum norm treat rows and columns alike; one pass over
-    /// rows and one over columns then remove what remains due to widely spread entries.
-    /// Reference: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
-    /// matrices, RAL-TR-2001-034. Empty rows and columns keep the factor one.
+    /// Row and column of an unknown share their factor, which brings the diagonal entry close to one,
+    /// if no entry is much larger than the geometric mean of its two diagonal entries, and if the
+    /// unknown is not a multiplier. For the others, simultaneous sweeps in the maximum norm treat rows
+    /// and columns alike; one pass over rows and one over columns then remove what remains due to
+    /// widely spread entries.
+    /// References: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
+    /// matrices, RAL-TR-2001-034; A. van der Sluis, Numer. Math. 14 (1969) for the diagonal. Empty rows
+    /// and columns keep the factor one.
     pub fn equilibrate(a: &CsrMatrix) -> Self {
-        Self::equilibrate_by(a, |_| ())
+        let is_multiplier = a.pattern.multipliers();
+        let diagonal = |i: usize| {
+            let (places, values) = a.row(i);
+            let at = places.binary_search(&(i as u32)).ok().filter(|_| !is_multiplier[i]);
+            at.map_or(0.0, |k| values[k].abs())
+        };
+        let diagonals: Vec<f64> = (0..a.n()).map(diagonal).collect();
+        let roots: Vec<f64> = diagonals.iter().map(|d| d.sqrt()).collect();
+        let mut shared: Vec<bool> = diagonals.iter().map(|d| *d > 0.0 && d.is_finite()).collect();
+        for i in (0..a.n()).filter(|&i| roots[i] > 0.0) {
+            let (places, values) = a.row(i);
+            for (&j, value) in places.iter().zip(values) {
+                let bound = LARGEST_COUPLING * roots[i] * roots[j as usize];
+                if bound > 0.0 && value.abs() > bound {
+                    (shared[i], shared[j as usize]) = (false, false);
+                }
+            }
+        }
+        let of_shared: Vec<f64> = diagonals.iter().zip(&shared).map(|(d, s)| if *s { *d } else { 0.0 }).collect();
+        let mut factors = vec![1.0; a.n()];
+        multiply(&mut factors, &of_shared, -0.5);
+        let mut scaling = Self { rows: factors.clone(), columns: factors, shared };
+        scaling.level(SWEEPS, None, |scaling| scaling.largest_entries(a));
+        scaling
     }
 
-    /// The same for the sum of matrices on several ranks: `add` replaces the sizes of rows or
-    /// columns, which are the largest entries of this rank's part, by their sums over the ranks.
+    /// The same for the sum of matrices on several ranks, without shared factors: `add` replaces the
+    /// sizes of rows or columns, which are the largest entries of this rank's part, by their sums
+    /// over the ranks.
     pub fn equilibrate_by(part: &CsrMatrix, add: impl Fn(&mut Vec<f64>)) -> Self {
-        let n = part.n();
-        let mut scaling = Self { rows: vec![1.0; n], columns: vec![1.0; n] };
-        let largest = |scaling: &Self| {
+        let ones = vec![1.0; part.n()];
+        let mut scaling = Self { rows: ones.clone(), columns: ones, shared: vec![false; part.n()] };
+        scaling.level(SWEEPS, None, |scaling| {
             let (mut rows, mut columns) = scaling.largest_entries(part);
             add(&mut rows);
             add(&mut columns);
             (rows, columns)
-        };
-        for _ in 0..SWEEPS {
-            let (rows, columns) = largest(&scaling);
-            multiply(&mut scaling.rows, &rows, -0.5);
-            multiply(&mut scaling.columns, &columns, -0.5);
-        }
-        let (rows, _) = largest(&scaling);
-        multiply(&mut scaling.rows, &rows, -1.0);
-        let (_, columns) = largest(&scaling);
-        multiply(&mut scaling.columns, &columns, -1.0);
+        });
         scaling
+    }
+
+    /// Levels rows and columns that do not share factors; `largest` returns the sizes of all rows and
+    /// columns. Sizes that are `known` are not computed.
+    fn level(
+        &mut self,
+        sweeps: usize,
+        mut known: Option<(Vec<f64>, Vec<f64>)>,
+        largest: impl Fn(&Self) -> (Vec<f64>, Vec<f64>),
+    ) {
+        if self.shared.iter().all(|shared| *shared) {
+            return;
+        }
+        let alone = |sizes: Vec<f64>, shared: &[bool]| -> Vec<f64> {
+            sizes.into_iter().zip(shared).map(|(size, shared)| if *shared { 0.0 } else { size }).collect()
+        };
+        for _ in 0..sweeps {
+            let (rows, columns) = known.take().unwrap_or_else(|| largest(self));
+            multiply(&mut self.rows, &alone(rows, &self.shared), -0.5);
+            multiply(&mut self.columns, &alone(columns, &self.shared), -0.5);
+        }
+        let (rows, _) = largest(self);
+        multiply(&mut self.rows, &alone(rows, &self.shared), -1.0);
+        let (_, columns) = largest(self);
+        multiply(&mut self.columns, &alone(columns, &self.shared), -1.0);
+    }
+
+    /// Replaces the sizes of rows and columns that share a factor by the larger of the two.
+    fn share(&self, rows: &mut [f64], columns: &mut [f64]) {
+        for ((row, column), _) in rows.iter_mut().zip(columns).zip(&self.shared).filter(|(_, shared)| **shared) {
+            let size = row.max(*column);
+            (*row, *column) = (size, size);
+        }
     }
 
     /// The factors of the rows, or with `transpose` of the columns.
@@ -59,15 +123,24 @@ impl Scaling {
     }
 
     /// Adapts the scaling of an earlier matrix to `a`: keeps it if the rows and columns are still
-    /// level, otherwise computes a new one.
+    /// level. If a few without shared factors are not, which happens to multipliers as contacts open
+    /// and close, it continues from the earlier scaling; otherwise, it computes a new one.
     pub fn follow(earlier: Option<Self>, a: &CsrMatrix) -> Self {
-        let still_fits = |scaling: &Self| {
-            let (rows, columns) = scaling.largest_entries(a);
-            rows.iter().chain(&columns).all(|&size| size == 0.0 || (1.0 / LEVEL..=LEVEL).contains(&size))
+        let Some(mut scaling) = earlier.filter(|scaling| scaling.rows.len() == a.n()) else {
+            return Self::equilibrate(a);
         };
-        earlier
-            .filter(|scaling| scaling.rows.len() == a.n() && still_fits(scaling))
-            .unwrap_or_else(|| Self::equilibrate(a))
+        let (mut rows, mut columns) = scaling.largest_entries(a);
+        scaling.share(&mut rows, &mut columns);
+        let is_out = |size: f64| size != 0.0 && !(1.0 / LEVEL..=LEVEL).contains(&size);
+        let out: Vec<usize> = (0..a.n()).filter(|&i| is_out(rows[i]) || is_out(columns[i])).collect();
+        if out.is_empty() {
+            return scaling;
+        }
+        if out.len() as f64 > MOST_OUT_OF_LEVEL * a.n() as f64 || out.iter().any(|&i| scaling.shared[i]) {
+            return Self::equilibrate(a);
+        }
+        scaling.level(1, Some((rows, columns)), |scaling| scaling.largest_entries(a));
+        scaling
     }
 
     /// Largest absolute entry of each scaled row and column. Maxima do not depend on the order in
@@ -158,6 +231,64 @@ mod tests {
         }
     }
 
+    /// A few rows that leave the level are levelled again, and the others keep their factors; so does a
+    /// symmetric part. If a shared factor no longer fits, the matrix is scaled from the beginning.
+    #[test]
+    fn a_scaling_is_continued() {
+        let n = 40;
+        let matrix = |multiplier: f64, diagonal: f64| {
+            let rows: Vec<Vec<u32>> = (0..n).map(|i| if i == 39 { vec![0, 39] } else { vec![i] }).collect();
+            let offsets = rows.iter().scan(0, |sum, row| {
+                *sum += row.len();
+                Some(*sum)
+            });
+            let offsets = std::iter::once(0).chain(offsets).collect();
+            // the last unknown is a multiplier of the first group
+            let groups = (0..n).map(|i| if i == 39 { 0 } else { i }).collect();
+            let pattern = CsrPattern::new(offsets, rows.concat(), groups, vec![]).unwrap();
+            let mut values = vec![1.0; n as usize];
+            values[5] = diagonal;
+            values.extend([1.0]);
+            values[39] = multiplier;
+            CsrMatrix { pattern: Arc::new(pattern), values }
+        };
+        let first = Scaling::equilibrate(&matrix(1.0, 1.0));
+        let next = Scaling::follow(Some(first.clone()), &matrix(1e6, 1.0));
+        assert_eq!(next.rows[..39], first.rows[..39]);
+        let (rows, columns) = next.largest_entries(&matrix(1e6, 1.0));
+        assert!([rows[39], columns[39]].iter().all(|size| (0.25..=4.0).contains(size)), "{rows:?}, {columns:?}");
+        let other = matrix(1.0, 1e6);
+        let again = Scaling::follow(Some(first), &other);
+        assert_eq!(again.rows, Scaling::equilibrate(&other).rows);
+        assert_eq!(again.rows[5], again.columns[5]);
+    }
+
+    /// A symmetric matrix with diagonal entries over 24 decades, bordered by a multiplier in another
+    /// unit: the scaled matrix is symmetric without the multiplier, the larger of a row's and a
+    /// column's largest entries is within [1/4, 4], and the factors of the multiplier differ.
+    #[test]
+    fn symmetric_parts_stay_symmetric() {
+        let n = 9;
+        let entry = |i: usize, j: usize| match (i < 8, j < 8) {
+            (true, true) => 10f64.powf(1.5 * (i + j) as f64) * if i == j { 1.0 } else { 0.3 },
+            (true, false) => 1e-7 * (1 + i) as f64,
+            (false, true) => 1e9 * (2 + j) as f64,
+            (false, false) => 0.0,
+        };
+        let columns = (0..n * n).map(|k| (k % n) as u32).collect();
+        let groups = vec![0, 0, 0, 1, 1, 1, 2, 2, 0];
+        let pattern = CsrPattern::new((0..=n).map(|i| i * n).collect(), columns, groups, vec![]).unwrap();
+        let a = CsrMatrix { pattern: Arc::new(pattern), values: (0..n * n).map(|k| entry(k / n, k % n)).collect() };
+        let scaling = Scaling::equilibrate(&a);
+        let scaled = scaling.apply(&a, |x| x);
+        for i in 0..n {
+            let largest = (0..n).map(|j| scaled[i * n + j].abs().max(scaled[j * n + i].abs())).fold(0.0, f64::max);
+            assert!((0.25..=4.0).contains(&largest), "{i}: {largest}");
+            assert_eq!(scaling.rows[i] == scaling.columns[i], i < 8);
+            (0..8).filter(|_| i < 8).for_each(|j| assert_eq!(scaled[i * n + j], scaled[j * n + i]));
+        }
+    }
+
     /// By definition: an earlier scaling is kept, bit for bit, while the largest entries of rows
     /// and columns are between 1/16 and 16. Otherwise, the matrix is scaled again. Empty rows do
     /// not matter.
@@ -168,7 +299,7 @@ mod tests {
             CsrMatrix { pattern: Arc::new(pattern), values: vec![first, 0.5, 1.0] }
         };
         // all factors are one
-        let earlier = Scaling { rows: vec![1.0; 3], columns: vec![1.0; 3] };
+        let earlier = Scaling { rows: vec![1.0; 3], columns: vec![1.0; 3], shared: vec![false; 3] };
         for (first, kept) in [(1.0, true), (15.0, true), (1.0 / 15.0, true), (17.0, false), (1.0 / 17.0, false)] {
             let a = matrix(first);
             let found = Scaling::follow(Some(earlier.clone()), &a);
@@ -176,7 +307,7 @@ mod tests {
             assert_eq!((&found.rows, &found.columns), (&expected.rows, &expected.columns), "{first}");
             assert_eq!(found.rows == earlier.rows && found.columns == earlier.columns, kept, "{first}");
         }
-        let other = Scaling { rows: vec![1.0; 2], columns: vec![1.0; 2] };
+        let other = Scaling { rows: vec![1.0; 2], columns: vec![1.0; 2], shared: vec![false; 2] };
         assert_eq!(Scaling::follow(Some(other), &matrix(1.0)).rows.len(), 3);
     }
 }

@@ -21,6 +21,14 @@ impl Tolerance {
         }
     }
 
+    /// The bound as a fraction of the scale.
+    fn relative_to(self, scale: f64) -> f64 {
+        match self {
+            Self::Absolute(bound) => bound / scale,
+            Self::Relative(bound) => bound,
+        }
+    }
+
     /// Whether an increment is within the bound: an absolute bound applies to the last increment,
     /// as in the paper, and a relative bound to the expected next increment.
     fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
@@ -63,6 +71,17 @@ pub struct NewtonOptions {
 impl Default for NewtonOptions {
     fn default() -> Self {
         Self { tolerances: Tolerances::default(), max_iterations: 25, linear_tolerance: 1e-10 }
+    }
+}
+
+impl NewtonOptions {
+    /// Relative residual of the next linear solve. It is proportional to the scaled residual `size`, so
+    /// that convergence stays quadratic, until the tolerances are near.
+    fn forcing(&self, size: f64, scales: &Scales) -> f64 {
+        let Tolerances { residual, contact, .. } = self.tolerances;
+        let enough = residual.relative_to(scales.force).min(contact.relative_to(scales.multiplier));
+        let proportional = (FORCING * size).max(OVERSOLVED * enough / size);
+        proportional.min(LOOSEST_SOLVE).max(self.linear_tolerance)
     }
 }
 
@@ -142,8 +161,13 @@ const CONTRACTION: f64 = 0.1;
 
 /// Ratio of the relative residual of a linear solve to the scaled residual of the nonlinear
 /// equations, and the upper bound on the former.
-const FORCING: f64 = 1e-2;
+const FORCING: f64 = 1e-1;
 const LOOSEST_SOLVE: f64 = 1e-4;
+
+/// Fraction of the tolerances below which a linear solve need not bring the residual of the nonlinear
+/// equations: more digits would not be used (Kelley, Iterative Methods for Linear and Nonlinear
+/// Equations, SIAM 1995, 6.3).
+const OVERSOLVED: f64 = 1e-4;
 
 /// Largest growth of the residual, relative to its value after the first solve, that does not count
 /// as divergence.
@@ -276,8 +300,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             }
             progress.add(size);
             last_size = size;
-            // proportional to the residual, so that convergence stays quadratic
-            forcing = (FORCING * size).min(LOOSEST_SOLVE).max(self.options.linear_tolerance);
+            forcing = self.options.forcing(size, scales);
             if iteration == 1 {
                 reference = size.max(1.0);
             } else if !(size < DIVERGED * reference) {
@@ -530,6 +553,23 @@ mod tests {
         );
         assert!(absolute.allows_increment(0.05, 7.0, 50.0) && !absolute.allows_increment(7.0, 0.05, 50.0));
         assert!(relative.allows_increment(7.0, 0.05, 50.0) && !relative.allows_increment(0.05, 7.0, 50.0));
+    }
+
+    /// By hand: a tenth of the residual, between 1e-4 and the solver's own tolerance; near the
+    /// tolerances, a ten-thousandth of the stricter one.
+    #[test]
+    fn linear_solves_are_as_accurate_as_needed() {
+        let scales = Scales { force: 10.0, multiplier: 2.0, displacement: 1.0, position: 1.0 };
+        let mut options = NewtonOptions::default();
+        let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-12, "{found} instead of {exact}");
+        close(options.forcing(1.0, &scales), 1e-4);
+        close(options.forcing(1e-5, &scales), 1e-6);
+        close(options.forcing(1e-7, &scales), 1e-6);
+        close(options.forcing(1e-10, &scales), 1e-4);
+        options.tolerances.contact = Tolerance::Absolute(2e-12);
+        close(options.forcing(1e-8, &scales), 1e-8);
+        options.linear_tolerance = 1e-7;
+        close(options.forcing(1e-8, &scales), 1e-7);
     }
 
     /// By hand: a contraction by a factor of 100 is expected to repeat; after a damped increment,

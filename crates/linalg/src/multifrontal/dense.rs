@@ -6,8 +6,10 @@
 
 use super::scalar::Scalar;
 use dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
@@ -65,6 +67,69 @@ fn panel_lu<T: Scalar>(a: MatMut<'_, T>, order: &mut [u32]) {
     let mut memory = MemBuffer::new(scratch);
     let stack = MemStack::new(&mut memory);
     lu_in_place(a, order, &mut inverse, Par::Seq, stack, Default::default());
+}
+
+/// A = L Lᵀ: replaces the lower triangle of A by L and leaves the other entries. `false` if A is not
+/// positive definite.
+pub(super) fn cholesky<T: Scalar>(mut a: MatMut<'_, T>) -> bool {
+    let n = a.nrows();
+    let panel = if n <= ONE_PANEL { n.max(1) } else { PANEL };
+    for k in (0..n).step_by(panel) {
+        let w = panel.min(n - k);
+        let (_, _, _, rest) = a.rb_mut().split_at_mut(k, k);
+        let (mut diagonal, _, below, trailing) = rest.split_at_mut(w, w);
+        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<T>(w, Par::Seq, Default::default()));
+        let stack = MemStack::new(&mut memory);
+        let result = cholesky_in_place(diagonal.rb_mut(), Default::default(), Par::Seq, stack, Default::default());
+        if result.is_err() {
+            return false;
+        }
+        let mut below = below;
+        solve_upper_right(diagonal.rb().transpose(), below.rb_mut());
+        subtract_symmetric_product(trailing, below.rb());
+    }
+    true
+}
+
+/// C ← C − A Aᵀ, on and below the diagonal.
+pub(super) fn subtract_symmetric_product<T: Scalar>(c: MatMut<'_, T>, a: MatRef<'_, T>) {
+    let (n, k) = (c.nrows(), a.ncols());
+    if n == 0 || k == 0 {
+        return;
+    }
+    let triangle = |c: MatMut<'_, T>, a: MatRef<'_, T>| {
+        let (whole, half) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+        triangular::matmul(c, half, Accum::Add, a, whole, a.transpose(), whole, -T::ONE, Par::Seq);
+    };
+    if n * n * k < WORTH_TILING {
+        triangle(c, a);
+        return;
+    }
+    c.par_col_chunks_mut(TILE).enumerate().for_each(|(tile, c)| {
+        let (start, width) = (tile * TILE, c.ncols());
+        let (_, c) = c.split_at_row_mut(start);
+        let (diagonal, below) = c.split_at_row_mut(width);
+        let rows = a.subrows(start, width);
+        triangle(diagonal, rows);
+        if below.nrows() > 0 {
+            matmul(below, Accum::Add, a.subrows(start + width, n - start - width), rows.transpose(), -T::ONE, Par::Seq);
+        }
+    });
+}
+
+/// Copies the lower triangle of a square matrix of `n` rows to the upper one.
+pub(super) fn mirror<T: Scalar>(a: &mut [T], n: usize) {
+    /// Rows and columns that fit into the cache together.
+    const BLOCK: usize = 32;
+    for first_column in (0..n).step_by(BLOCK) {
+        for first_row in (first_column..n).step_by(BLOCK) {
+            for j in first_column..(first_column + BLOCK).min(n) {
+                for i in first_row.max(j + 1)..(first_row + BLOCK).min(n) {
+                    a[j + i * n] = a[i + j * n];
+                }
+            }
+        }
+    }
 }
 
 /// Row i is replaced by the previous row `order[i]`.
@@ -232,6 +297,36 @@ mod tests {
         let mut rest = c;
         subtract_product(rest.as_mut(), lower.as_ref(), y.as_ref());
         assert!(rest.norm_max() < 1e-13);
+    }
+
+    /// Sizes of one panel, of several, and of several tiles: L Lᵀ restores the matrix, entry by
+    /// entry; its upper triangle is not read. An indefinite matrix is noticed in any panel.
+    #[test]
+    fn cholesky_restores_the_matrix() {
+        for n in [9, ONE_PANEL, 2 * ONE_PANEL + 37] {
+            let b = pseudo_random(n, n);
+            let mut a = Mat::from_fn(n, n, |i, j| if i == j { n as f64 } else { 0.0 });
+            subtract_product(a.as_mut(), b.as_ref(), (-1.0 * &b).transpose());
+            let mut factor = Mat::from_fn(n, n, |i, j| if i < j { f64::NAN } else { a[(i, j)] });
+            assert!(cholesky(factor.as_mut()));
+            let lower = Mat::from_fn(n, n, |i, j| if i < j { 0.0 } else { factor[(i, j)] });
+            let mut rest = a.clone();
+            subtract_symmetric_product(rest.as_mut(), lower.as_ref());
+            let error = (0..n).flat_map(|j| (j..n).map(move |i| (i, j))).fold(0.0f64, |m, at| m.max(rest[at].abs()));
+            assert!(error < 1e-10, "{n}: {error:e}");
+            let last = n - 1;
+            a[(last, last)] = -1.0;
+            assert!(!cholesky(a.as_mut()), "{n}");
+        }
+    }
+
+    /// Entry by entry, for a size beyond one block.
+    #[test]
+    fn mirrored_matrices_are_symmetric() {
+        let n = 75;
+        let mut a: Vec<f64> = (0..n * n).map(|k| if k % n >= k / n { k as f64 } else { f64::NAN }).collect();
+        mirror(&mut a, n);
+        assert!((0..n * n).all(|k| a[k] == (k % n).max(k / n) as f64 + ((k % n).min(k / n) * n) as f64));
     }
 
     #[test]

@@ -2,11 +2,12 @@
 //!
 //! The fully summed columns F11, F21 are first assembled and factorized in place; the other columns
 //! follow after a check of the pivots. If a pivot is too small, the columns are assembled again
-//! from the contributions and treated by threshold pivoting.
+//! from the contributions and treated by threshold pivoting. Symmetric fronts are first tried with
+//! Cholesky's method ([`super::symmetric`]).
 
 use super::buffers::Buffers;
 use super::scalar::Scalar;
-use super::symbolic::{Structure, Supernode, local};
+use super::symbolic::{Entry, MISSING, Structure, Supernode, front_operations, local};
 use super::{PIVOT_THRESHOLD, dense, pivoting};
 use faer::prelude::ReborrowMut;
 use faer::{MatMut, MatRef};
@@ -19,10 +20,13 @@ const WORTH_SHARING: usize = 200_000;
 const COLUMNS_PER_TASK: usize = 32;
 
 /// No column.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// Factors of one front: q pivots, t rows and columns beyond (delayed ones, then
 /// [`Supernode::rows`]). Unknowns are in the permuted numbering; matrices are column-major.
+///
+/// If the front is symmetric, `lu` has Cholesky's factor L11 in its lower triangle, `lower` is
+/// L21 = F21 L11⁻ᵀ, and `upper`, which would be its transpose, is empty.
 #[derive(Debug)]
 pub(super) struct Front<T> {
     pub pivot_rows: Vec<u32>,
@@ -35,7 +39,9 @@ pub(super) struct Front<T> {
     pub upper: Vec<T>,
     /// L21, t × q.
     pub lower: Vec<T>,
-    /// Largest entry of U11 and U12.
+    /// Whether the factors are those of Cholesky.
+    pub symmetric: bool,
+    /// Largest entry of U11 and U12, or of L11 and L21.
     pub growth: f64,
 }
 
@@ -43,13 +49,38 @@ impl<T: Scalar> Front<T> {
     /// Size and column of the smallest pivot.
     pub fn smallest_pivot(&self) -> Option<(f64, u32)> {
         let q = self.pivot_columns.len();
-        let pivots = (0..q).map(|i| self.lu[i + i * q].absolute().to_f64());
+        let diagonal = (0..q).map(|i| self.lu[i + i * q].absolute().to_f64());
+        let pivots = diagonal.map(|l| if self.symmetric { l * l } else { l });
         pivots.zip(self.pivot_columns.iter().copied()).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     pub fn entries(&self) -> usize {
         self.lu.len() + self.upper.len() + self.lower.len()
     }
+
+    /// Entries that a substitution reads. Those of L21 serve twice in a symmetric front.
+    pub fn entries_read(&self) -> usize {
+        let twice = if self.symmetric { self.lower.len() } else { 0 };
+        self.entries() + twice
+    }
+
+    /// Floating-point operations of the factorization.
+    pub fn operations(&self) -> f64 {
+        let q = self.pivot_rows.len();
+        let beyond = if q == 0 { 0 } else { self.lower.len() / q };
+        front_operations(q as f64, beyond as f64, self.symmetric)
+    }
+}
+
+/// Which entries of a contribution have been computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Content {
+    /// All entries of an unsymmetric matrix.
+    All,
+    /// All entries of a symmetric matrix.
+    Symmetric,
+    /// Those of a symmetric matrix on and below the diagonal.
+    LowerTriangle,
 }
 
 /// The contribution of a front to its parent: a square matrix over its delayed and its other rows.
@@ -57,6 +88,7 @@ pub(super) struct Contribution<T> {
     pub delayed_rows: Vec<u32>,
     pub delayed_columns: Vec<u32>,
     pub values: Vec<T>,
+    pub content: Content,
 }
 
 /// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate in the
@@ -69,46 +101,51 @@ pub(super) fn process<T: Scalar>(
     buffers: &Buffers<T>,
 ) -> (Front<T>, Contribution<T>, f64) {
     let mut assembly = Assembly::new(structure, values, k, children);
-    match assembly.eliminate_all(buffers) {
+    let symmetric = assembly.is_symmetric();
+    if symmetric && let Ok((front, contribution)) = assembly.eliminate_symmetric(buffers) {
+        return (front, contribution, 0.0);
+    }
+    assembly.children.iter_mut().for_each(Child::complete);
+    match assembly.eliminate_all(symmetric, buffers) {
         Ok((front, contribution)) => (front, contribution, 0.0),
         Err(Rejected) => assembly.eliminate_some(buffers),
     }
 }
 
 /// A pivot was too small for the fast path.
-struct Rejected;
+pub(super) struct Rejected;
 
 /// Consecutive entries of a child that are added to consecutive places of its parent.
-struct Run {
-    from: usize,
-    to: usize,
-    length: usize,
+pub(super) struct Run {
+    pub from: usize,
+    pub to: usize,
+    pub length: usize,
 }
 
 /// A contribution and its places in the parent, with those that are fully summed there first.
-struct Child<T> {
-    contribution: Contribution<T>,
+pub(super) struct Child<T> {
+    pub contribution: Contribution<T>,
     /// Rows (columns) that are fully summed in the parent.
-    summed: usize,
+    pub summed: usize,
     /// Size of the contribution.
-    size: usize,
-    summed_runs: Vec<Run>,
-    beyond_runs: Vec<Run>,
+    pub size: usize,
+    pub summed_runs: Vec<Run>,
+    pub beyond_runs: Vec<Run>,
     /// Column of the contribution for each fully summed column of the parent, and for each column
     /// beyond; or [`NONE`].
-    summed_sources: Vec<u32>,
-    beyond_sources: Vec<u32>,
+    pub summed_sources: Vec<u32>,
+    pub beyond_sources: Vec<u32>,
 }
 
 /// The data assembled into a front with p fully summed rows and columns, and r beyond.
-struct Assembly<'a, T> {
+pub(super) struct Assembly<'a, T> {
     structure: &'a Structure,
-    values: &'a [T],
+    pub values: &'a [T],
     k: usize,
-    rows: Vec<u32>,
-    columns: Vec<u32>,
-    beyond: usize,
-    children: Vec<Child<T>>,
+    pub rows: Vec<u32>,
+    pub columns: Vec<u32>,
+    pub beyond: usize,
+    pub children: Vec<Child<T>>,
 }
 
 impl<'a, T: Scalar> Assembly<'a, T> {
@@ -136,8 +173,8 @@ impl<'a, T: Scalar> Assembly<'a, T> {
     fn summed_columns(&self) -> (Vec<T>, Vec<T>) {
         let (p, r, own) = (self.rows.len(), self.beyond, self.own());
         let (mut f11, mut f21) = (zeros(p * p), zeros(r * p));
-        for &(source, i, j) in self.entries() {
-            let (i, j, value) = (i as usize, j as usize, self.values[source as usize]);
+        for &Entry { source, row, column, .. } in self.entries() {
+            let (i, j, value) = (row as usize, column as usize, self.values[source as usize]);
             if j < own {
                 let entry = if i < own { &mut f11[i + j * p] } else { &mut f21[i - own + j * r] };
                 *entry += value;
@@ -151,8 +188,8 @@ impl<'a, T: Scalar> Assembly<'a, T> {
     fn columns_beyond(&mut self, buffers: &Buffers<T>) -> (Vec<T>, Vec<T>) {
         let (p, r, own) = (self.rows.len(), self.beyond, self.own());
         let (mut f12, mut f22) = (zeros(p * r), buffers.zeros(r * r));
-        for &(source, i, j) in self.entries() {
-            let (i, j, value) = (i as usize, j as usize, self.values[source as usize]);
+        for &Entry { source, row, column, .. } in self.entries() {
+            let (i, j, value) = (row as usize, column as usize, self.values[source as usize]);
             if j >= own {
                 let entry = if i < own { &mut f12[i + (j - own) * p] } else { &mut f22[i - own + (j - own) * r] };
                 *entry += value;
@@ -163,12 +200,28 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         (f12, f22)
     }
 
-    fn own(&self) -> usize {
+    /// Whether all data are those of a symmetric matrix, except for round-off.
+    fn is_symmetric(&self) -> bool {
+        let round_off = T::SYMMETRY;
+        let is_mirrored = |entry: &Entry| {
+            let value = self.values[entry.source as usize].to_f64();
+            match entry.mirror {
+                MISSING => value == 0.0,
+                // the other of the two is compared
+                _ if entry.row <= entry.column => true,
+                mirror => (value - self.values[mirror as usize].to_f64()).abs() <= round_off,
+            }
+        };
+        self.children.iter().all(|child| child.contribution.content != Content::All)
+            && self.entries().iter().all(is_mirrored)
+    }
+
+    pub fn own(&self) -> usize {
         self.structure.supernodes[self.k].pivots
     }
 
     /// Matrix entries, local indices of the analysis, where the own pivots come first.
-    fn entries(&self) -> &[(u32, u32, u32)] {
+    pub fn entries(&self) -> &[Entry] {
         &self.structure.entries[self.structure.entry_offsets[self.k]..self.structure.entry_offsets[self.k + 1]]
     }
 
@@ -199,7 +252,11 @@ impl<'a, T: Scalar> Assembly<'a, T> {
 
     /// The fast path: partial pivoting within F11, then a check of all multipliers. Fails if a
     /// pivot is too small.
-    fn eliminate_all(&mut self, buffers: &Buffers<T>) -> Result<(Front<T>, Contribution<T>), Rejected> {
+    fn eliminate_all(
+        &mut self,
+        symmetric: bool,
+        buffers: &Buffers<T>,
+    ) -> Result<(Front<T>, Contribution<T>), Rejected> {
         let (p, r) = (self.rows.len(), self.beyond);
         let (mut lu, mut lower) = self.summed_columns();
         let mut order = vec![0u32; p];
@@ -230,9 +287,11 @@ impl<'a, T: Scalar> Assembly<'a, T> {
             lu,
             upper: f12,
             lower,
+            symmetric: false,
             growth,
         };
-        Ok((front, Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: f22 }))
+        let content = if symmetric { Content::Symmetric } else { Content::All };
+        Ok((front, Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: f22, content }))
     }
 
     /// Threshold pivoting; rejected rows and columns stay in the contribution.
@@ -276,11 +335,12 @@ impl<'a, T: Scalar> Assembly<'a, T> {
             lu,
             upper,
             lower,
+            symmetric: false,
             growth,
         };
         buffers.put(f22);
-        let contribution =
-            Contribution { delayed_rows: rows[q..].to_vec(), delayed_columns: columns[q..].to_vec(), values };
+        let (delayed_rows, delayed_columns) = (rows[q..].to_vec(), columns[q..].to_vec());
+        let contribution = Contribution { delayed_rows, delayed_columns, values, content: Content::All };
         (front, contribution, done.best_rejected)
     }
 }
@@ -320,6 +380,14 @@ impl<T: Scalar> Child<T> {
             beyond_sources: sources(&beyond, summed.len(), supernode.rows.len()),
             summed_runs: runs(&summed),
             beyond_runs: runs(&beyond),
+        }
+    }
+
+    /// Fills the upper triangle of a symmetric contribution.
+    fn complete(&mut self) {
+        if self.contribution.content == Content::LowerTriangle {
+            dense::mirror(&mut self.contribution.values, self.size);
+            self.contribution.content = Content::Symmetric;
         }
     }
 

@@ -67,11 +67,20 @@ pub(super) fn subtract_transposed_product<T: Scalar>(a: &[T], m: usize, x: &[T],
 
 /// X ← L⁻¹ X with the unit lower triangle of a square matrix of `n` rows.
 pub(super) fn solve_unit_lower<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    solve_lower_with::<true, T>(lu, n, x);
+}
+
+/// X ← L⁻¹ X with the lower triangle of a square matrix of `n` rows.
+pub(super) fn solve_lower<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    solve_lower_with::<false, T>(lu, n, x);
+}
+
+fn solve_lower_with<const UNIT: bool, T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
     let mut x = columns_mut(x, n);
     for panel in panels(n) {
         vectorized(
             #[inline(always)]
-            || unit_lower(Triangle { lu, n, panel: panel.clone() }, &mut x),
+            || lower::<UNIT, T>(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
         subtract_solved(lu, n, &panel, panel.end..n, &mut x);
     }
@@ -103,12 +112,21 @@ pub(super) fn solve_upper_transposed<T: Scalar>(lu: &[T], n: usize, x: &mut [T])
 
 /// X ← L⁻ᵀ X with the unit lower triangle of a square matrix of `n` rows.
 pub(super) fn solve_unit_lower_transposed<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    solve_lower_transposed_with::<true, T>(lu, n, x);
+}
+
+/// X ← L⁻ᵀ X with the lower triangle of a square matrix of `n` rows.
+pub(super) fn solve_lower_transposed<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    solve_lower_transposed_with::<false, T>(lu, n, x);
+}
+
+fn solve_lower_transposed_with<const UNIT: bool, T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
     let mut x = columns_mut(x, n);
     for panel in panels(n).rev() {
         subtract_known(lu, n, &panel, panel.end..n, &mut x);
         vectorized(
             #[inline(always)]
-            || unit_lower_transposed(Triangle { lu, n, panel: panel.clone() }, &mut x),
+            || lower_transposed::<UNIT, T>(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
     }
 }
@@ -318,11 +336,14 @@ impl<T> Triangle<'_, T> {
 }
 
 #[inline(always)]
-fn unit_lower<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
+fn lower<const UNIT: bool, T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
     for j in lu.panel.clone() {
         let below = j + 1..lu.panel.end;
-        let column = lu.column(j, below.clone());
+        let (column, pivot) = (lu.column(j, below.clone()), lu.column(j, j..j + 1)[0]);
         for x in x.iter_mut() {
+            if !UNIT {
+                x[j] = x[j] / pivot;
+            }
             let xj = x[j];
             for (x, l) in x[below.clone()].iter_mut().zip(column) {
                 *x -= *l * xj;
@@ -359,13 +380,15 @@ fn upper_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
 }
 
 #[inline(always)]
-fn unit_lower_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
+fn lower_transposed<const UNIT: bool, T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
     for j in lu.panel.clone().rev() {
         let below = j + 1..lu.panel.end;
-        let column = lu.column(j, below.clone());
+        let (column, pivot) = (lu.column(j, below.clone()), lu.column(j, j..j + 1)[0]);
         for x in x.iter_mut() {
-            let sum = dot(column, &x[below.clone()]);
-            x[j] -= sum;
+            x[j] -= dot(column, &x[below.clone()]);
+            if !UNIT {
+                x[j] = x[j] / pivot;
+            }
         }
     }
 }
@@ -404,15 +427,18 @@ mod tests {
             let lu: Vec<f64> =
                 (0..n * n).map(|k| if k % n == k / n { 2.0 } else { (k as f64 * 0.618).sin() / n as f64 }).collect();
             let b: Vec<f64> = (0..n).map(|i| (i as f64 * 0.37).cos()).collect();
-            let lower = |i: usize, j: usize| if i == j { 1.0 } else { lu[i + j * n] * f64::from(i > j) };
+            let unit_lower = |i: usize, j: usize| if i == j { 1.0 } else { lu[i + j * n] * f64::from(i > j) };
+            let lower = |i: usize, j: usize| lu[i + j * n] * f64::from(i >= j);
             let upper = |i: usize, j: usize| lu[i + j * n] * f64::from(i <= j);
             type Solve = fn(&[f64], usize, &mut [f64]);
             type Entry<'a> = &'a dyn Fn(usize, usize) -> f64;
-            let solves: [(Solve, Entry<'_>); 4] = [
-                (solve_unit_lower, &lower),
+            let solves: [(Solve, Entry<'_>); 6] = [
+                (solve_unit_lower, &unit_lower),
+                (solve_lower, &lower),
                 (solve_upper, &upper),
                 (solve_upper_transposed, &|i, j| upper(j, i)),
-                (solve_unit_lower_transposed, &|i, j| lower(j, i)),
+                (solve_unit_lower_transposed, &|i, j| unit_lower(j, i)),
+                (solve_lower_transposed, &|i, j| lower(j, i)),
             ];
             for (solve, entry) in solves {
                 let mut x = b.clone();

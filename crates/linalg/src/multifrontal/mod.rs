@@ -31,6 +31,7 @@ mod scalar;
 mod solve;
 mod sweep;
 mod symbolic;
+mod symmetric;
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::scaling::Scaling;
@@ -45,6 +46,12 @@ use symbolic::{Ordering, Structure};
 
 /// Smallest accepted ratio of a pivot to the largest entry of its column in the front.
 pub const PIVOT_THRESHOLD: f64 = 0.01;
+
+/// Bounds within which factors are [safe](Factorization::is_safe): the smallest pivot of the scaled
+/// matrix, in single and in double precision, and the growth. In place of the zero pivot of a singular
+/// matrix, round-off leaves up to 1e-5 and 1e-13.
+const SAFE_PIVOT: [f64; 2] = [1e-4, 1e-10];
+const SAFE_GROWTH: f64 = 100.0;
 
 const NAME: &str = "multifrontal LU";
 
@@ -65,8 +72,12 @@ pub struct FactorStatistics {
     pub fronts: usize,
     /// Entries of L and U, including zeros inside the fronts.
     pub factor_entries: usize,
-    /// Floating-point operations predicted by the analysis, without delayed pivots.
+    /// Entries that a substitution reads: some of symmetric fronts are read twice.
+    pub entries_read: usize,
+    /// Floating-point operations.
     pub operations: f64,
+    /// The part of them in symmetric fronts.
+    pub symmetric_operations: f64,
     /// Pivots passed on to a parent, counted once per front.
     pub delayed_pivots: usize,
     /// Largest entry of U; the scaled matrix has entries of about one.
@@ -209,10 +220,13 @@ impl<T: Scalar> Numeric<T> {
             .filter_map(Front::smallest_pivot)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((f64::INFINITY, 0));
+        let symmetric = fronts.iter().filter(|front| front.symmetric);
         let statistics = FactorStatistics {
             fronts: fronts.len(),
             factor_entries: fronts.iter().map(Front::entries).sum(),
-            operations: structure.operations,
+            entries_read: fronts.iter().map(Front::entries_read).sum(),
+            operations: fronts.iter().map(Front::operations).sum(),
+            symmetric_operations: symmetric.map(Front::operations).sum(),
             delayed_pivots: fronts.iter().map(|f| f.delayed_rows.len()).sum(),
             growth,
             smallest_pivot,
@@ -239,6 +253,13 @@ impl MultifrontalFactorization {
         match &self.factors {
             Factors::Double(numeric) => numeric.statistics,
             Factors::Single(numeric) => numeric.statistics,
+        }
+    }
+
+    fn entry_bytes(&self) -> usize {
+        match self.precision() {
+            Precision::F64 => 8,
+            Precision::F32 => 4,
         }
     }
 
@@ -270,11 +291,7 @@ impl Factorization for MultifrontalFactorization {
     }
 
     fn bytes(&self) -> usize {
-        let entry = match self.precision() {
-            Precision::F64 => 8,
-            Precision::F32 => 4,
-        };
-        self.statistics().factor_entries * entry + self.n() * 24
+        self.statistics().factor_entries * self.entry_bytes() + self.n() * 24
     }
 
     fn cost(&self) -> Option<Cost> {
@@ -283,7 +300,8 @@ impl Factorization for MultifrontalFactorization {
             Precision::F32 => 0.5 * BYTES_PER_OPERATION,
         };
         let factorization = bytes_per_operation * self.statistics().operations;
-        Some(Cost { factorization, substitution: self.bytes() as f64, solves_per_digit: 0.0 })
+        let substitution = (self.statistics().entries_read * self.entry_bytes() + self.n() * 24) as f64;
+        Some(Cost { factorization, substitution, solves_per_digit: 0.0 })
     }
 
     fn part(&self) -> FactorPart {
@@ -301,6 +319,12 @@ impl Factorization for MultifrontalFactorization {
     fn weakest_pivot(&self) -> Option<Pivot> {
         let facts = self.statistics();
         Some(Pivot { unknown: facts.weakest_unknown, size: facts.smallest_pivot })
+    }
+
+    fn is_safe(&self) -> bool {
+        let [single, double] = SAFE_PIVOT;
+        let pivot = if self.precision() == Precision::F32 { single } else { double };
+        self.statistics().smallest_pivot > pivot && self.statistics().growth < SAFE_GROWTH
     }
 
     fn precision(&self) -> Precision {

@@ -68,12 +68,31 @@ impl QuotientGraph {
         &self.neighbours[self.offsets[v]..self.offsets[v + 1]]
     }
 
+    /// Whether each vertex lies in the contact zone: in a group with a multiplier that is coupled to
+    /// other groups, or in one of these. Elsewhere, matrices of elastic bodies are symmetric.
+    pub fn contact_zone(&self) -> Vec<bool> {
+        let group = self.group_of_vertices();
+        let mut in_zone = vec![false; self.groups.len()];
+        for (g, vertices) in self.groups.iter().enumerate() {
+            for &w in vertices[1..].iter().flat_map(|&multiplier| self.adjacent(multiplier as usize)) {
+                let other = group[w as usize] as usize;
+                if other != g {
+                    (in_zone[g], in_zone[other]) = (true, true);
+                }
+            }
+        }
+        group.iter().map(|&g| in_zone[g as usize]).collect()
+    }
+
     /// Vertices in an elimination order with little fill: METIS' nested dissection of the groups,
-    /// or their minimum degree in builds without METIS; isolated groups first.
-    pub fn fill_reducing_order(&self) -> Result<Vec<u32>, String> {
-        let couplings = self.couplings();
+    /// or their minimum degree in builds without METIS; isolated groups first, and groups with
+    /// vertices in `last` at the end.
+    pub fn fill_reducing_order(&self, last: &[bool]) -> Result<Vec<u32>, String> {
+        let is_last: Vec<bool> = self.groups.iter().map(|vertices| last[vertices[0] as usize]).collect();
+        let mut couplings = self.couplings();
+        couplings.iter_mut().for_each(|row| row.retain(|&g| !is_last[g as usize]));
         let (isolated, connected): (Vec<usize>, Vec<usize>) =
-            (0..self.groups.len()).partition(|&g| couplings[g].is_empty());
+            (0..self.groups.len()).filter(|&g| !is_last[g]).partition(|&g| couplings[g].is_empty());
         let mut order = isolated;
         if connected.len() < SMALL {
             order.extend(connected);
@@ -88,15 +107,21 @@ impl QuotientGraph {
             let reduced = minimum_degree(&offsets, &neighbours)?;
             order.extend(reduced.iter().map(|&k| connected[k as usize]));
         }
+        order.extend((0..self.groups.len()).filter(|&g| is_last[g]));
         Ok(order.iter().flat_map(|&g| self.groups[g].iter().copied()).collect())
     }
 
-    /// Neighbouring groups of each group, ascending.
-    fn couplings(&self) -> Vec<Vec<u32>> {
+    fn group_of_vertices(&self) -> Vec<u32> {
         let mut group = vec![0u32; self.len()];
         for (g, vertices) in self.groups.iter().enumerate() {
             vertices.iter().for_each(|&v| group[v as usize] = g as u32);
         }
+        group
+    }
+
+    /// Neighbouring groups of each group, ascending.
+    fn couplings(&self) -> Vec<Vec<u32>> {
+        let group = self.group_of_vertices();
         let coupled = |(g, vertices): (usize, &Vec<u32>)| {
             let around = vertices.iter().flat_map(|&v| self.adjacent(v as usize));
             let mut row: Vec<u32> = around.map(|&w| group[w as usize]).filter(|&h| h as usize != g).collect();

@@ -9,6 +9,8 @@ pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
     /// precision, where even true pivots of ill-conditioned matrices can be smaller than round-off,
     /// it only detects zeros: such factors are still good preconditioners.
     const SMALLEST_PIVOT: f64;
+    /// Largest difference between two entries of the scaled matrix that counts as round-off.
+    const SYMMETRY: f64;
     const ZERO: Self;
     const ONE: Self;
     fn from_f64(x: f64) -> Self;
@@ -18,6 +20,7 @@ pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
 
 impl Scalar for f64 {
     const SMALLEST_PIVOT: f64 = 1e-14;
+    const SYMMETRY: f64 = 16.0 * f64::EPSILON;
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     fn from_f64(x: f64) -> Self {
@@ -34,6 +37,7 @@ impl Scalar for f64 {
 
 impl Scalar for f32 {
     const SMALLEST_PIVOT: f64 = 1e-9;
+    const SYMMETRY: f64 = 16.0 * f32::EPSILON as f64;
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     fn from_f64(x: f64) -> Self {

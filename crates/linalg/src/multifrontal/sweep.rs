@@ -198,7 +198,10 @@ impl<T: Scalar> Numeric<T> {
         x.gather(pivots.iter().map(|&i| i as usize), q, w);
         update.clear();
         update.resize(rows * x.columns, T::ZERO);
-        if transpose {
+        if front.symmetric {
+            kernels::solve_lower(&front.lu, q, w);
+            kernels::subtract_product(&front.lower, rows, w, update);
+        } else if transpose {
             kernels::solve_upper_transposed(&front.lu, q, w);
             kernels::subtract_transposed_product(&front.upper, q, w, update);
         } else {
@@ -223,7 +226,10 @@ impl<T: Scalar> Numeric<T> {
         known.clear();
         known.resize(rows * x.columns, T::ZERO);
         x.gather(self.beyond(k, delayed), rows, known);
-        if transpose {
+        if front.symmetric {
+            kernels::subtract_transposed_product(&front.lower, rows, known, w);
+            kernels::solve_lower_transposed(&front.lu, q, w);
+        } else if transpose {
             kernels::subtract_transposed_product(&front.lower, rows, known, w);
             kernels::solve_unit_lower_transposed(&front.lu, q, w);
         } else {

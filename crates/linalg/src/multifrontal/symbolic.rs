@@ -21,12 +21,38 @@ pub(super) struct Supernode {
     pub children: Vec<usize>,
     /// First supernode of the subtree, which is contiguous in postorder.
     pub first_descendant: usize,
-    /// Operations of the whole subtree.
+    /// Whether no unknown of the subtree lies in the contact zone, so that its fronts are expected to
+    /// be symmetric.
+    pub symmetric: bool,
+    /// Operations of the whole subtree, if the expectation holds.
     pub subtree_operations: f64,
 }
 
-/// Position of a matrix entry in its front: index in the matrix values; local row and column.
-pub(super) type Entry = (u32, u32, u32);
+/// Position of a matrix entry in its front.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Entry {
+    /// Index in the matrix values.
+    pub source: u32,
+    /// Index of the entry of the transposed matrix in the same place, or [`MISSING`].
+    pub mirror: u32,
+    /// Local row and column.
+    pub row: u32,
+    pub column: u32,
+}
+
+/// No such entry.
+pub(super) const MISSING: u32 = u32::MAX;
+
+/// Entries of the factors of a front with `p` pivots and `r` rows beyond.
+pub(super) fn front_entries(p: f64, r: f64, symmetric: bool) -> f64 {
+    p * (p + if symmetric { r } else { 2.0 * r })
+}
+
+/// Floating-point operations for them: LU, or Cholesky for a symmetric front.
+pub(super) fn front_operations(p: f64, r: f64, symmetric: bool) -> f64 {
+    let lu = 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r;
+    if symmetric { 0.5 * lu } else { lu }
+}
 
 /// All data that depend only on the pattern.
 #[derive(Debug)]
@@ -48,6 +74,8 @@ pub(super) struct Structure {
 pub(super) struct Ordering {
     groups: Vec<u32>,
     vertices: Vec<u32>,
+    /// Vertices of the contact zone that are eliminated last; none if that costs more.
+    last: Option<Vec<bool>>,
     /// Number of operations for the pattern for which it was computed.
     operations: f64,
 }
@@ -58,34 +86,56 @@ const WORN: f64 = 1.15;
 impl Structure {
     /// Analyses with a `known` order if it is for the same unknowns and costs little more than for
     /// its original pattern, otherwise with a new one; returns the order used.
+    ///
+    /// A matrix is unsymmetric only in the contact zone, and so are the fronts that eliminate the zone,
+    /// with all fronts above. If the zone is small, it costs least to eliminate it last: the fronts of
+    /// the bodies are then symmetric. A known order is adapted to a zone that has grown since.
     pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
         }
         let graph = QuotientGraph::new(pattern);
+        let zone = graph.contact_zone();
+        let in_order = |vertices: &[u32]| Self::in_order(pattern, &graph, &zone, vertices.to_vec());
         if let Some(known) = known.filter(|known| known.groups == pattern.groups()) {
-            let structure = Self::in_order(pattern, &graph, known.vertices.clone());
+            let structure = match &known.last {
+                None => in_order(&known.vertices),
+                Some(last) => {
+                    let is_last = |v: &u32| last[*v as usize] || zone[*v as usize];
+                    let (mut order, end): (Vec<u32>, Vec<u32>) = known.vertices.iter().partition(|v| !is_last(v));
+                    order.extend(end);
+                    in_order(&order)
+                }
+            };
             if structure.operations <= WORN * known.operations {
                 return Ok((structure, known.clone()));
             }
         }
-        let vertices = graph.fill_reducing_order()?;
-        let structure = Self::in_order(pattern, &graph, vertices.clone());
+        let none = vec![false; zone.len()];
+        let mut vertices = graph.fill_reducing_order(&none)?;
+        let (mut structure, mut last) = (in_order(&vertices), None);
+        if zone.contains(&true) {
+            let other = graph.fill_reducing_order(&zone)?;
+            let with_zone_last = in_order(&other);
+            if with_zone_last.operations < structure.operations {
+                (vertices, structure, last) = (other, with_zone_last, Some(zone));
+            }
+        }
         let operations = structure.operations;
-        Ok((structure, Arc::new(Ordering { groups: pattern.groups().to_vec(), vertices, operations })))
+        Ok((structure, Arc::new(Ordering { groups: pattern.groups().to_vec(), vertices, last, operations })))
     }
 
     /// Entries of L and U, and floating-point operations.
     pub fn size(&self) -> (f64, f64) {
-        let entries = |s: &Supernode| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64;
+        let entries = |s: &Supernode| front_entries(s.pivots as f64, s.rows.len() as f64, s.symmetric);
         (self.supernodes.iter().map(entries).sum(), self.operations)
     }
 
-    fn in_order(pattern: &CsrPattern, graph: &QuotientGraph, vertices: Vec<u32>) -> Self {
+    fn in_order(pattern: &CsrPattern, graph: &QuotientGraph, zone: &[bool], vertices: Vec<u32>) -> Self {
         let (order, parents) = postordered_tree(graph, vertices);
         let mut groups = fundamental_supernodes(graph, &order, &parents);
         amalgamate(&mut groups);
-        number(pattern, graph, &order, groups)
+        number(pattern, graph, zone, &order, groups)
     }
 }
 
@@ -303,7 +353,15 @@ fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
 }
 
 /// Numbers the unknowns along the postorder and determines the positions of the matrix entries.
-fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups: Vec<Group>) -> Structure {
+/// Without a contact zone, nothing is known about symmetry, and none is expected.
+fn number(
+    pattern: &CsrPattern,
+    graph: &QuotientGraph,
+    zone: &[bool],
+    order: &[u32],
+    mut groups: Vec<Group>,
+) -> Structure {
+    let anywhere = zone.contains(&true);
     let (post, parents) = memory_postorder(&groups);
     let mut starts = vec![0u32; graph.len()];
     let mut permutation: Vec<u32> = Vec::with_capacity(pattern.n());
@@ -325,25 +383,29 @@ fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups
             rows.extend(start..start + members);
         }
         rows.sort_unstable();
-        let pivots = groups[s].pivots as usize;
-        let (p, r) = (pivots as f64, rows.len() as f64);
+        let outside = |&column: &u32| !zone[order[column as usize] as usize];
         supernodes.push(Supernode {
             first,
-            pivots,
+            pivots: groups[s].pivots as usize,
             rows,
             parent: (parents[k] != NONE).then_some(parents[k]),
             children: Vec::new(),
             first_descendant: k,
-            subtree_operations: 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r,
+            symmetric: anywhere && groups[s].columns.iter().all(outside),
+            subtree_operations: 0.0,
         });
     }
     for k in 0..supernodes.len() {
+        let Supernode { pivots, symmetric, .. } = supernodes[k];
+        let own = front_operations(pivots as f64, supernodes[k].rows.len() as f64, symmetric);
+        supernodes[k].subtree_operations += own;
         match supernodes[k].parent {
             None => roots.push(k),
             Some(parent) => {
                 let (operations, first) = (supernodes[k].subtree_operations, supernodes[k].first_descendant);
                 let parent = &mut supernodes[parent];
                 parent.children.push(k);
+                parent.symmetric &= symmetric;
                 parent.subtree_operations += operations;
                 parent.first_descendant = parent.first_descendant.min(first);
             }
@@ -375,11 +437,21 @@ fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supern
         offsets[s + 1] += offsets[s];
     }
     let mut next = offsets.clone();
-    let mut entries: Vec<Entry> = vec![(0, 0, 0); pattern.entries()];
+    let mut entries = vec![Entry::default(); pattern.entries()];
+    let mut mirrors = pattern.row_offsets().to_vec();
     for i in 0..pattern.n() {
         for k in pattern.row_range(i) {
             let (s, row, column) = place(i, k);
-            entries[next[s]] = (k as u32, local(&supernodes[s], row), local(&supernodes[s], column));
+            // the rows ascend, so the place of the mirror in row j only moves forward
+            let j = pattern.columns()[k] as usize;
+            let (at, end) = (&mut mirrors[j], pattern.row_offsets()[j + 1]);
+            while *at < end && (pattern.columns()[*at] as usize) < i {
+                *at += 1;
+            }
+            let found = *at < end && pattern.columns()[*at] as usize == i;
+            let mirror = if found { *at as u32 } else { MISSING };
+            let (row, column) = (local(&supernodes[s], row), local(&supernodes[s], column));
+            entries[next[s]] = Entry { source: k as u32, mirror, row, column };
             next[s] += 1;
         }
     }
