@@ -7,8 +7,7 @@ use slipstick_linalg::{
     CsrMatrix, Factorization, LinearSolver, MultifrontalFactorization, Precision, SupernodalSolver, solve_verified,
 };
 
-const TALL: Brick =
-    Brick { nodes: [6, 6, 60], multipliers: true, contrast: 3.0, nonsymmetry: 0.0, fixed_bottom: true };
+const TALL: Brick = Brick { nodes: [6, 6, 60], multipliers: true, contrast: 3.0, nonsymmetry: 0.0, fixed_bottom: true };
 
 /// A tall brick with contact conditions on its top face, whose rows differ from the columns of their
 /// multipliers; `shift` times its average is subtracted from each diagonal entry of the brick.

@@ -67,7 +67,7 @@ impl<T: Scalar> Front<T> {
     /// Floating-point operations of the factorization.
     pub fn operations(&self) -> f64 {
         let q = self.pivot_rows.len();
-        let beyond = if q == 0 { 0 } else { self.lower.len() / q };
+        let beyond = self.lower.len().checked_div(q).unwrap_or(0);
         front_operations(q as f64, beyond as f64, self.symmetric)
     }
 }

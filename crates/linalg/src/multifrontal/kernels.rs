@@ -342,7 +342,7 @@ fn lower<const UNIT: bool, T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
         let (column, pivot) = (lu.column(j, below.clone()), lu.column(j, j..j + 1)[0]);
         for x in x.iter_mut() {
             if !UNIT {
-                x[j] = x[j] / pivot;
+                x[j] /= pivot;
             }
             let xj = x[j];
             for (x, l) in x[below.clone()].iter_mut().zip(column) {
@@ -387,7 +387,7 @@ fn lower_transposed<const UNIT: bool, T: Scalar>(lu: Triangle<'_, T>, x: &mut [&
         for x in x.iter_mut() {
             x[j] -= dot(column, &x[below.clone()]);
             if !UNIT {
-                x[j] = x[j] / pivot;
+                x[j] /= pivot;
             }
         }
     }

@@ -15,6 +15,11 @@
 //! 1/[`PIVOT_THRESHOLD`]. Rejected rows and columns stay in the contribution and are fully summed
 //! in the parent (delayed pivots); if any are left at a root, the matrix is singular.
 //!
+//! Matrices of contact problems are symmetric except in the contact zone. A front whose data are
+//! symmetric, with round-off, is factorized by Cholesky's method, with half of the operations and of
+//! the memory; if it is not positive definite, by LU. Factors of rows and columns are equal for
+//! displacements, and a small contact zone is eliminated last, so that most fronts are symmetric.
+//!
 //! References: Duff and Reid, The multifrontal solution of unsymmetric sets of linear equations,
 //! SIAM J. Sci. Stat. Comput. 5 (1984); Amestoy, Duff, L'Excellent and Koster, A fully asynchronous
 //! multifrontal solver, SIAM J. Matrix Anal. Appl. 23 (2001) (pivoting); Karypis and Kumar, SIAM J.

@@ -67,8 +67,9 @@ const SOLVES_PER_DIGIT: f64 = 3.0;
 const BYTES_PER_UNKNOWN: f64 = 6000.0;
 const BYTES_PER_ENTRY: f64 = 20.0;
 
-/// Floating-point operations to compute the factors.
-const OPERATIONS_PER_UNKNOWN: f64 = 9e5;
+/// Floating-point operations that take as long as computing the preconditioner; the factors alone need
+/// 1.7e5.
+const OPERATIONS_PER_UNKNOWN: f64 = 4e5;
 
 /// Unknowns above which direct solvers are not tried after the preconditioner has failed: their
 /// factors would need more than about 10 GB.
