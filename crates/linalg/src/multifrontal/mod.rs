@@ -126,7 +126,7 @@ impl MultifrontalSolver {
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will
     /// need, only from the analysis; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
-        Some(Structure::analyse(pattern, None).ok()?.0.size())
+        Some(Structure::without_entries(pattern, None).ok()?.0.size())
     }
 
     /// The same from an analysis; `None` if it is that of another solver.

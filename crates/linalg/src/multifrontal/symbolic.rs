@@ -91,6 +91,15 @@ impl Structure {
     /// with all fronts above. If the zone is small, it costs least to eliminate it last: the fronts of
     /// the bodies are then symmetric. A known order is adapted to a zone that has grown since.
     pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
+        let (structure, ordering) = Self::without_entries(pattern, known)?;
+        Ok((structure.place_entries(pattern), ordering))
+    }
+
+    /// The same without the positions of the matrix entries, which need most of the memory.
+    pub fn without_entries(
+        pattern: &CsrPattern,
+        known: Option<&Arc<Ordering>>,
+    ) -> Result<(Self, Arc<Ordering>), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
         }
@@ -131,6 +140,12 @@ impl Structure {
         (self.supernodes.iter().map(entries).sum(), self.operations)
     }
 
+    fn place_entries(mut self, pattern: &CsrPattern) -> Self {
+        (self.entry_offsets, self.entries) = place_entries(pattern, &self.permutation, &self.supernodes);
+        self
+    }
+
+    /// Without the positions of the matrix entries.
     fn in_order(pattern: &CsrPattern, graph: &QuotientGraph, zone: &[bool], vertices: Vec<u32>) -> Self {
         let (order, parents) = postordered_tree(graph, vertices);
         let mut groups = fundamental_supernodes(graph, &order, &parents);
@@ -352,8 +367,7 @@ fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
     (post.iter().map(|&k| survivors[k]).collect(), parents)
 }
 
-/// Numbers the unknowns along the postorder and determines the positions of the matrix entries.
-/// Without a contact zone, nothing is known about symmetry, and none is expected.
+/// Numbers the unknowns along the postorder. Without a contact zone, nothing is known about symmetry, and none is expected.
 fn number(
     pattern: &CsrPattern,
     graph: &QuotientGraph,
@@ -412,7 +426,7 @@ fn number(
         }
     }
     let operations = roots.iter().map(|&r| supernodes[r].subtree_operations).sum();
-    let (entry_offsets, entries) = place_entries(pattern, &permutation, &supernodes);
+    let (entry_offsets, entries) = (Vec::new(), Vec::new());
     Structure { n: pattern.n(), permutation, supernodes, roots, entry_offsets, entries, operations }
 }
 
