@@ -25,7 +25,7 @@ settled() {
     "$program" bench "$case" --design "$work/design" --threads 2
     echo
     echo "one iteration of the optimization from there"
-    "$program" optimize "$case" --design "$work/design" --iterations 2 --out "$work/next" | tail -n 4 | head -n 3
+    "$program" optimize "$case" --design "$work/design" --iterations 2 --out "$work/next" | grep -E '^ +[0-9]+  objective'
 }
 
 ironing_block() { "$program" bench docs/performance/ironing_block.toml --threads 1 --cpu; }
