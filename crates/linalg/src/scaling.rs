@@ -231,8 +231,8 @@ mod tests {
         }
     }
 
-    /// A few rows that leave the level are levelled again, and the others keep their factors; so does a
-    /// symmetric part. If a shared factor no longer fits, the matrix is scaled from the beginning.
+    /// If a few multipliers leave the level, only their factors change. If a shared factor no longer
+    /// fits, the matrix is scaled from the beginning.
     #[test]
     fn a_scaling_is_continued() {
         let n = 40;

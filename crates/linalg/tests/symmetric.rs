@@ -113,3 +113,16 @@ fn results_do_not_depend_on_the_number_of_threads() {
         }
     }
 }
+
+/// Factors of a brick that is held need no test solve. Those of one that is free to move, if there are
+/// any, do: the six zero pivots of its rigid motions show.
+#[test]
+fn only_factors_with_sound_pivots_are_safe() {
+    let held = brick(0.0, 0.0);
+    let (free, _) = Brick { nodes: [6, 6, 20], multipliers: false, fixed_bottom: false, ..TALL }.reduced(35);
+    for precision in [Precision::F64, Precision::F32] {
+        assert!(MultifrontalFactorization::of(&held, precision).unwrap().is_safe());
+        let unsafe_or_none = MultifrontalFactorization::of(&free, precision).map(|factors| factors.is_safe());
+        assert!(!unsafe_or_none.unwrap_or(false), "{precision:?}");
+    }
+}

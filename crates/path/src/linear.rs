@@ -126,8 +126,8 @@ const REGULARISATION: f64 = 1e-7;
 
 /// Fraction of the break-even number of iterations that the march allows with earlier factors: new ones
 /// also serve the solves that follow. The sweep, which solves each tangent once, allows all of it.
-/// (`slipstick bench` of the half-ball: with 1 instead of 0.5 the march takes 18 % longer; with 0.5
-/// instead of 1 the sweep, 12 %.)
+/// On a settled design of the half-ball, the march takes a fifth longer with 1, and the sweep a third
+/// longer with 0.5.
 const PATIENCE: f64 = 0.5;
 
 /// Cost of an iteration for one more right-hand side, relative to that for one alone: the factors
@@ -515,8 +515,8 @@ impl LinearSystem {
 }
 
 /// The number of iterations with given factors, for `count` right-hand sides together, that costs
-/// less than `patience` times new factors, equal on all ranks; zero if the factors report no cost. New factors of an
-/// iterative solver need iterations too, in proportion to the digits of the `tolerance`.
+/// less than `patience` times new factors, equal on all ranks; zero if the factors report no cost. New
+/// factors of an iterative solver need iterations too, in proportion to the digits of the `tolerance`.
 fn budget(matrix: &dyn Operator, factors: &dyn Factorization, count: usize, tolerance: f64, patience: f64) -> usize {
     let Some(cost) = factors.cost() else { return 0 };
     let alone = cost.substitution + matrix.product_cost();

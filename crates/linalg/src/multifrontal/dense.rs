@@ -77,14 +77,13 @@ pub(super) fn cholesky<T: Scalar>(mut a: MatMut<'_, T>) -> bool {
     for k in (0..n).step_by(panel) {
         let w = panel.min(n - k);
         let (_, _, _, rest) = a.rb_mut().split_at_mut(k, k);
-        let (mut diagonal, _, below, trailing) = rest.split_at_mut(w, w);
+        let (mut diagonal, _, mut below, trailing) = rest.split_at_mut(w, w);
         let mut memory = MemBuffer::new(cholesky_in_place_scratch::<T>(w, Par::Seq, Default::default()));
         let stack = MemStack::new(&mut memory);
         let result = cholesky_in_place(diagonal.rb_mut(), Default::default(), Par::Seq, stack, Default::default());
         if result.is_err() {
             return false;
         }
-        let mut below = below;
         solve_upper_right(diagonal.rb().transpose(), below.rb_mut());
         subtract_symmetric_product(trailing, below.rb());
     }

@@ -14,10 +14,10 @@ use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
 /// Number of entries of the contributions from which several threads add them.
-const WORTH_SHARING: usize = 200_000;
+pub(super) const WORTH_SHARING: usize = 200_000;
 
 /// Columns per task for this.
-const COLUMNS_PER_TASK: usize = 32;
+pub(super) const COLUMNS_PER_TASK: usize = 32;
 
 /// No column.
 pub(super) const NONE: u32 = u32::MAX;
@@ -58,7 +58,7 @@ impl<T: Scalar> Front<T> {
         self.lu.len() + self.upper.len() + self.lower.len()
     }
 
-    /// Entries that a substitution reads. Those of L21 serve twice in a symmetric front.
+    /// Entries that a substitution reads; in a symmetric front, it reads L21 twice.
     pub fn entries_read(&self) -> usize {
         let twice = if self.symmetric { self.lower.len() } else { 0 };
         self.entries() + twice
@@ -112,7 +112,7 @@ pub(super) fn process<T: Scalar>(
     }
 }
 
-/// A pivot was too small for the fast path.
+/// A pivot was too small for the fast path, or the front is not positive definite.
 pub(super) struct Rejected;
 
 /// Consecutive entries of a child that are added to consecutive places of its parent.

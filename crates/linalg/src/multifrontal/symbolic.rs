@@ -367,7 +367,8 @@ fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
     (post.iter().map(|&k| survivors[k]).collect(), parents)
 }
 
-/// Numbers the unknowns along the postorder. Without a contact zone, nothing is known about symmetry, and none is expected.
+/// Numbers the unknowns along the postorder. Without a contact zone, nothing is known about
+/// symmetry, and none is expected.
 fn number(
     pattern: &CsrPattern,
     graph: &QuotientGraph,

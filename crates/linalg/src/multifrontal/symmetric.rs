@@ -14,7 +14,9 @@
 
 use super::buffers::Buffers;
 use super::dense;
-use super::front::{Assembly, Child, Content, Contribution, Front, NONE, Rejected, Run};
+use super::front::{
+    Assembly, COLUMNS_PER_TASK, Child, Content, Contribution, Front, NONE, Rejected, Run, WORTH_SHARING,
+};
 use super::scalar::Scalar;
 use super::symbolic::Entry;
 use faer::{MatMut, MatRef};
@@ -22,12 +24,6 @@ use rayon::prelude::*;
 
 /// Largest accepted entry of L21; the scaled matrix has entries of about one.
 const LARGEST: f64 = 10.0;
-
-/// Number of entries of the contributions from which several threads add them.
-const WORTH_SHARING: usize = 200_000;
-
-/// Columns per task for this.
-const COLUMNS_PER_TASK: usize = 32;
 
 impl<T: Scalar> Assembly<'_, T> {
     /// Eliminates a symmetric front. Fails if F11 is not safely positive definite.

@@ -30,9 +30,9 @@ const SIMILAR: f64 = 0.05;
 /// a [`SchwarzSolver`], by the predicted cost of each.
 ///
 /// Direct factors are the choice up to 100 000 unknowns, and beyond unless they cost more than 1.5
-/// times as much. Both costs follow from the pattern alone: operations and entries of direct factors from
-/// their symbolic analysis, those of the preconditioner in proportion to unknowns and entries, with
-/// the iterations of a solve to four digits. If iterations fail, direct solvers take over. Tests:
+/// times as much. Both costs follow from the pattern alone: operations and entries of direct factors
+/// from their symbolic analysis, those of the preconditioner in proportion to unknowns and entries,
+/// with the iterations of a solve to four digits. If iterations fail, direct solvers take over. Tests:
 /// `iterations_are_chosen_where_direct_factors_cost_far_more`, `the_chosen_solver_is_used`.
 #[derive(Debug, Clone)]
 pub struct Automatic(pub Nodes);
@@ -50,7 +50,7 @@ pub struct Forecast {
     pub iterative: bool,
     /// Memory of the factors. \[bytes\]
     pub bytes: f64,
-    /// Floating-point operations of the factors.
+    /// Floating-point operations of direct factors, or those that take as long as the preconditioner.
     pub operations: f64,
     /// Entries of direct factors.
     pub direct_entries: f64,

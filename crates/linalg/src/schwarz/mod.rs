@@ -134,8 +134,8 @@ impl SchwarzSolver {
     }
 
     /// Bytes of the preconditioner for a matrix on `pattern`, including the analysis, and
-    /// operations to compute it; both grow in proportion to unknowns and entries. Measured with the
-    /// example `schwarz` for 100,000 unknowns.
+    /// floating-point operations that take as long as computing it; both grow in proportion to
+    /// unknowns and entries. Measured for 100,000 unknowns.
     pub fn predict(pattern: &CsrPattern) -> (f64, f64) {
         let (n, entries) = (pattern.n() as f64, pattern.entries() as f64);
         (BYTES_PER_UNKNOWN * n + BYTES_PER_ENTRY * entries, OPERATIONS_PER_UNKNOWN * n)
