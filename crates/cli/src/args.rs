@@ -146,8 +146,8 @@ pub struct Out {
 /// A design other than the case's uniform initial design.
 #[derive(Debug, Clone, Args)]
 pub struct DesignFrom {
-    /// Read the densities from the results of an optimization: its directory, or a table of
-    /// densities (.csv)
+    /// Read the densities from the results of an optimization: its directory, also if its mesh is
+    /// different, or a table of densities (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: Option<PathBuf>,
 }
@@ -281,8 +281,8 @@ pub struct Evaluate {
     /// The case file.
     #[command(flatten)]
     pub case: CaseFile,
-    /// Read the densities from the results of an optimization: its directory, or a table of
-    /// densities (.csv)
+    /// Read the densities from the results of an optimization: its directory, also if its mesh is
+    /// different, or a table of densities (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: PathBuf,
     /// Coefficients of friction, one evaluation for each, applied to all contact pairs

@@ -7,7 +7,7 @@ use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
 use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
 use slipstick::design::{DesignVariables, ElementValues, Role};
-use slipstick::run::{load_density, load_variables};
+use slipstick::run::{StoredDesign, load_design};
 use slipstick::words::{counted, quantity};
 
 use crate::args::{CaseFile, DesignFrom, Out};
@@ -252,19 +252,33 @@ impl Setup {
     /// # Errors
     /// As [`Setup::density`].
     pub fn density_of(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<ElementValues> {
+        Ok(self.stored_design(context, problem, results)?.density)
+    }
+
+    /// A design of an earlier run, or of a table. Its densities are those of the case where the
+    /// case sets them.
+    fn stored_design(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<StoredDesign> {
         self.resolved.require(&["design"])?;
-        let found = load_density(results, &problem.mesh)?;
+        let mut found = load_design(results, &problem.mesh)?;
         let _ = self.design_of.set(results.to_owned());
+        if let Some(elements) = found.mapped_from {
+            context.console.warning(&format!(
+                "{}: the run has a different mesh; its design is mapped from {elements} elements to {}",
+                results.display(),
+                problem.mesh.elements.len()
+            ));
+        }
         let Some(variables) = problem.variables() else { return Ok(found) };
         // The case sets the densities of passive elements and of those outside the design.
-        let mut kept = found.clone();
+        let mut kept = found.density.clone();
         for (kept, role) in kept.iter_mut().zip(variables.roles()) {
             *kept = role.fixed_density().unwrap_or(*kept);
         }
-        if let Some(message) = replaced(variables, &found, &kept) {
+        if let Some(message) = replaced(variables, &found.density, &kept) {
             context.console.warning(&format!("{}: {message}", results.display()));
         }
-        Ok(kept)
+        found.density = kept;
+        Ok(found)
     }
 
     /// Starts from the design of an earlier run or of a table, if one is given: from its variables,
@@ -274,17 +288,16 @@ impl Setup {
     /// As [`Setup::density`].
     pub fn start_from(&self, context: &Context, problem: &mut Problem, from: &DesignFrom) -> Outcome {
         let Some(results) = &from.design else { return Ok(()) };
-        let density = self.density_of(context, problem, results)?;
+        let stored = self.stored_design(context, problem, results)?;
         let mapped = problem.map().is_some_and(|map| !map.is_identity());
-        let listed = if mapped { load_variables(results, &problem.mesh)? } else { None };
-        if mapped && listed.is_none() {
+        if mapped && stored.variables.is_none() {
             context.console.warning(&format!(
                 "{}: there is no column `design_variable`; the densities are the variables at the start, which the \
                  case filters or projects",
                 results.display()
             ));
         }
-        problem.start_from(&listed.unwrap_or(density));
+        problem.start_from(&stored.variables.filter(|_| mapped).unwrap_or(stored.density));
         Ok(())
     }
 

@@ -467,6 +467,34 @@ fn passive_elements_are_told() {
     );
 }
 
+/// A run with a coarser mesh gives a case its design, by position: the two elements along x that
+/// divide one of the run have its density. A table that is given as a file must match the mesh.
+#[test]
+fn a_design_of_another_mesh_is_mapped() {
+    let place = Place::new();
+    place.good("optimize case.toml --iterations 2 --out coarse");
+    let fine = "case.toml --set body[0].box.elements=[8,2,2]";
+    let ran = place.good(&format!("gradient {fine} --design coarse --out fine"));
+    let told = "warning: coarse: the run has a different mesh; its design is mapped from 20 elements to 36";
+    assert!(ran.err.contains(told), "{}", ran.err);
+    let densities = |table: &str| -> Vec<f64> {
+        let table = place.read(table);
+        table.lines().skip(1).map(|row| row.split(',').nth(2).expect("a density").parse().expect("a number")).collect()
+    };
+    let (coarse, fine_densities) = (densities("coarse/design.csv"), densities("fine/gradient.csv"));
+    assert!(coarse[..16].iter().any(|phi| (phi - 0.5).abs() > 0.01), "the coarse design has changed: {coarse:?}");
+    for (e, phi) in fine_densities[..32].iter().enumerate() {
+        let parent = e / 8 * 4 + e % 8 / 2;
+        assert!((phi - coarse[parent]).abs() < 1e-12, "element {e}: {phi} instead of {}", coarse[parent]);
+    }
+    let table = format!("solve {fine} --design coarse/design.csv --out table");
+    place.bad(&table, 2, &["element 16 belongs to body `block` here, but to `slab` in the case"]);
+    let renamed = place.read("case.toml").replace("\"slab\"", "\"plate\"").replace("slab_y", "plate_y");
+    place.write("renamed.toml", &renamed);
+    let line = "solve renamed.toml --set body[0].box.elements=[8,2,2] --design coarse --out other";
+    place.bad(line, 2, &["the run has a different mesh and no body `plate`", "those of the run are: slab, block"]);
+}
+
 /// In an initial design of 1, no density can increase: differences are one-sided, and their error
 /// decreases with the square of the step.
 #[test]

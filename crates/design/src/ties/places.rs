@@ -41,7 +41,7 @@ impl Places {
     }
 
     /// For each of these points, the element with the nearest centroid and the distance to it.
-    pub(super) fn nearest(&self, to: &[[f64; 3]]) -> Vec<(usize, f64)> {
+    pub fn nearest(&self, to: &[[f64; 3]]) -> Vec<(usize, f64)> {
         nearest(&self.points, to, false).into_iter().flatten().collect()
     }
 }

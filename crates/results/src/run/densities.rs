@@ -64,16 +64,8 @@ pub fn load_density(results: &Path, mesh: &Mesh) -> Result<ElementValues, RunErr
     read_density(&table_of(results)?, mesh)
 }
 
-/// The design variables of a design, at all elements; `None` if the table lists none, because they
-/// are the densities. `results` is the directory of a run, or a table itself.
-///
-/// # Errors
-/// As [`load_density`].
-pub fn load_variables(results: &Path, mesh: &Mesh) -> Result<Option<ElementValues>, RunError> {
-    read_column(&table_of(results)?, mesh, DESIGN_VARIABLE)
-}
-
-fn table_of(results: &Path) -> Result<PathBuf, RunError> {
+/// `results` itself, or the table of the run in that directory.
+pub(super) fn table_of(results: &Path) -> Result<PathBuf, RunError> {
     if !results.is_dir() {
         return Ok(results.to_owned());
     }
@@ -133,7 +125,7 @@ fn wrong(path: &Path, line: Option<usize>, reason: String) -> RunError {
 }
 
 /// The column of this name; `None` if there is no such column.
-fn read_column(path: &Path, mesh: &Mesh, name: &str) -> Result<Option<ElementValues>, RunError> {
+pub(super) fn read_column(path: &Path, mesh: &Mesh, name: &str) -> Result<Option<ElementValues>, RunError> {
     let bytes = fs::read(path).map_err(RunError::read(path))?;
     let text = utf8(bytes).map_err(|error| RunError::Densities {
         path: path.to_owned(),

@@ -52,9 +52,10 @@ mod seal;
 mod start_values;
 mod symmetry;
 mod tables;
+mod transfer;
 
 pub use checkpoint::Checkpoint;
-pub use densities::{design_density, load_density, load_variables, read_density, write_densities};
+pub use densities::{design_density, load_density, read_density, write_densities};
 pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::FailureReport;
@@ -70,6 +71,7 @@ pub use slipstick_case::case::sha256;
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
 pub use tables::{ContactTable, FunctionNames, History, NewtonTable, write_evaluations, write_quantities};
+pub use transfer::{StoredDesign, load_design};
 
 /// The file with the objective and the constraints that the Python package gave a run; `about` and
 /// `unit`, if they are there, describe the objective.
