@@ -37,8 +37,8 @@ runs each command below and records its output.
 
 ## The mesh
 
-[bracket.geo](../cases/bracket/bracket.geo) draws the side view, with squares around the pins that
-stay solid, and extrudes it to hexahedra. Its physical groups name what the case needs: the volumes
+[bracket.geo](../cases/bracket/bracket.geo) draws the side view, with a solid square around each
+pin, and extrudes it into hexahedra. Its physical groups name what the case needs: the volumes
 `bracket` and `pad`, and the surfaces `shelf`, `pins`, `sole` and `grip`. The pad's sole is crowned,
 so that it does not slide on its edges.
 
