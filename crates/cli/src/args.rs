@@ -23,7 +23,7 @@ use values::{count, fraction, memory, not_negative, override_of, positive, size,
     propagate_version = true,
     arg_required_else_help = true,
     after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input; results cannot be written\n  \
-                  3  the analysis failed, or a gradient does not agree with finite differences\n  4  interrupted: the first Ctrl-C stops when the current attempt at a load step ends, the second one at once; finished iterations are on disk\n\n\
+                  3  the analysis failed, or a gradient does not agree with finite differences\n  4  interrupted: the first Ctrl-C stops when the current attempt at a load step ends, a second one stops at once; finished iterations are on disk\n\n\
                   A first run:\n  slipstick new half-ball\n  slipstick check half_ball.toml\n  \
                   slipstick optimize half_ball.toml"
 )]
@@ -71,7 +71,7 @@ pub enum Command {
     Verify(Verify),
     /// Continue an interrupted optimization, or run more iterations
     Resume(Resume),
-    /// Evaluate a design under different conditions
+    /// Evaluate a design, also with other coefficients of friction
     Evaluate(Evaluate),
     /// Draw results as a PNG picture
     Render(Render),
@@ -134,8 +134,8 @@ impl From<&Path> for CaseFile {
 /// Options for output.
 #[derive(Debug, Clone, Args)]
 pub struct Out {
-    /// Directory for results [default: `output.directory` of the case file, otherwise its name
-    /// without `.toml`, next to it; all commands except `optimize` append `_` and their name]
+    /// Directory for results [default: `output.directory` of the case file, otherwise the case
+    /// file's name without `.toml`, next to the case file; all commands except `optimize` append `_` and their name]
     #[arg(short, long, value_name = "DIRECTORY", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
     /// Replace the results of an earlier run in that directory
@@ -146,8 +146,8 @@ pub struct Out {
 /// A design other than the case's uniform initial design.
 #[derive(Debug, Clone, Args)]
 pub struct DesignFrom {
-    /// Read the densities from the results of an optimization: its directory, also if its mesh is
-    /// different, or a table of densities (.csv)
+    /// Read the densities from the directory of an optimization, whose mesh may differ, or from a
+    /// table (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: Option<PathBuf>,
 }
@@ -161,7 +161,7 @@ pub struct Check {
     /// Print the case with all defaults filled in, as a case file
     #[arg(long)]
     pub resolved: bool,
-    /// Also predict the memory on this many MPI ranks (for a build with PETSc)
+    /// Also predict the memory per rank on this many MPI ranks (for a build with PETSc)
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub ranks: Option<NonZeroUsize>,
 }
@@ -222,7 +222,7 @@ pub struct Verify {
 /// Derivatives that `verify` can check.
 #[derive(Debug, Clone, Subcommand)]
 pub enum VerifyWhat {
-    /// Compare the gradient with central differences (one-sided at densities near 0 or 1) at
+    /// Compare the gradient with central differences (one-sided at densities near 0 or 1) with
     /// successively halved steps; the error decreases with the square of the step, except at kinks
     Gradient(VerifyGradient),
 }
@@ -240,20 +240,20 @@ pub struct VerifyGradient {
     /// objective, and every quantity of the case]
     #[arg(long = "quantity", value_name = "NAME")]
     pub quantities: Vec<String>,
-    /// Number of single elements to vary, spread over the design; each costs two analyses per step
+    /// Number of individual elements to vary, spread over the design; each costs two analyses per step
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub elements: usize,
-    /// Number of random directions over the whole design, and of further ones over the densities
+    /// Number of random directions over the whole design, and as many again over the densities
     /// near 0 or 1; each costs as much as an element
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
     pub directions: usize,
-    /// First step in density
+    /// Initial step size, in density
     #[arg(long, value_name = "STEP", default_value = "1e-4", value_parser = step)]
     pub step: f64,
     /// How often to halve the step
     #[arg(long, value_name = "NUMBER", default_value_t = 3)]
     pub halvings: u32,
-    /// Largest relative error for which the gradient counts as right
+    /// Largest relative error at which the gradient counts as correct
     #[arg(long, value_name = "ERROR", default_value = "1e-5", value_parser = positive)]
     pub tolerance: f64,
     /// Options for output.
@@ -281,8 +281,8 @@ pub struct Evaluate {
     /// The case file.
     #[command(flatten)]
     pub case: CaseFile,
-    /// Read the densities from the results of an optimization: its directory, also if its mesh is
-    /// different, or a table of densities (.csv)
+    /// Read the densities from the directory of an optimization, whose mesh may differ, or from a
+    /// table (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: PathBuf,
     /// Coefficients of friction, one evaluation for each, applied to all contact pairs
@@ -305,7 +305,7 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub history: bool,
     /// Plot column Y of quantities.csv against column X, such as a reaction against a displacement,
-    /// all runs in one chart; an unknown name lists the available ones
+    /// all runs in one chart; for an unknown name, the available ones are listed
     #[arg(long, num_args = 2, value_names = ["X", "Y"], conflicts_with_all = ["history", "field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub curve: Vec<String>,
     /// Only these runs, by name, in this order (with --history)
@@ -314,8 +314,8 @@ pub struct Render {
     /// Title of the chart (with --history or --curve)
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
-    /// Field to colour by: pressure, gap, displacement, …; an unknown name lists the available ones
-    /// [default: density; if all densities are 1, as without a designed body, contact pressure or
+    /// Field to colour by: pressure, gap, displacement, …; for an unknown name, the available ones
+    /// are listed [default: density; if all densities are 1, as without a designed body, contact pressure or
     /// displacement]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
@@ -326,15 +326,15 @@ pub struct Render {
     /// Draw the design of an iteration, undeformed
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
-    /// Draw the iterate at which a load step finally failed, by default with the smallest
+    /// Draw the iterate at which a load step finally failed, coloured by default by the smallest
     /// determinant of each element
     #[arg(long, conflicts_with_all = ["step", "iteration"])]
     pub failure: bool,
-    /// View: iso, front, side, top, …; an unknown name lists the available ones [default: iso; for
-    /// contact fields, from the contact side]
+    /// View: iso, front, side, top, …; for an unknown name, the available ones are listed [default:
+    /// iso; for contact fields, from the contact side]
     #[arg(long, value_name = "NAME")]
     pub view: Option<String>,
-    /// Factor on displacements; 0 draws the undeformed shape [default: 1]
+    /// Scale factor for displacements; 0 draws the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
     /// Leave out elements whose density does not exceed this value [default: 0.5; 0 if no density
@@ -346,7 +346,8 @@ pub struct Render {
     /// volume as the densities unless --threshold is given
     #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
     pub smooth: bool,
-    /// Draw only these bodies [default: those with the field, the others as context]
+    /// Draw only these bodies [default: those that have the field; the others are drawn as
+    /// context]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub bodies: Vec<String>,
     /// Width and height in pixels
@@ -375,7 +376,8 @@ pub struct Study {
 /// Arguments of `bench`.
 #[derive(Debug, Clone, Args)]
 pub struct Bench {
-    /// A case file [default: a half-ball pressed into a plate and slid over it, in several sizes]
+    /// A case file [default: a half-ball pressed into a plate and slid over it, at several
+    /// mesh sizes]
     #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     pub case: Option<PathBuf>,
     /// The design.

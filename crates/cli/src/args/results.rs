@@ -18,8 +18,8 @@ pub struct Report {
     /// Replace the named file if it exists
     #[arg(long, requires = "out")]
     pub force: bool,
-    /// While the run is in progress, write the page again after each iteration; a browser that
-    /// shows it loads it again
+    /// While the run is in progress, write the page again after each iteration; an open page
+    /// reloads itself
     #[arg(long)]
     pub follow: bool,
 }

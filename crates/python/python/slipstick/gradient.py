@@ -278,7 +278,7 @@ class GradientCheck:
         Largest error of the conclusive directions, relative to the gradient; ``None`` if there is
         none.
     tolerance : float
-        The largest error at which a direction counts as right.
+        The largest error at which a direction counts as correct.
     quotients : list of Quotient
         All difference quotients, direction by direction.
     data : dict

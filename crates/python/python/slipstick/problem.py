@@ -474,13 +474,13 @@ class Problem:
         directions : int
             Number of random directions over all designed elements.
         elements : int
-            Number of single elements, spread over the design.
+            Number of individual elements, spread over the design.
         step : float
             Largest step in density; smaller ones are obtained by halving it.
         halvings : int
             How many times the step is halved.
         tolerance : float
-            Largest relative error at which a direction counts as right.
+            Largest relative error at which a direction counts as correct.
         progress : bool
             Whether to show a progress bar.
 

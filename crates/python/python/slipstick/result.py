@@ -181,7 +181,7 @@ class Result:
         view : str, optional
             Name of a view, such as ``"front"``.
         deformed : float, optional
-            Factor on displacements.
+            Scale factor for displacements.
         threshold : float, optional
             Elements with this density or less are hidden.
         smooth : bool
