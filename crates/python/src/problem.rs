@@ -1,6 +1,7 @@
 //! Problems: mesh, forward analysis, gradients and their check.
 
 use std::ops::{Deref, DerefMut};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
@@ -16,6 +17,7 @@ use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Role,
 use slipstick::mesh::{Element, Mesh};
 use slipstick::model::Parameter;
 use slipstick::quantities::column_names;
+use slipstick::run::load_design;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
 use slipstick_cli::setup;
 
@@ -25,6 +27,9 @@ use crate::gradient::Linearization;
 use crate::interrupt::{PAUSE, Watch};
 use crate::path::Path;
 use crate::quantity::{Defined, defined, take_raised};
+
+/// Densities, and design variables.
+type LoadedDesign<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray1<f64>>>);
 
 /// A built problem; only one thread at a time computes with it.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -114,6 +119,13 @@ impl Problem {
     /// Densities at the start.
     fn initial_density<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         Vec::from(self.initial_density.clone()).into_pyarray(py)
+    }
+
+    /// Densities of an earlier run or of a table, and its design variables if it lists them.
+    fn load_design<'py>(&self, py: Python<'py>, results: PathBuf) -> PyResult<LoadedDesign<'py>> {
+        let found = detached(py, || Ok(load_design(&results, &self.mesh)?))?;
+        let array = |values: ElementValues| Vec::from(values).into_pyarray(py);
+        Ok((array(found.density), found.variables.map(array)))
     }
 
     /// Numbers of the elements whose density is a design variable.

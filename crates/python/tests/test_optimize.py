@@ -137,6 +137,18 @@ def test_a_start_of_ones_own(problem: ss.Problem, tmp_path: Path) -> None:
     assert result.iterations[0].objective == problem.solve(start).objective
 
 
+def test_a_start_on_a_finer_mesh(problem: ss.Problem, case: ss.Case, tmp_path: Path) -> None:
+    result = problem.optimize(iterations=2, directory=tmp_path / "run")
+    assert np.array_equal(problem.load_design(tmp_path / "run"), result.density)
+    assert np.array_equal(problem.load_design(tmp_path / "run" / "design.csv", variables=True), result.density)
+    finer = case.replace({"body[0].box.elements": [8, 1, 2]}).build()
+    mapped = finer.load_design(tmp_path / "run")
+    # the slab has 4 × 1 × 2 elements, numbered along x first: the halves of an element are neighbours
+    assert np.allclose(mapped[:16], np.repeat(result.density[:8], 2), rtol=0, atol=1e-12)
+    with pytest.raises(ss.InputError, match="is not an element|is missing|belongs to body"):
+        finer.load_design(tmp_path / "run" / "design.csv")
+
+
 def test_directories_of_runs_are_protected(problem: ss.Problem, tmp_path: Path) -> None:
     problem.optimize(iterations=1, directory=tmp_path / "run")
     with pytest.raises(ss.InputError, match="already contains the results of a run"):

@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
@@ -89,6 +90,32 @@ class Problem:
     def initial_density(self) -> NDArray[np.float64]:
         """Initial densities, shape (elements,): 1 outside the design."""
         return self._problem.initial_density()
+
+    def load_design(self, results: str | os.PathLike[str], *, variables: bool = False) -> NDArray[np.float64]:
+        """The design of an earlier run, or of a table, on this mesh.
+
+        The design of a run with another mesh is mapped by position: each element takes the mean of
+        the run's elements around it, in the body of the same name. A table must match the mesh.
+
+        Parameters
+        ----------
+        results : path-like
+            Directory of an optimization, or a table of densities (CSV).
+        variables : bool
+            Whether to return the design variables, from which :meth:`optimize` starts, instead of
+            the densities. If the results list none, they are the densities.
+
+        Returns
+        -------
+        ndarray, shape (elements,)
+
+        Raises
+        ------
+        InputError
+            If the design does not fit the mesh.
+        """
+        density, found = self._problem.load_design(FilePath(results))
+        return found if variables and found is not None else density
 
     @cached_property
     def designed(self) -> NDArray[np.int64]:
