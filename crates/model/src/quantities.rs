@@ -133,7 +133,7 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
         model,
         supports: supports(&problem.mesh, model),
         own: &problem.quantities,
-        external_work: ExternalWork::new("external_work"),
+        external_work: external_work("external_work", &problem.mesh),
     };
     let own_reads = problem.quantities.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
     let reads = own_reads.or(recorder.external_work.reads()).or(Reads {
@@ -376,6 +376,19 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
 
 fn has_offset(model: &ContactModel) -> bool {
     model.interfaces().iter().any(|pair| !pair.offset.is_empty())
+}
+
+/// The work that loads, supports and prescribed motions do on all bodies. The forces at the
+/// reference point of a rigid body do their work through the nodes of the body, so they do not count
+/// a second time.
+pub fn external_work(name: impl Into<String>, mesh: &Mesh) -> ExternalWork {
+    let work = ExternalWork::new(name);
+    if mesh.rigid.is_empty() {
+        return work;
+    }
+    let references: Vec<u32> = mesh.rigid.iter().flat_map(|rigid| [rigid.reference, rigid.rotation()]).collect();
+    let nodes = (0..mesh.nodes.len() as u32).filter(|node| !references.contains(node));
+    work.on(nodes.flat_map(|node| (0..3).map(move |c| 3 * node + c)).collect())
 }
 
 struct Recorder<'a> {

@@ -73,6 +73,63 @@ fn a_plate_compresses_a_block_uniformly() {
     }
 }
 
+/// A force on a rigid plate compresses a block with ν = 0 by u = F h/(E A); its work ½ F u is stored.
+/// The force has no reaction, and its component along the free motion counts for the set of the
+/// plate, whose other motions are prescribed. A traction on a face of the plate does the same work,
+/// on that face.
+#[test]
+fn the_work_of_a_force_on_a_rigid_body_counts_once() {
+    let case = |load: &str, set: &str| {
+        let quantities = ["all = ", &format!("loaded = set = '{set}'"), "plate = set = 'plate'"].map(|quantity| {
+            let (name, set) = quantity.split_once(" = ").expect("a name");
+            format!("[[quantity]]\nname = 'of_{name}'\nexternal_work = {{ {set} }}\n")
+        });
+        [
+            body("block", [0.0; 3], [1.0, 2.0, 0.5], [3, 2, 2], &format!("material = {HOOKE}")),
+            body("plate", [-0.5, 2.0, -0.5], [1.5, 2.3, 1.0], [2, 1, 2], "rigid = { reference = [2.0, 2.5, 0.5] }"),
+            format!(
+                "[[dirichlet]]\nset = 'block_ymin'\n\
+                 [[dirichlet]]\nset = 'plate'\ncomponents = ['x', 'z', 'rx', 'ry', 'rz']\n\
+                 [[load]]\n{load}\n\
+                 [[contact]]\nslave = 'block_ymax'\nmaster = 'plate_ymin'\nfriction = 0\n[load_path]\nsteps = 2\n"
+            ),
+        ]
+        .into_iter()
+        .chain(quantities)
+        .collect::<String>()
+    };
+    let (force, area): (f64, f64) = (5.0, 3.0);
+    let expected = 0.5 * force * force * 2.0 / (1000.0 * 0.5);
+    let traction = format!("surface = 'plate_ymax'\ntraction = [0, {:?}, 0]", -force / area);
+    for (load, set) in [("surface = 'plate'\nforce = [0, -5, 0]", "plate"), (&traction, "plate_ymax")] {
+        let run = Run::of(&case(load, set));
+        for name in ["external_work", "strain_energy", "of_all", "of_loaded", "of_plate"] {
+            let found = run.last(name);
+            assert!((found - expected).abs() < 1e-9 * expected, "{load}: {name} is {found} for {expected}");
+        }
+        assert!(run.last("energy_balance").abs() < 1e-9 * expected);
+    }
+}
+
+/// A moment turns a rigid plate that rests on a block and is held otherwise: its work is stored.
+#[test]
+fn the_work_of_a_moment_counts_once() {
+    let text = [
+        body("block", [0.0; 3], [1.0, 1.0, 0.5], [2, 1, 1], &format!("material = {HOOKE}")),
+        body("plate", [0.0, 1.0, 0.0], [1.0, 1.2, 0.5], [1, 1, 1], "rigid = { reference = [0.5, 1.0, 0.25] }"),
+        "[[dirichlet]]\nset = 'block_ymin'\n\
+         [[dirichlet]]\nset = 'plate'\ncomponents = ['x', 'y', 'z', 'rx', 'ry']\n\
+         [[load]]\nsurface = 'plate'\nmoment = [0, 0, 0.1]\n\
+         [[contact]]\nslave = 'plate_ymin'\nmaster = 'block_ymax'\ntied = true\n[load_path]\nsteps = 20\n"
+            .into(),
+    ]
+    .concat();
+    let run = Run::of(&text);
+    let (work, stored) = (run.last("external_work"), run.last("strain_energy"));
+    // by the trapezoidal rule, so up to the square of a step
+    assert!(work > 1e-6 && (work - stored).abs() < 1e-4 * stored, "{work} for {stored}");
+}
+
 /// A beam on two blocks of different height, with ν = 0: the lever rule gives the forces, from which
 /// the compressions and the rotation follow.
 #[test]

@@ -11,7 +11,7 @@ use slipstick_design::quantity::{
 use slipstick_design::response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 use slipstick_mesh::Mesh;
 use slipstick_model::model::ContactModel;
-use slipstick_model::quantities::column_names;
+use slipstick_model::quantities::{column_names, external_work};
 
 use super::BuildError;
 use crate::case::{
@@ -149,7 +149,7 @@ impl Context<'_> {
                 Arc::new(Gap::new(name, patch(slave, within)?, measure).map_err(fail)?)
             }
             QuantityKind::FrictionWork { slave, within } => Arc::new(FrictionWork::new(name, patch(slave, within)?)),
-            QuantityKind::ExternalWork { set: None } => Arc::new(ExternalWork::new(name)),
+            QuantityKind::ExternalWork { set: None } => Arc::new(external_work(name, self.mesh)),
             QuantityKind::ExternalWork { set: Some(set) } => {
                 let nodes = self.mesh.set_nodes(set).unwrap_or_default();
                 let prescribed = self.prescribed(set);
@@ -159,10 +159,23 @@ impl Context<'_> {
                         format!("no load and no prescribed motion acts on `{set}`, so their work is always 0");
                     return constant(message, "name the set of a [[dirichlet]] or [[load]], or omit `set`");
                 }
+                let unknowns = |node: u32| (0..3).map(move |c| 3 * node + c);
+                let work = ExternalWork::new(name);
+                if let Some(rigid) = self.mesh.rigid.iter().find(|rigid| self.mesh.bodies[rigid.body].name == *set) {
+                    // loads and motions at the reference point act through the nodes
+                    let nodes = self.mesh.bodies[rigid.body].nodes.clone();
+                    return Ok(Arc::new(work.on(nodes.flat_map(|node| unknowns(node as u32)).collect())));
+                }
+                // a node of a rigid body counts as prescribed, but only loads act on it from outside
+                let of_rigid = |node: u32| {
+                    self.mesh.rigid.iter().any(|rigid| self.mesh.bodies[rigid.body].nodes.contains(&(node as usize)))
+                };
                 let fixed = self.model.prescribed().fixed();
-                let free = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c));
+                let driven = prescribed.into_iter().filter(|unknown| !of_rigid(unknown / 3));
+                let free = nodes.iter().filter(|&&node| !of_rigid(node)).flat_map(|&node| unknowns(node));
                 let free = free.filter(|&unknown| !fixed[unknown as usize]);
-                Arc::new(ExternalWork::new(name).on(prescribed.into_iter().chain(free).collect()))
+                let loaded = nodes.iter().filter(|&&node| of_rigid(node)).flat_map(|&node| unknowns(node));
+                Arc::new(work.on(driven.chain(free).collect()).of_loads_on(loaded.collect()))
             }
             QuantityKind::Displacement { set, component, relative_to } => {
                 let component = measure(*component).map_err(fail)?;
