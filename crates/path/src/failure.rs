@@ -36,6 +36,14 @@ pub enum StateError {
         /// The search radius.
         reach: f64,
     },
+    /// A free rigid body turned so far in one (sub-)step that the sense of the rotation is in doubt.
+    #[error("a rigid body turned by {degrees:.0} degrees in one step, which is more than a quarter turn")]
+    TurnedTooFar {
+        /// Global number of the node at its reference point.
+        node: u32,
+        /// Norm of the change of the rotation vector.
+        degrees: f64,
+    },
     /// Prescribed displacements push a slave node into the other surface, and no free displacement
     /// can close the gap.
     #[error("prescribed displacements push slave node {node} into the other surface by {depth:.3e}")]

@@ -460,11 +460,11 @@ impl Increment<'_> {
 }
 
 /// Whether held multipliers may help. They do not if prescribed displacements leave no solution or
-/// an unknown is undetermined, if the increment is so long that contact is missed, or if Newton's
-/// method only needs more iterations.
+/// an unknown is undetermined, if the increment is so long that contact is missed or a rotation is
+/// ambiguous, or if Newton's method only needs more iterations.
 fn may_be_rescued(failure: &StepFailure) -> bool {
     match &failure.kind {
-        StepFailureKind::State(StateError::PassedThrough { .. }) => false,
+        StepFailureKind::State(StateError::PassedThrough { .. } | StateError::TurnedTooFar { .. }) => false,
         StepFailureKind::State(state) => !state.is_prescribed(),
         StepFailureKind::Singular { .. } => false,
         StepFailureKind::TooManyIterations { .. } => !still_falls(&failure.iterations),

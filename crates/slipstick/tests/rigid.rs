@@ -130,6 +130,34 @@ fn the_work_of_a_moment_counts_once() {
     assert!(work > 1e-6 && (work - stored).abs() < 1e-4 * stored, "{work} for {stored}");
 }
 
+/// A turning disc takes a rigid plate along by friction, whose only free motion is the rotation. No
+/// moment resists, so the plate turns exactly as far as the disc. Half a turn away, all nodes slip
+/// around the axis, and their moments also cancel: a step of 10 degrees must not end there.
+#[test]
+fn friction_takes_a_rigid_body_along() {
+    for enforcement in ["augmented", "lagrange"] {
+        let text = format!(
+            "[[body]]\nname = 'disc'\n\
+             cone = {{ height = 0.5, bottom_radius = 0.7, top_radius = 0.7, elements = [2, 2, 1] }}\n\
+             material = {NEO_HOOKE}\n\
+             [[body]]\nname = 'plate'\n\
+             cone = {{ height = 0.5, bottom_radius = 0.8, top_radius = 0.8, elements = [2, 1, 1] }}\n\
+             place = {{ translate = [0, 0.5, 0] }}\nrigid = {{ reference = [0, 0.5, 0] }}\n\
+             [[contact]]\nslave = 'disc_top'\nmaster = 'plate_bottom'\nfriction = 0.3\n\
+             enforcement = {{ {enforcement} = {{}} }}\n\
+             [[dirichlet]]\nset = 'disc_bottom'\n\
+             rotation = {{ point = [0, 0, 0], direction = [0, 1, 0] }}\n\
+             motion = [{{ t = 0.05, angle = 0 }}, {{ t = 1, angle = 190 }}]\n\
+             [[dirichlet]]\nset = 'plate'\ncomponents = ['x', 'y', 'z', 'rx', 'rz']\n\
+             motion = [{{ t = 0.05, u = [0, -0.02, 0] }}]\n\
+             [load_path]\nsteps = 20\n"
+        );
+        let found = Run::of(&text).last("rotation_plate_y");
+        let expected = 190_f64.to_radians();
+        assert!((found - expected).abs() < 1e-6, "{enforcement}: {found} for {expected}");
+    }
+}
+
 /// A beam on two blocks of different height, with ν = 0: the lever rule gives the forces, from which
 /// the compressions and the rotation follow.
 #[test]

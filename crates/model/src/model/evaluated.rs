@@ -38,6 +38,8 @@ pub struct Step {
     pub(super) time: f64,
     /// What the viscous forces are measured from.
     pub(super) rate: Rate,
+    /// Rotation vectors of the rigid bodies before the step. \[rad\]
+    pub(super) rotations: Vec<Vector3<f64>>,
 }
 
 impl Step {
@@ -48,7 +50,7 @@ impl Step {
             false => PreviousRow::from(now),
         };
         let rows = previous.nodes.iter().zip(&model.slaves).map(of).collect();
-        Self { previous, rows, history: history.to_vec(), time, rate: Rate::default() }
+        Self { previous, rows, history: history.to_vec(), time, rate: Rate::default(), rotations: Vec::new() }
     }
 
     /// Tangential traction of the penalty method at node j, at the end of the previous step.

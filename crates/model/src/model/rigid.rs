@@ -20,6 +20,8 @@ use super::rotation::{curvature, turn, turn_slopes};
 use nalgebra::{Matrix3, Vector3};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{Mesh, Rigid};
+use slipstick_path::StateError;
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 /// All rigid bodies of a model.
@@ -135,6 +137,28 @@ impl RigidBodies {
     pub fn rotation(&self, reference: u32, y: &[f64]) -> Option<[f64; 3]> {
         let body = self.bodies.iter().find(|body| body.reference == reference as usize)?;
         Some(body.pose(y).1.into())
+    }
+
+    /// Rotation vectors of all rigid bodies at y. \[rad\]
+    pub(super) fn rotations(&self, y: &[f64]) -> impl Iterator<Item = Vector3<f64>> {
+        self.bodies.iter().map(|body| body.pose(y).1)
+    }
+
+    /// Checks that no body that is free to rotate has turned by more than a quarter turn since the
+    /// rotation vectors were `before`. Where friction alone turns a body, the equations of a step
+    /// have more solutions about half a turn or a full turn away.
+    ///
+    /// # Errors
+    /// [`StateError::TurnedTooFar`].
+    pub(super) fn check_turns(&self, before: &[Vector3<f64>], y: &[f64], fixed: &[bool]) -> Result<(), StateError> {
+        for ((body, before), now) in self.bodies.iter().zip(before).zip(self.rotations(y)) {
+            let free = fixed[3 * body.reference + 3..][..3].contains(&false);
+            let turn = (now - before).norm();
+            if free && turn > FRAC_PI_2 {
+                return Err(StateError::TurnedTooFar { node: body.reference as u32, degrees: turn.to_degrees() });
+            }
+        }
+        Ok(())
     }
 
     /// Writes the displacements of the nodes of rigid bodies, computed from the bodies' unknowns.

@@ -58,7 +58,8 @@ impl StepProblem for Design {
         self.model.share.check_same(&previous.unknowns)?;
         workspace.pattern.begin_step();
         let rate = self.model.rate(&previous.unknowns, span);
-        Ok(Step { rate, ..Step::new(&self.model, geometry.clone(), &previous.history, span[1]) })
+        let rotations = self.model.rigid.rotations(&previous.unknowns).collect();
+        Ok(Step { rate, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span[1]) })
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).
@@ -167,6 +168,7 @@ impl StepProblem for Design {
     /// multiplier could push it out again.
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
+        model.rigid.check_turns(&step.rotations, &at.unknowns, model.prescribed.fixed())?;
         let x = model.contact_positions(&at.unknowns);
         let mut worst: Option<(f64, u32, f64)> = None;
         let mut pushed: Option<(f64, u32)> = None;

@@ -253,6 +253,9 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
         StepFailureKind::State(StateError::PassedThrough { .. }) => {
             &[steps, cuts, "a larger `contact.search_radius`, or none, which lets the program choose it"]
         }
+        StepFailureKind::State(StateError::TurnedTooFar { .. }) => {
+            &[steps, cuts, "a prescribed rotation of the rigid body (`dirichlet.motion`), if it is known"]
+        }
         StepFailureKind::State(StateError::PrescribedPenetration { .. }) | StepFailureKind::Interrupted => &[],
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
         StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],

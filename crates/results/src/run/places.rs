@@ -87,6 +87,7 @@ pub(super) fn places(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> V
         StepFailureKind::State(
             StateError::FoldedSurface { node: at }
             | StateError::PassedThrough { node: at, .. }
+            | StateError::TurnedTooFar { node: at, .. }
             | StateError::PrescribedPenetration { node: at, .. },
         ) => node(*at).into_iter().collect(),
         StepFailureKind::State(StateError::FoldedFacet { nodes }) => {
