@@ -268,6 +268,7 @@ fn build_interfaces(
             let message = format!("there is no rule with {} points", contact.cell_rule);
             BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
+        check_stiffness(mesh, contact, i)?;
         // the averaged normals of tied surfaces only orient the components of their traction
         let feature_angle = if contact.tied { std::f64::consts::PI } else { contact.feature_angle.to_radians() };
         let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
@@ -297,6 +298,33 @@ fn build_interfaces(
         });
     }
     Ok(interfaces)
+}
+
+/// Checks that the stiffness of a pair is known: the default is that of the bodies, and rigid bodies
+/// have none.
+fn check_stiffness(mesh: &Mesh, contact: &case::Contact, pair: usize) -> Result<(), BuildError> {
+    let rigid = |name: &str, key: &str| -> Result<Vec<bool>, BuildError> {
+        let surface = surface_of(mesh, name, &format!("contact[{pair}].{key}"))?;
+        Ok(surface.facets.iter().map(|facet| mesh.is_rigid(facet.element as usize)).collect())
+    };
+    let (slave, master) = (rigid(&contact.slave, "slave")?, rigid(&contact.master, "master")?);
+    let relative = matches!(given(&contact.enforcement).stiffness, GivenStiffness::Relative { .. });
+    if contact.tied || !relative || !slave.contains(&true) || master.contains(&false) {
+        return Ok(());
+    }
+    let method = match contact.enforcement {
+        case::Enforcement::Lagrange { .. } => "lagrange",
+        case::Enforcement::Penalty { .. } => "penalty",
+        case::Enforcement::Augmented { .. } => "augmented",
+    };
+    Err(BuildError::new(
+        format!("contact[{pair}].enforcement"),
+        format!(
+            "`{}` and `{}` belong to rigid bodies, so there is no modulus from which a default stiffness could follow",
+            contact.slave, contact.master
+        ),
+        format!("give a stiffness per area [F/L³]: `enforcement = {{ {method} = {{ stiffness = … }} }}`"),
+    ))
 }
 
 /// The mortar rows of tied surfaces, which must lie opposite each other in the mesh.

@@ -439,9 +439,17 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
                     "`{}` and `{}` penetrate each other by {:.3e} at node {node} at the start",
                     contact.slave, contact.master, -gap
                 ),
-                help: "move a body away with its `place.translate`; otherwise the first load step has to remove the \
-                       penetration"
-                    .into(),
+                help: match contact.slave == contact.master {
+                    true => {
+                        "if the surface covers both sides of a wall, give a `search_radius` that is less than the \
+                             thickness of the wall minus half the diagonal of a facet"
+                    }
+                    false => {
+                        "move a body away with its `place.translate`; otherwise the first load step has to \
+                              remove the penetration"
+                    }
+                }
+                .into(),
             });
         }
         if closest.is_none() && contact.active[0] == 0.0 {

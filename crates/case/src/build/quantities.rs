@@ -129,6 +129,11 @@ impl Context<'_> {
                         return Ok(Arc::new(force.named(name).without_reactions(self.model.prescribed().fixed())));
                     }
                 };
+                if matches!(part, ForcePart::Resultant(_)) && self.is_with_itself(slave) {
+                    let message =
+                        format!("`{slave}` touches itself, so the resultant of its contact forces is always 0");
+                    return constant(message, "choose the component \"normal\", \"tangential\" or \"nodal\"");
+                }
                 Arc::new(ContactResultant::new(name, patch, part))
             }
             QuantityKind::ContactPressure { slave, measure, sharpness, within } => {
@@ -257,6 +262,11 @@ impl Context<'_> {
         let nodes = self.mesh.set_nodes(set).unwrap_or_default();
         let unknowns = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c));
         unknowns.filter(|&unknown| prescribed.fixed()[unknown as usize]).collect()
+    }
+
+    /// Whether the slave surface of a pair is its own master.
+    fn is_with_itself(&self, slave: &str) -> bool {
+        self.case.contacts.iter().any(|contact| contact.slave == slave && contact.master == slave)
     }
 
     /// The nodes of all surfaces on which loads act.

@@ -1,13 +1,13 @@
 //! Total force and peak pressure of a contact pair.
 
-use crate::model::{ContactModel, ContactResults, NodalContact};
+use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
 use serde::Serialize;
 
 /// Total force and peak pressure of a contact pair at a state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct PairResult {
     /// Resultant of the contact forces on the slave, friction included; the master has the opposite
-    /// one. \[F\]
+    /// one. Zero for a surface that touches itself, which is both. \[F\]
     pub force: [f64; 3],
     /// Largest contact pressure at a slave node, nodal force over nodal area
     /// ([`ContactResults::pressure`]), ≥ 0. \[F/L²\]
@@ -29,10 +29,11 @@ impl PairResult {
 /// sums up to the covered area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test:
 /// `forces_balance` (tests/invariance.rs).
 pub fn pair_results(model: &ContactModel, results: &ContactResults) -> Vec<PairResult> {
-    let of = |nodes: &[NodalContact]| {
+    let of = |(nodes, interface): (&[NodalContact], &ModelInterface)| {
+        let on_itself = interface.interface.is_with_itself();
         nodes.iter().fold(PairResult::default(), |mut pair, at| {
-            for c in 0..3 {
-                pair.force[c] -= at.covered_area * at.global_multiplier[c];
+            if !on_itself {
+                (0..3).for_each(|c| pair.force[c] -= at.covered_area * at.global_multiplier[c]);
             }
             let pressure = results.pressure[at.node as usize];
             if pressure > pair.peak_pressure {
@@ -41,5 +42,5 @@ pub fn pair_results(model: &ContactModel, results: &ContactResults) -> Vec<PairR
             pair
         })
     };
-    model.by_pair(&results.nodes).map(of).collect()
+    model.by_pair(&results.nodes).zip(model.interfaces()).map(of).collect()
 }
