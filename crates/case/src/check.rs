@@ -5,6 +5,7 @@ mod connection;
 mod design;
 mod distance;
 mod facets;
+mod held;
 mod memory;
 mod normals;
 mod volume;
@@ -47,6 +48,8 @@ pub enum NoticeKind {
     CoarseSlave,
     /// A surface of a rigid body is the slave of a pair with multipliers.
     RigidSlave,
+    /// Supports on one plane hold both sides of a contact pair.
+    HeldTwice,
     /// A load acts only on prescribed displacements.
     IdleLoad,
     /// The initial design exceeds the volume bound.
@@ -485,6 +488,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             });
         }
         notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
+        notices.extend(held::on_both_sides(interface, i, case, contact, &problem.mesh));
         let slaves = interface.slave_nodes();
         summaries.push(ContactSummary {
             slave: contact.slave.clone(),

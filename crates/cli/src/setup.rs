@@ -172,6 +172,7 @@ pub fn diagnostics(
             NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
             NoticeKind::RigidSlave => (CaseCode::RigidSlave, Severity::Warning),
             NoticeKind::CoarseSlave => (CaseCode::CoarseSlave, Severity::Warning),
+            NoticeKind::HeldTwice => (CaseCode::HeldTwice, Severity::Warning),
             NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
             NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
             NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),

@@ -129,6 +129,8 @@ case_codes! {
     AveragedNormals => "averaged_normals",
     /// The slave facets of a contact pair are much coarser than the master facets (warning).
     CoarseSlave => "coarse_slave",
+    /// Supports on one plane hold both sides of a contact pair (warning).
+    HeldTwice => "held_twice",
     /// The slave surface belongs to a rigid body (warning).
     RigidSlave => "rigid_slave",
     /// The shape cannot be meshed.

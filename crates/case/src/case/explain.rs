@@ -152,6 +152,12 @@ impl CaseCode {
                 "Contact conditions are enforced at slave nodes, so master nodes between them can penetrate. Exchange \
                  slave and master, or refine the slave; the finer side should be the slave."
             }
+            HeldTwice => {
+                "The slave nodes on the plane cannot move along its normal, and neither can the master nodes there, so \
+                 no displacement follows from the traction along the normal: friction or a tie can transmit any force, \
+                 and the supports react to it. At a symmetry plane this traction is zero; `[[symmetry]]` accounts for \
+                 that, and holds the nodes as well."
+            }
             RigidSlave => {
                 "Each slave node has multipliers, but the nodes of a rigid body cannot move relative to each other. If \
                  the master surface has fewer nodes, several multipliers act on the same displacements, and nothing \

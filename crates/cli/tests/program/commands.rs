@@ -413,6 +413,28 @@ fn settings_without_effect_are_told() {
     assert!(!told.contains("idle_filter"), "{told}");
 }
 
+/// Rollers on one plane on both sides of a pair leave the traction along their direction undetermined;
+/// a symmetry plane does not, and neither do rollers on different planes or without friction.
+#[test]
+fn supports_on_both_sides_of_a_pair_are_told() {
+    let rollers = "[[dirichlet]]\nset = \"slab_zmin\"\ncomponents = [\"z\"]\n\
+                   [[dirichlet]]\nset = \"block_zmin\"\ncomponents = [\"z\"]\n[load_path]";
+    let place = Place::with("[load_path]", rollers);
+    let flat = "case.toml --set dirichlet[1].motion=[{t=1,u=[0,-0.1,0]}]";
+    assert!(!place.good(&format!("check {flat}")).err.contains("held_twice"));
+    let flush = format!("{flat} --set body[1].box.min=[0.6,1.0,0.0]");
+    let told = place.good(&format!("check {flush}")).err;
+    for part in [
+        "[[dirichlet]] tables hold 3 nodes of `block_ymin` and the nodes of `slab_ymax` on the plane z = 0 along z",
+        "use `[[symmetry]]` with `normal = \"z\"` and `at = 0`",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    assert!(!place.good(&format!("check {flush} --set contact[0].friction=0")).err.contains("held_twice"));
+    let place = Place::with("[load_path]", "[[symmetry]]\nnormal = \"z\"\nat = 0.0\n[load_path]");
+    assert!(!place.good(&format!("check {flush}")).err.contains("held_twice"));
+}
+
 /// A table of densities that the case partly replaces, and an initial design above the volume
 /// bound. Computed by hand: the upper layer of the slab, 8 of its 16 elements (and of 20 in total),
 /// is solid, so half of the slab is already filled.

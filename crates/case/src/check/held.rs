@@ -1,0 +1,90 @@
+//! Checks whether supports on a plane hold both sides of a contact pair.
+
+use std::collections::BTreeSet;
+
+use super::{Notice, NoticeKind};
+use crate::case::{Case, Contact, Enforcement};
+use slipstick_contact::ContactInterface;
+use slipstick_mesh::{FacetNodes, Mesh};
+use slipstick_model::words::counted;
+
+/// Coordinates on one plane agree to this fraction of a surface's extent.
+const EQUAL: f64 = 1e-6;
+
+/// A notice if `[[dirichlet]]` tables hold nodes of both sides in the plane of the pair, along the
+/// normal of a plane on which these nodes lie. Nothing then determines the traction along the normal
+/// at the slave nodes on the plane, or it depends on the meshes. A symmetry plane releases it.
+pub(super) fn on_both_sides(
+    interface: &ContactInterface,
+    pair: usize,
+    case: &Case,
+    contact: &Contact,
+    mesh: &Mesh,
+) -> Option<Notice> {
+    let multipliers = !matches!(contact.enforcement, Enforcement::Penalty { .. });
+    if !(contact.tied || contact.friction > 0.0 && multipliers) {
+        return None;
+    }
+    let [slave, master] = [interface.slave_facets(), interface.master_facets()].map(nodes_of);
+    (0..3).find_map(|axis| {
+        let held = held_along(case, mesh, axis);
+        let [of_slave, of_master] = [&slave, &master].map(|nodes| nodes.intersection(&held).copied().collect());
+        let (of_slave, of_master): (Vec<u32>, Vec<u32>) = (of_slave, of_master);
+        // sides that are held as a whole are driven, not supported on a plane
+        if of_slave.len() == slave.len() || of_master.len() == master.len() {
+            return None;
+        }
+        let plane = plane_of(of_slave.iter().chain(&of_master), slave.iter().chain(&master), mesh, axis)?;
+        (!of_slave.is_empty() && !of_master.is_empty()).then(|| notice(pair, contact, axis, plane, of_slave.len()))
+    })
+}
+
+fn notice(pair: usize, contact: &Contact, axis: usize, plane: f64, slaves: usize) -> Notice {
+    let normal = ["x", "y", "z"][axis];
+    Notice {
+        kind: NoticeKind::HeldTwice,
+        path: format!("contact[{pair}]"),
+        message: format!(
+            "[[dirichlet]] tables hold {} of `{}` and the nodes of `{}` on the plane {normal} = {plane} along \
+             {normal}: the traction along {normal} there is not determined",
+            counted(slaves, "node"),
+            contact.slave,
+            contact.master
+        ),
+        help: format!(
+            "if it is a plane of symmetry, use `[[symmetry]]` with `normal = \"{normal}\"` and `at = {plane}` instead \
+             of the two tables; otherwise hold only one of the two sides there"
+        ),
+    }
+}
+
+fn nodes_of(facets: &[FacetNodes]) -> BTreeSet<u32> {
+    facets.iter().flatten().copied().collect()
+}
+
+/// Nodes that tables without a motion hold along an axis.
+fn held_along(case: &Case, mesh: &Mesh, axis: usize) -> BTreeSet<u32> {
+    let holds = |table: &&crate::case::Dirichlet| {
+        let along = table.components.iter().any(|component| *component as usize == axis);
+        along && table.motion.iter().all(|at| at.u[axis] == 0.0 && at.angle == 0.0)
+    };
+    let tables = case.dirichlet.iter().filter(holds);
+    tables.filter_map(|table| mesh.set_nodes(&table.set)).flat_map(|nodes| nodes.to_vec()).collect()
+}
+
+/// The coordinate that all these nodes share, up to a fraction of the extent of `all`.
+fn plane_of<'n>(
+    nodes: impl Iterator<Item = &'n u32>,
+    all: impl Iterator<Item = &'n u32>,
+    mesh: &Mesh,
+    axis: usize,
+) -> Option<f64> {
+    let range = |nodes: &mut dyn Iterator<Item = &'n u32>| {
+        nodes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &node| {
+            let at = mesh.nodes[node as usize][axis];
+            (low.min(at), high.max(at))
+        })
+    };
+    let ((low, high), (first, last)) = (range(&mut { nodes }), range(&mut { all }));
+    (high - low <= EQUAL * (last - first)).then_some(0.5 * (low + high))
+}
