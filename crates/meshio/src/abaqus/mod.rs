@@ -122,7 +122,8 @@ impl Reader {
             let message = format!("elements of type {} are not supported", shortened(&name));
             keyword.error(
                 message,
-                "use C3D4, C3D6 or C3D8 for bodies and S3, S4, M3D3 or M3D4 for surfaces, or remove these elements",
+                "use C3D4, C3D6, C3D8, C3D10, C3D20 or C3D27 for bodies, and S or M3D elements with 3, 4, 6, 8 or 9 nodes \
+                 for surfaces, or remove these elements",
             )
         })?;
         if kind == CellKind::Hex8 && name != "C3D8" && !self.reduced.contains(&name) {
@@ -178,8 +179,10 @@ impl Reader {
                 continue;
             }
             if !std::ptr::eq(*field, fields[0]) {
-                let message = format!("a {} has {} nodes, but more are given", kind.name(), kind.node_count());
-                return Err(MeshFileError::new(format!("line {line}"), message, "start each element on a new line"));
+                let (name, count) = (kind.name(), kind.node_count());
+                let message = format!("a {name} has {count} nodes, and this line goes on after the last one");
+                let help = "start each element on a new line, and give the one before it all its nodes";
+                return Err(MeshFileError::new(format!("line {line}"), message, help));
             }
             self.builder.cell(kind, number);
             self.wanted = kind.node_count();
@@ -228,8 +231,13 @@ const SOLIDS: &[(&str, CellKind)] = &[
     ("20", CellKind::Hex20),
     ("27", CellKind::Hex27),
 ];
-const FACES: &[(&str, CellKind)] =
-    &[("3", CellKind::Triangle3), ("4", CellKind::Quad4), ("6", CellKind::Triangle6), ("8", CellKind::Quad8)];
+const FACES: &[(&str, CellKind)] = &[
+    ("3", CellKind::Triangle3),
+    ("4", CellKind::Quad4),
+    ("6", CellKind::Triangle6),
+    ("8", CellKind::Quad8),
+    ("9", CellKind::Quad9),
+];
 
 /// The shape of an element type, if it belongs to a body, surface or line.
 fn kind(name: &str) -> Option<CellKind> {

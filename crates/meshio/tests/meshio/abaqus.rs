@@ -115,7 +115,7 @@ fn errors_name_line_and_cure() {
         ("*Heading", "*Include, input=x.inp", "line 1", "text of the included file"),
         ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
         ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
-        ("type=C3D8R", "type=C3D9", "line 18", "use C3D4, C3D6 or C3D8"),
+        ("type=C3D8R", "type=C3D9", "line 18", "use C3D4, C3D6, C3D8, C3D10"),
         (" 2, 1.D0", " 2, 1.F0", "line 6", "finite"),
         (" 2, 1.D0", " 2, inf", "line 6", "finite"),
         ("\n 5, 6, 7, 8", "", "line 21", "all its nodes"),

@@ -35,6 +35,9 @@ pub struct Orthotropic {
     limit: Hooke,
 }
 
+/// The third of Sylvester's conditions.
+const DETERMINANT: &str = "the determinant of the compliance times e1 e2 e3";
+
 /// Rows and columns of the entries of a symmetric matrix.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
@@ -133,7 +136,7 @@ impl Law for Orthotropic {
         let [e1, e2, e3, nu12, nu13, nu23, g12, g13, g23] = engineering;
         let directions = [values[9].padded(), values[10].padded()];
         let Some(axes) = material_axes(directions) else {
-            let help = "give two directions at an angle; axis 3 is perpendicular to both";
+            let help = "give two directions at an angle, by default axis1 = [1, 0, 0] and axis2 = [0, 1, 0]";
             return Err(MaterialError::new("axis2", "axis1 and axis2 are parallel".into(), help));
         };
         let compliance = [
@@ -146,13 +149,17 @@ impl Law for Orthotropic {
         let plane = |a: usize, b: usize| 1.0 - compliance[a][b].powi(2) / (compliance[a][a] * compliance[b][b]);
         let unstable = |key: &'static str, of: &str, number: f64| {
             let problem = format!("some strain would have no positive energy: {of} is {number}, not greater than zero");
-            Err(MaterialError::new(key, problem, "give smaller Poisson's ratios: nu_ij^2 must be less than E_i/E_j"))
+            let help = match of {
+                DETERMINANT => "give smaller Poisson's ratios: each of them is possible, but not all three together",
+                _ => "give a smaller Poisson's ratio: nu_ij^2 must be less than E_i/E_j",
+            };
+            Err(MaterialError::new(key, problem, help))
         };
         for (key, of, number) in [
             ("nu12", "1 - nu12^2 e2/e1", plane(0, 1)),
             ("nu13", "1 - nu13^2 e3/e1", plane(0, 2)),
             ("nu23", "1 - nu23^2 e3/e2", plane(1, 2)),
-            ("nu12", "the determinant of the compliance times e1 e2 e3", determinant * e1 * e2 * e3),
+            ("nu12", DETERMINANT, determinant * e1 * e2 * e3),
         ] {
             if !(number > 0.0) {
                 return unstable(key, of, number);
