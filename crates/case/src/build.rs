@@ -6,6 +6,7 @@ mod optimization;
 mod quantities;
 mod regions;
 mod symmetry;
+mod ties;
 mod variables;
 mod variation;
 
@@ -69,7 +70,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         let help = "omit the key (path.pvd lists the same fields), or build the program with `--features vtkhdf`";
         return Err(BuildError::new("output.vtkhdf", message, help));
     }
-    let mesh = build_mesh(case)?;
+    let (mesh, ties) = mesh::mesh_with_ties(case)?;
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
@@ -99,7 +100,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
-    let interfaces = build_interfaces(case, &mesh, &mirrored, approach)?;
+    let interfaces = build_interfaces(case, &mesh, &mirrored, approach, ties)?;
     let uzawa = build_uzawa(case)?;
     let variables = variables::build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -236,27 +237,68 @@ fn surface_of<'a>(mesh: &'a Mesh, name: &str, path: &str) -> Result<&'a Surface,
     })
 }
 
+/// The facets of the slave and of the master surface of a pair.
+fn sides(contact: &case::Contact, pair: usize, mesh: &Mesh) -> Result<[Vec<FacetNodes>; 2], BuildError> {
+    let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{pair}].{key}"));
+    Ok([surface(&contact.slave, "slave")?, surface(&contact.master, "master")?])
+}
+
+/// Size of the largest facet of a pair. \[L\]
+fn largest_facet(contact: &case::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 3]]) -> Result<f64, BuildError> {
+    let sides = sides(contact, pair, mesh)?;
+    Ok(sides.iter().flatten().map(|facet| facet_area(&facet.corners(points)).sqrt()).fold(0.0, f64::max))
+}
+
+/// How far apart tied surfaces may be; they are compared where they lie in the mesh. \[L\]
+fn tie_reach(contact: &case::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 3]]) -> Result<f64, BuildError> {
+    match contact.search_radius {
+        Some(reach) => Ok(reach),
+        None => Ok(2.0 * largest_facet(contact, pair, mesh, points)?),
+    }
+}
+
+/// The mortar interface of a pair on contact points at the positions `points`.
+fn interface_of(
+    contact: &case::Contact,
+    pair: usize,
+    mesh: &Mesh,
+    points: &[[f64; 3]],
+    mirrored: &[[bool; 3]],
+    reach: f64,
+) -> Result<ContactInterface, BuildError> {
+    let [slave, master] = sides(contact, pair, mesh)?;
+    let rule = CellRule::with_points(contact.cell_rule).ok_or_else(|| {
+        let message = format!("there is no rule with {} points", contact.cell_rule);
+        BuildError::new(format!("contact[{pair}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
+    })?;
+    // the averaged normals of tied surfaces only orient the components of their traction
+    let feature_angle = if contact.tied { std::f64::consts::PI } else { contact.feature_angle.to_radians() };
+    let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
+    let interface = ContactInterface::new(slave, master, points.as_flattened(), options)
+        .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "choose two surfaces of different bodies"))?;
+    Ok(interface.with_symmetry(|node| mirrored[node as usize]))
+}
+
 fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     mirrored: &[[bool; 3]],
     approach: f64,
+    ties: Vec<Option<Vec<NodeKinematics>>>,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let points = ContactMap::new(mesh).points(&mesh.nodes);
     let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
-    for (i, contact) in case.contacts.iter().enumerate() {
-        let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{i}].{key}"));
-        let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
-        let size =
-            |facets: &[FacetNodes]| facets.iter().map(|f| facet_area(&f.corners(&points)).sqrt()).fold(0.0, f64::max);
+    for ((i, contact), tie) in case.contacts.iter().enumerate().zip(ties) {
+        let size = largest_facet(contact, i, mesh, &points)?;
         let largest_offset = contact.offset.iter().map(|point| point.offset.abs()).fold(0.0, f64::max);
         // at least as far as the bodies can approach each other in one step, so that no contact is
         // missed
-        let reach = contact
-            .search_radius
-            .unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach + largest_offset);
-        if reach < approach {
+        let reach = match contact.tied {
+            true => tie_reach(contact, i, mesh, &points)?,
+            false => contact.search_radius.unwrap_or_else(|| 2.0 * size + 1.5 * approach + largest_offset),
+        };
+        if reach < approach && !contact.tied {
             let message = format!(
                 "bodies may approach each other by {approach:.3e} in one load step, \
                  more than the search radius {reach:.3e}"
@@ -264,17 +306,8 @@ fn build_interfaces(
             let help = "raise the search radius, omit it, or use more load steps; otherwise contact may be missed";
             return Err(BuildError::new(format!("contact[{i}].search_radius"), message, help));
         }
-        let rule = CellRule::with_points(contact.cell_rule).ok_or_else(|| {
-            let message = format!("there is no rule with {} points", contact.cell_rule);
-            BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
-        })?;
         check_stiffness(mesh, contact, i)?;
-        // the averaged normals of tied surfaces only orient the components of their traction
-        let feature_angle = if contact.tied { std::f64::consts::PI } else { contact.feature_angle.to_radians() };
-        let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
-        let interface = ContactInterface::new(slave, master, points.as_flattened(), options)
-            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
-            .with_symmetry(|node| mirrored[node as usize]);
+        let interface = interface_of(contact, i, mesh, &points, mirrored, reach)?;
         for slave in interface.slave_nodes() {
             if let Some(first) = slaves_so_far.insert(slave.node, i).filter(|&first| first != i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);
@@ -291,7 +324,7 @@ fn build_interfaces(
             shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
             offset: contact.offset.clone(),
             active: contact.active,
-            bond: contact.tied.then(|| bond(&interface, points.as_flattened(), i)).transpose()?.map(Arc::new),
+            bond: tie.map(Arc::new),
             edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
             interface,

@@ -1,8 +1,9 @@
 //! The mesh of a case: its bodies after placement, with the surfaces and node sets that the case
 //! selects.
 
-use super::BuildError;
+use super::{BuildError, ties};
 use crate::case::{self, Case};
+use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{self as mesh, Mesh, Surface};
 use slipstick_model::words::counted;
 
@@ -11,6 +12,11 @@ use slipstick_model::words::counted;
 /// # Errors
 /// [`BuildError`] at the body, surface or set.
 pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
+    Ok(mesh_with_ties(case)?.0)
+}
+
+/// The same, with the mortar rows of each tied pair, [`ties::close`].
+pub(super) fn mesh_with_ties(case: &Case) -> Result<(Mesh, Vec<Option<Vec<NodeKinematics>>>), BuildError> {
     let mut parts = Vec::with_capacity(case.bodies.len());
     for (b, body) in case.bodies.iter().enumerate() {
         let path = format!("body[{b}].{}", body.shape.key());
@@ -58,7 +64,8 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
         let reference = rigid.reference.unwrap_or_else(|| std::array::from_fn(middle));
         all.make_rigid(b, reference);
     }
-    Ok(all)
+    let ties = ties::close(case, &mut all)?;
+    Ok((all, ties))
 }
 
 fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {

@@ -1,0 +1,147 @@
+//! The mortar rows of ties, and the positions of slave nodes that agree with them.
+//!
+//! A tie requires Σ_s b_js u_s = 0 at each slave node, with the mortar row b_j of the undeformed
+//! mesh. Rigid rotations satisfy this only if Σ_s b_js X_s = 0, which facets of different size do
+//! not meet on a curved surface. The slave nodes are therefore moved by the smallest amounts, in the
+//! sense of least squares, that meet these conditions; the rows remain those of the original
+//! positions (Puso, Int. J. Numer. Meth. Engng 59 (2004), 315–336).
+
+use super::symmetry::mirrored;
+use super::{BuildError, bond, interface_of, tie_reach};
+use crate::case::Case;
+use nalgebra::Vector3;
+use slipstick_contact::kinematics::NodeKinematics;
+use slipstick_mesh::{ContactMap, Mesh, facet_area};
+
+/// Larger gaps, as fractions of the facet size, are taken as intended and remain.
+const FARTHEST: f64 = 0.1;
+
+/// Gaps that count as closed, as fractions of the facet size.
+const CLOSED: f64 = 1e-13;
+
+/// Number of repetitions at most, for ties that share nodes.
+const REPETITIONS: usize = 30;
+
+/// The rows of each tied pair, none for other pairs; moves the slave nodes of all ties onto the
+/// master surfaces.
+///
+/// # Errors
+/// [`BuildError`] of a symmetry plane, or of surfaces that do not exist, are folded or do not face
+/// each other.
+pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Vec<Option<Vec<NodeKinematics>>>, BuildError> {
+    let mut ties: Vec<Option<Vec<NodeKinematics>>> = vec![None; case.contacts.len()];
+    if case.contacts.iter().all(|contact| !contact.tied) {
+        return Ok(ties);
+    }
+    let (map, mirrored) = (ContactMap::new(mesh), mirrored(case, mesh)?);
+    let points = map.points(&mesh.nodes);
+    let mut sizes = Vec::new();
+    for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| contact.tied) {
+        let interface = interface_of(contact, i, mesh, &points, &mirrored, tie_reach(contact, i, mesh, &points)?)?;
+        let areas = interface.slave_facets().iter().map(|facet| facet_area(&facet.corners(&points)));
+        sizes.push(areas.fold(f64::INFINITY, f64::min).sqrt());
+        ties[i] = Some(bond(&interface, points.as_flattened(), i)?);
+    }
+    let gap =
+        |row: &NodeKinematics, size: f64| if row.area > 0.0 { row.relative.norm() / row.area / size } else { 0.0 };
+    let widest = |rows: &[NodeKinematics], size| rows.iter().map(|row| gap(row, size)).fold(0.0, f64::max);
+    let near = |rows: &[NodeKinematics], size| widest(rows, size) <= FARTHEST;
+    let closed: Vec<bool> = ties.iter().flatten().zip(&sizes).map(|(rows, size)| near(rows, *size)).collect();
+    for _ in 0..REPETITIONS {
+        let mut open: f64 = 0.0;
+        for ((rows, size), _) in ties.iter_mut().flatten().zip(&sizes).zip(&closed).filter(|(_, closed)| **closed) {
+            let points = map.points(&mesh.nodes);
+            rows.iter_mut().for_each(|row| row.relative = relative(row, &points));
+            open = open.max(widest(rows, *size));
+            Closing { map: &map, mirrored: &mirrored, rows }.apply(&mut mesh.nodes);
+        }
+        if open <= CLOSED {
+            break;
+        }
+    }
+    Ok(ties)
+}
+
+/// Σ_s b_js x_s.
+fn relative(row: &NodeKinematics, points: &[[f64; 3]]) -> Vector3<f64> {
+    row.support.iter().zip(&row.coefficient).map(|(&s, b)| *b * Vector3::from(points[s as usize])).sum()
+}
+
+/// The conditions Σ_s b_js (X_s + v_s)/A_j = 0 for changes v of the positions of slave nodes, in
+/// their plane for nodes on symmetry planes.
+struct Closing<'a> {
+    map: &'a ContactMap,
+    mirrored: &'a [[bool; 3]],
+    rows: &'a [NodeKinematics],
+}
+
+impl Closing<'_> {
+    /// Adds the smallest changes that meet all conditions: v = Bᵀ y with B Bᵀ y = −w, by conjugate
+    /// gradients.
+    fn apply(&self, nodes: &mut [[f64; 3]]) {
+        let count = nodes.len();
+        let part = |row: &NodeKinematics| if row.area > 0.0 { -row.relative / row.area } else { Vector3::zeros() };
+        let mut residual: Vec<[f64; 3]> = self.rows.iter().map(|row| part(row).into()).collect();
+        let mut change = vec![[0.0; 3]; count];
+        let mut direction = residual.clone();
+        let mut size = product(&residual, &residual);
+        let enough = 1e-30 * size;
+        for _ in 0..3 * self.rows.len() {
+            let along = self.transposed(&direction, count);
+            let curvature = product(&along, &along);
+            if size <= enough || curvature <= 0.0 {
+                break;
+            }
+            let step = size / curvature;
+            add(&mut change, step, &along);
+            add(&mut residual, -step, &self.times(&along));
+            let next = product(&residual, &residual);
+            let previous = std::mem::replace(&mut size, next);
+            for (d, r) in direction.iter_mut().zip(&residual) {
+                (0..3).for_each(|c| d[c] = r[c] + size / previous * d[c]);
+            }
+        }
+        add(nodes, 1.0, &change);
+    }
+
+    /// B v.
+    fn times(&self, v: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut out = vec![[0.0; 3]; self.rows.len()];
+        for (out, row) in out.iter_mut().zip(self.rows) {
+            self.each(row, |node, c, weight| out[c] += weight * v[node][c]);
+        }
+        out
+    }
+
+    /// Bᵀ y.
+    fn transposed(&self, y: &[[f64; 3]], count: usize) -> Vec<[f64; 3]> {
+        let mut out = vec![[0.0; 3]; count];
+        for (y, row) in y.iter().zip(self.rows) {
+            self.each(row, |node, c, weight| out[node][c] += weight * y[c]);
+        }
+        out
+    }
+
+    /// Calls `each` with the nodes and components that may move, and their weights in a condition.
+    fn each(&self, row: &NodeKinematics, mut each: impl FnMut(usize, usize, f64)) {
+        if row.area <= 0.0 {
+            return;
+        }
+        for (&point, b) in row.support.iter().zip(&row.coefficient).take(row.ring) {
+            self.map.each(point, |node, weight| {
+                let fixed = self.mirrored[node as usize];
+                for c in (0..3).filter(|&c| !fixed[c]) {
+                    each(node as usize, c, weight * b / row.area);
+                }
+            });
+        }
+    }
+}
+
+fn product(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
+}
+
+fn add(to: &mut [[f64; 3]], factor: f64, from: &[[f64; 3]]) {
+    to.as_flattened_mut().iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += factor * from);
+}
