@@ -42,18 +42,16 @@ pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Vec<Option<Vec<NodeK
         sizes.push(areas.fold(f64::INFINITY, f64::min).sqrt());
         ties[i] = Some(bond(&interface, points.as_flattened(), i)?);
     }
-    let gap =
-        |row: &NodeKinematics, size: f64| if row.area > 0.0 { row.relative.norm() / row.area / size } else { 0.0 };
-    let widest = |rows: &[NodeKinematics], size| rows.iter().map(|row| gap(row, size)).fold(0.0, f64::max);
-    let near = |rows: &[NodeKinematics], size| widest(rows, size) <= FARTHEST;
-    let closed: Vec<bool> = ties.iter().flatten().zip(&sizes).map(|(rows, size)| near(rows, *size)).collect();
     for _ in 0..REPETITIONS {
         let mut open: f64 = 0.0;
-        for ((rows, size), _) in ties.iter_mut().flatten().zip(&sizes).zip(&closed).filter(|(_, closed)| **closed) {
+        for (rows, size) in ties.iter_mut().flatten().zip(&sizes) {
             let points = map.points(&mesh.nodes);
             rows.iter_mut().for_each(|row| row.relative = relative(row, &points));
-            open = open.max(widest(rows, *size));
-            Closing { map: &map, mirrored: &mirrored, rows }.apply(&mut mesh.nodes);
+            let closing = Closing { map: &map, mirrored: &mirrored, rows };
+            let gap = closing.gap() / *size;
+            if gap > CLOSED && gap <= FARTHEST && closing.apply(&mut mesh.nodes, FARTHEST * *size) {
+                open = open.max(gap);
+            }
         }
         if open <= CLOSED {
             break;
@@ -76,12 +74,23 @@ struct Closing<'a> {
 }
 
 impl Closing<'_> {
+    /// The largest gap ‖w_j‖/A_j in the directions of conditions. \[L\]
+    fn gap(&self) -> f64 {
+        let size = |row: &NodeKinematics| {
+            let squares = (0..3).filter(|&c| self.has(row, c)).map(|c| (row.relative[c] / row.area).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        self.rows.iter().map(size).fold(0.0, f64::max)
+    }
+
     /// Adds the smallest changes that meet all conditions: v = Bᵀ y with B Bᵀ y = −w, by conjugate
-    /// gradients.
-    fn apply(&self, nodes: &mut [[f64; 3]]) {
+    /// gradients. Adds nothing, and returns false, if a node would move further than `farthest`.
+    fn apply(&self, nodes: &mut [[f64; 3]], farthest: f64) -> bool {
         let count = nodes.len();
-        let part = |row: &NodeKinematics| if row.area > 0.0 { -row.relative / row.area } else { Vector3::zeros() };
-        let mut residual: Vec<[f64; 3]> = self.rows.iter().map(|row| part(row).into()).collect();
+        let part = |row: &NodeKinematics| -> [f64; 3] {
+            std::array::from_fn(|c| if self.has(row, c) { -row.relative[c] / row.area } else { 0.0 })
+        };
+        let mut residual: Vec<[f64; 3]> = self.rows.iter().map(part).collect();
         let mut change = vec![[0.0; 3]; count];
         let mut direction = residual.clone();
         let mut size = product(&residual, &residual);
@@ -101,7 +110,17 @@ impl Closing<'_> {
                 (0..3).for_each(|c| d[c] = r[c] + size / previous * d[c]);
             }
         }
-        add(nodes, 1.0, &change);
+        let near = change.iter().all(|v| v.iter().map(|v| v * v).sum::<f64>() <= farthest * farthest);
+        if near {
+            add(nodes, 1.0, &change);
+        }
+        near
+    }
+
+    /// Whether a row has a condition along an axis: no traction acts along the normal of a symmetry
+    /// plane at nodes on it.
+    fn has(&self, row: &NodeKinematics, c: usize) -> bool {
+        row.area > 0.0 && !self.mirrored[row.node as usize][c]
     }
 
     /// B v.
@@ -124,13 +143,14 @@ impl Closing<'_> {
 
     /// Calls `each` with the nodes and components that may move, and their weights in a condition.
     fn each(&self, row: &NodeKinematics, mut each: impl FnMut(usize, usize, f64)) {
-        if row.area <= 0.0 {
+        let conditions = [0, 1, 2].map(|c| self.has(row, c));
+        if conditions == [false; 3] {
             return;
         }
         for (&point, b) in row.support.iter().zip(&row.coefficient).take(row.ring) {
             self.map.each(point, |node, weight| {
                 let fixed = self.mirrored[node as usize];
-                for c in (0..3).filter(|&c| !fixed[c]) {
+                for c in (0..3).filter(|&c| conditions[c] && !fixed[c]) {
                     each(node as usize, c, weight * b / row.area);
                 }
             });
