@@ -302,7 +302,10 @@ fn of_multiplier(row: usize, component: usize, model: Trial<'_>) -> Conditions {
     }
     let PairState { conditions, free, .. } = model.pair(pair);
     let (sets, left) = (counted(conditions, "condition"), counted(free, "free displacement"));
-    found.facts.push(format!("contact pair {name} imposes {sets} at its closed nodes, on {left}"));
+    let tied = model.interfaces()[pair].is_bonded();
+    if !tied && conditions > 0 {
+        found.facts.push(format!("contact pair {name} imposes {sets} at its closed nodes, on {left}"));
+    }
     let direction = model.direction(row, component).unwrap_or_default();
     for axis in (0..3).filter(|&axis| direction[axis].abs() > ALONG) {
         let sets = model.holders(&[node], axis);
@@ -313,7 +316,11 @@ fn of_multiplier(row: usize, component: usize, model: Trial<'_>) -> Conditions {
         }
     }
     found.cures.push(format!("slave and master of {name} exchanged (`contact.slave`, `contact.master`)"));
-    found.cures.push(format!("the penalty method for {name} (`enforcement = {{ penalty = {{}} }}`)"));
+    if !tied {
+        found.cures.push(format!("the penalty method for {name} (`enforcement = {{ penalty = {{}} }}`)"));
+    }
+    let both = "symmetry planes (`[[symmetry]]`) instead of supports on both sides";
+    found.cures.push(format!("{both} of {name}, if there are any"));
     found
 }
 
