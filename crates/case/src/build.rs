@@ -284,7 +284,7 @@ fn build_interfaces(
     mesh: &Mesh,
     mirrored: &[[bool; 3]],
     approach: f64,
-    ties: Vec<Option<Vec<NodeKinematics>>>,
+    ties: ties::Rows,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let points = ContactMap::new(mesh).points(&mesh.nodes);
@@ -296,7 +296,7 @@ fn build_interfaces(
         // missed
         let reach = match contact.tied {
             true => tie_reach(contact, i, mesh, &points)?,
-            false => contact.search_radius.unwrap_or_else(|| 2.0 * size + 1.5 * approach + largest_offset),
+            false => contact.search_radius.unwrap_or(2.0 * size + 1.5 * approach + largest_offset),
         };
         if reach < approach && !contact.tied {
             let message = format!(

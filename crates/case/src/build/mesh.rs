@@ -3,7 +3,6 @@
 
 use super::{BuildError, ties};
 use crate::case::{self, Case};
-use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{self as mesh, Mesh, Surface};
 use slipstick_model::words::counted;
 
@@ -16,7 +15,7 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
 }
 
 /// The same, with the mortar rows of each tied pair, [`ties::close`].
-pub(super) fn mesh_with_ties(case: &Case) -> Result<(Mesh, Vec<Option<Vec<NodeKinematics>>>), BuildError> {
+pub(super) fn mesh_with_ties(case: &Case) -> Result<(Mesh, ties::Rows), BuildError> {
     let mut parts = Vec::with_capacity(case.bodies.len());
     for (b, body) in case.bodies.iter().enumerate() {
         let path = format!("body[{b}].{}", body.shape.key());

@@ -22,14 +22,17 @@ const CLOSED: f64 = 1e-13;
 /// Number of repetitions at most, for ties that share nodes.
 const REPETITIONS: usize = 30;
 
+/// For each pair of the case its mortar rows, if it is tied.
+pub(super) type Rows = Vec<Option<Vec<NodeKinematics>>>;
+
 /// The rows of each tied pair, none for other pairs; moves the slave nodes of all ties onto the
 /// master surfaces.
 ///
 /// # Errors
 /// [`BuildError`] of a symmetry plane, or of surfaces that do not exist, are folded or do not face
 /// each other.
-pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Vec<Option<Vec<NodeKinematics>>>, BuildError> {
-    let mut ties: Vec<Option<Vec<NodeKinematics>>> = vec![None; case.contacts.len()];
+pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Rows, BuildError> {
+    let mut ties: Rows = vec![None; case.contacts.len()];
     if case.contacts.iter().all(|contact| !contact.tied) {
         return Ok(ties);
     }

@@ -172,6 +172,11 @@ impl Response {
         (same && self.reduction == Reduction::Sum).then_some(dimension)
     }
 
+    /// Whether it is a sum of its terms.
+    pub fn is_sum(&self) -> bool {
+        self.reduction == Reduction::Sum
+    }
+
     /// Whether any of its quantities is a sum over the path.
     pub fn accumulates(&self) -> bool {
         self.terms.iter().any(|term| term.quantity.accumulates())

@@ -60,13 +60,20 @@ impl Analysis {
         let (force, motion) = self.scales();
         // another objective may be nonzero with open contact
         let notice = notice.filter(|_| objective.needs_contact());
-        let scale = match objective.dimension() {
-            Some(Dimension::FORCE) => force,
-            Some(Dimension::WORK) => force * motion,
-            Some(Dimension::LENGTH) => motion,
+        let of = |dimension: Dimension| match dimension {
+            Dimension::FORCE => force,
+            Dimension::WORK => force * motion,
+            Dimension::LENGTH => motion,
+            Dimension::STRESS => force / self.model().smallest_element().powf(2.0 / 3.0),
             // of anything else, only zero itself is known to be round-off
-            Some(_) => 0.0,
+            _ => 0.0,
+        };
+        let scale = match objective.dimension() {
+            Some(dimension) => of(dimension),
             None if notice.is_some() => 0.0,
+            None if objective.is_sum() => {
+                objective.terms().iter().map(|term| term.weight.abs() * of(term.quantity.dimension())).sum()
+            }
             None => return None,
         };
         let rounding = Rounding { value, scale, notice };
