@@ -247,7 +247,7 @@ fn gradients_of_random_quadratic_elements() {
 /// The same with a rigid block, whose rotations are prescribed, free or loaded by a moment.
 #[test]
 fn gradients_of_random_rigid_bodies() {
-    suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 20, With::Densities);
+    suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 40, With::Densities);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
