@@ -386,6 +386,45 @@ fn tied_rings_turn_without_stress() {
     }
 }
 
+/// Two surfaces that are tied for the first half of the path and slide in the second, with their roles
+/// exchanged: friction is μ times the normal force. Spans that overlap are an error, and so is the
+/// same slave in both pairs.
+#[test]
+fn a_tie_is_followed_by_friction() {
+    let text = |slave: &str, master: &str, from: f64| {
+        let body = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3]| {
+            format!(
+                "[[body]]\nname = '{name}'\nbox = {{ min = {min:?}, max = {max:?}, elements = {elements:?} }}\n\
+                 material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n"
+            )
+        };
+        body("slab", [0.0; 3], [2.0, 1.0, 1.0], [4, 2, 2])
+            + &body("block", [0.5, 1.0, 0.0], [1.5, 2.0, 1.0], [3, 2, 3])
+            + &format!(
+                "[[contact]]\nslave = 'block_ymin'\nmaster = 'slab_ymax'\ntied = true\nactive = [0, 0.5]\n\
+                 [[contact]]\nslave = '{slave}'\nmaster = '{master}'\nfriction = 0.2\nactive = [{from:?}, 1]\n\
+                 [[dirichlet]]\nset = 'slab_ymin'\n[[dirichlet]]\nset = 'block_ymax'\n\
+                 motion = [{{ t = 0.5, u = [0, -0.05, 0] }}, {{ t = 1, u = [0.3, -0.05, 0] }}]\n\
+                 [load_path]\nsteps = 8\n"
+            )
+    };
+    let mut problem = problem(&text("slab_ymax", "block_ymin", 0.5));
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let found = slipstick::quantities::quantities(&problem, &run.path);
+    let last = |name: &str| *found.get(name).unwrap().last().unwrap();
+    let (normal, friction) = (last("slab_ymax_normal_force"), last("slab_ymax_friction_force"));
+    assert!(normal > 10.0 && (friction / normal - 0.2).abs() < 1e-9, "{friction} for {normal}");
+    assert_eq!(last("block_ymin_normal_force"), 0.0);
+    for (slave, master, from, cure) in [
+        ("slab_ymax", "block_ymin", 0.4, "contact would be counted twice"),
+        ("block_ymin", "slab_ymax", 0.5, "exchange slave and master of one of them"),
+    ] {
+        let errors = slipstick::case::parse_case(&text(slave, master, from), "case.toml").expect_err("twice");
+        assert!(format!("{errors:?}").contains(cure), "{errors:?}");
+    }
+}
+
 /// A block stands on two slabs side by side, which are one surface for it: by symmetry, each carries
 /// half of the force; and while the block slides, its nodes move from one to the other.
 #[test]

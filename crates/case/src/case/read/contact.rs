@@ -22,15 +22,20 @@ pub(super) fn contacts(root: &Table<'_>, names: &Names, bodies: &[Body], steps: 
         let path = table.path().to_owned();
         let contact = contact(table, names, bodies, steps);
         let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
-        if !contact.slave.is_empty() && contacts.iter().any(same) {
+        let together = |other: &Contact| other.active[0] < contact.active[1] && contact.active[0] < other.active[1];
+        if let Some(other) = contacts.iter().find(|other| same(other)).filter(|_| !contact.slave.is_empty()) {
             reader.error(
                 &path,
                 CaseCode::DuplicateName,
                 format!("the pair {} – {} is listed twice", contact.slave, contact.master),
-                "remove one of them",
+                match together(other) {
+                    true => "remove one of them",
+                    false => "exchange slave and master of one of them: a node is a slave in one pair only",
+                },
             );
         }
-        let reversed = |other: &Contact| (&other.slave, &other.master) == (&contact.master, &contact.slave);
+        let reversed =
+            |other: &Contact| (&other.slave, &other.master) == (&contact.master, &contact.slave) && together(other);
         if !contact.slave.is_empty() && contact.slave != contact.master && contacts.iter().any(reversed) {
             reader.error(
                 &path,
