@@ -1,6 +1,7 @@
 //! The program as a whole: from its arguments to its exit code, and how it starts itself again.
 
 use std::ffi::OsString;
+use std::io::ErrorKind;
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -49,4 +50,13 @@ pub(crate) fn again() -> Outcome<Command> {
         Failure::input(format!("cannot find the program file: {error}"), "start the program by its path")
     })?;
     Ok(Command::new(program))
+}
+
+/// The failure of a process that could not be started.
+pub(crate) fn refused(error: std::io::Error) -> Failure {
+    let cure = match error.kind() {
+        ErrorKind::NotFound => "the program's file was moved or replaced since it was started: run this command again",
+        _ => "free some memory, or end other processes",
+    };
+    Failure::input(format!("cannot start a process: {error}"), cure)
 }

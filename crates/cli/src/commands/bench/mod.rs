@@ -113,9 +113,7 @@ fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
     if let Some(design) = &args.design.design {
         command.arg("--design").arg(design);
     }
-    let output = command.stderr(Stdio::inherit()).output().map_err(|error| {
-        Failure::input(format!("cannot start a process: {error}"), "free some memory, or end other processes")
-    })?;
+    let output = command.stderr(Stdio::inherit()).output().map_err(program::refused)?;
     if !output.status.success() {
         return Err(failed(format!("the measurement ended with {}", output.status)));
     }

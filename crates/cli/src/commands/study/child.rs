@@ -6,7 +6,6 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::failure::Failure;
 use crate::{Context, Outcome, program};
 
 /// How a command ended.
@@ -27,11 +26,8 @@ pub struct Ended {
 /// are valid at any time.
 ///
 /// # Errors
-/// [`Failure::Input`] if no process can be started.
+/// [`Failure::Input`](crate::failure::Failure::Input) if no process can be started.
 pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> {
-    let refused = |error: std::io::Error| {
-        Failure::input(format!("cannot start a process: {error}"), "free some memory, or end other processes")
-    };
     let mut command = program::again()?;
     command.args(line).arg("--json").stdout(Stdio::piped()).stderr(Stdio::null());
     if !folder.as_os_str().is_empty() {
@@ -40,7 +36,7 @@ pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> 
     if let Some(threads) = context.common.threads {
         command.args(["--threads", &threads.to_string()]);
     }
-    let mut child = command.spawn().map_err(refused)?;
+    let mut child = command.spawn().map_err(program::refused)?;
     let mut ended = Ended { code: None, events: Vec::new(), error: None };
     let mut asked = false;
     if let Some(out) = child.stdout.take() {
@@ -54,7 +50,7 @@ pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> 
             asked = context.interrupt.requested();
         }
     }
-    ended.code = child.wait().map_err(refused)?.code();
+    ended.code = child.wait().map_err(program::refused)?.code();
     Ok(ended)
 }
 
