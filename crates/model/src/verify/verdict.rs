@@ -77,21 +77,34 @@ pub(super) fn verdict(quotients: &[Quotient], best: Option<f64>, tolerance: f64)
     }
 }
 
-/// Whether a difference agrees with the adjoint to within its round-off, and none is off by more
-/// than its round-off plus its truncation error. The neighbouring step gives the truncation error,
-/// which is proportional to the square of the step.
+/// Whether a difference agrees with the adjoint to within its round-off, or the one at half the
+/// smallest step would, and none is off by more than its round-off plus its truncation error. The
+/// neighbouring step gives the truncation error, which is proportional to the square of the step.
 fn agree_to_round_off(quotients: &[Quotient]) -> bool {
     let smooth: Vec<&Quotient> = quotients.iter().filter(|q| q.is_smooth()).collect();
     let agrees = |q: &&Quotient| q.relative_error <= q.round_off;
+    let soon = matches!(smooth[..], [.., before, last] if agrees_at_half(before, last));
     let explained = |i: usize| {
         let q = smooth[i];
-        let truncation = smooth.get(i + 1).map_or(0.0, |next| {
-            let ratio = (q.step / next.step).powi(2);
-            ((q.relative_error - next.relative_error).abs() + next.round_off) * ratio / (ratio - 1.0)
-        });
+        let apart = |other: &Quotient| (q.relative_error - other.relative_error).abs();
+        let truncation = match (i.checked_sub(1).map(|i| smooth[i]), smooth.get(i + 1)) {
+            (_, Some(next)) => {
+                let ratio = (q.step / next.step).powi(2);
+                (apart(next) + next.round_off) * ratio / (ratio - 1.0)
+            }
+            (Some(before), None) => (apart(before) + q.round_off) / ((before.step / q.step).powi(2) - 1.0),
+            (None, None) => 0.0,
+        };
         q.relative_error <= q.round_off + truncation
     };
-    smooth.iter().any(agrees) && (0..smooth.len()).all(explained)
+    (soon || smooth.iter().any(agrees)) && (0..smooth.len()).all(explained)
+}
+
+/// Whether the error falls like truncation from one step to its half, and would be within round-off
+/// at a quarter.
+fn agrees_at_half(before: &Quotient, last: &Quotient) -> bool {
+    let halved = before.step == 2.0 * last.step && 3.0 * last.relative_error <= before.relative_error;
+    halved && last.relative_error / 4.0 <= 2.0 * last.round_off
 }
 
 #[cfg(test)]
@@ -126,6 +139,8 @@ mod tests {
         assert_eq!(of(&quotients(&[1.6e-2, 4e-3, 1e-3, 2.5e-4], 1e-8)), Verdict::Off, "truncation only");
         assert_eq!(of(&quotients(&[5e-5, 3e-5, 9e-5, 4e-4], 1e-4)), Verdict::NotResolvable, "round-off only");
         assert_eq!(of(&quotients(&[1.6e-2, 4e-3, 1.05e-3, 2.2e-4], 1e-4)), Verdict::NotResolvable, "down to round-off");
+        assert_eq!(of(&quotients(&[2.6e-3, 5.2e-4], 1.5e-4)), Verdict::NotResolvable, "almost down to round-off");
+        assert_eq!(of(&quotients(&[2.6e-3, 2.2e-3], 1.5e-4)), Verdict::Off, "it does not fall like truncation");
         assert_eq!(of(&quotients(&[0.5, 0.5, 1e-7], 0.25)), Verdict::NotResolvable, "right within round-off: no proof");
         assert_eq!(of(&quotients(&[1e-9, 1e-9], 1.0)), Verdict::NotResolvable, "nothing but round-off");
         assert_eq!(of(&quotients(&[0.5, 0.5, 0.5, 0.5], 1e-4)), Verdict::Off, "wrong");
