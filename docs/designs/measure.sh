@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs what docs/designs.md describes and puts its tables between the marks of that page; about an hour on two idle cores.
-# `measure.sh NAME …` repeats single ones: friction, landing, thickness, voids, costs.
+# `measure.sh NAME …` repeats single ones: friction, finer, landing, thickness, voids, costs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -26,6 +26,30 @@ friction() {
             }
         }' cases/ironing/projected_study/numbers.csv > "$work/friction.md"
     put docs/designs.md friction "$work/friction.md"
+}
+
+# Each design for one coefficient of friction under all coefficients, with an eighth of the paper's elements; then how each
+# design's force grows with friction.
+finer() {
+    slipstick study cases/ironing/eighth_study.toml -q
+    awk -F, '
+        $2 ~ /^objective_over_volume_fraction at/ { split($2, at, " at "); value[$1, at[2]] = -$3 }
+        END {
+            n = split("designed_for_mu_0 designed_for_mu_01 designed_for_mu_025", design, " ")
+            split("0 0.1 0.25", mu, " ")
+            print "| −θ/V | designed for μ = 0 | 0.1 | 0.25 |\n|---|--:|--:|--:|"
+            for (k = 1; k <= 3; k++) {
+                printf "| μ = %s |", mu[k]
+                for (d = 1; d <= n; d++) printf d == k ? " **%.4f** |" : " %.4f |", value[design[d], mu[k]]
+                print ""
+            }
+            for (k = 2; k <= 3; k++) {
+                printf "| μ = %s, relative to μ = 0 |", mu[k]
+                for (d = 1; d <= n; d++) printf " %.4f |", value[design[d], mu[k]] / value[design[d], mu[1]]
+                print ""
+            }
+        }' cases/ironing/eighth_study/numbers.csv > "$work/finer.md"
+    put docs/designs.md finer "$work/finer.md"
 }
 
 # The half ball that lands in three places: the design for the middle one, and the worst-case design.
@@ -162,6 +186,6 @@ costs() {
     put docs/designs.md costs "$work/costs.md"
 }
 
-for part in "${@:-friction landing thickness voids costs}"; do
+for part in "${@:-friction finer landing thickness voids costs}"; do
     for name in $part; do "$name"; done
 done
