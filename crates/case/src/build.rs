@@ -6,7 +6,7 @@ mod optimization;
 mod quantities;
 mod regions;
 mod symmetry;
-mod ties;
+pub(crate) mod ties;
 mod variables;
 mod variation;
 

@@ -422,6 +422,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
     let found = problem.analysis.design.contact_results(&rest, &rest, 0.0)?.nodes;
     let mut start = 0;
     let mut summaries = Vec::new();
+    let moves = crate::build::ties::moves(case).unwrap_or_default();
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
         let interface = &model.interface;
         let count = interface.slave_nodes().len();
@@ -434,6 +435,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             .map(|f| slipstick_mesh::facet_area(&f.corners(&problem.mesh.nodes)).sqrt())
             .fold(f64::INFINITY, f64::min);
         notices.extend(model.bond.as_ref().and_then(|bond| apart(bond, i, contact, size)));
+        notices.extend(moves.get(i).copied().flatten().and_then(|moved| shifted(moved, i, contact, size)));
         if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
             notices.push(Notice {
                 kind: NoticeKind::PenetratingStart,
@@ -529,13 +531,32 @@ fn apart(bond: &[NodeKinematics], pair: usize, contact: &Contact, size: f64) -> 
         ),
         (false, true) => return None,
     };
-    let help = "tied surfaces keep their distance, and no moment acts across it: let them lie on each other; where \
-                one of them is smaller, make it the slave";
+    let help = "only gaps of up to 10 % of the size and thickness of the slave's elements are closed: the others remain, no \
+                moment acts across them, and rotations cause stress. Let the surfaces lie on each other; where one \
+                of them is smaller, make it the slave";
     Some(Notice { kind: NoticeKind::TiedApart, path: format!("contact[{pair}]"), message, help: help.into() })
 }
 
-/// Tied surfaces that are further apart than this fraction of the facet size cause a warning.
-const APART: f64 = 0.05;
+/// A notice if slave nodes of a tie are moved so far that the shape of the body changes noticeably.
+fn shifted((distance, node): (f64, u32), pair: usize, contact: &Contact, size: f64) -> Option<Notice> {
+    (distance > SHIFTED * size).then(|| Notice {
+        kind: NoticeKind::TiedApart,
+        path: format!("contact[{pair}]"),
+        message: format!(
+            "the nodes of `{}` are moved by up to {} onto the tied surface `{}`, at node {node}",
+            contact.slave,
+            quantity(distance),
+            contact.master
+        ),
+        help: "let the surfaces lie on each other, or use facets of similar size on a curved surface".into(),
+    })
+}
+
+/// Tied surfaces that remain further apart than this fraction of the facet size cause a warning.
+const APART: f64 = 1e-3;
+
+/// Slave nodes of a tie that move further than this fraction of the facet size cause a warning.
+const SHIFTED: f64 = 0.05;
 
 /// Number of distinct nodes in an ascending list: a node on a sharp edge appears once for each
 /// patch.

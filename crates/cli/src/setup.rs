@@ -260,7 +260,8 @@ impl Setup {
     /// case sets them.
     fn stored_design(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<StoredDesign> {
         self.resolved.require(&["design"])?;
-        let mut found = load_design(results, &problem.mesh)?;
+        let designed = self.resolved.case.design.as_ref().map_or(&[][..], |design| &design.bodies);
+        let mut found = load_design(results, &problem.mesh, designed)?;
         let _ = self.design_of.set(results.to_owned());
         if let Some(elements) = found.mapped_from {
             context.console.warning(&format!(

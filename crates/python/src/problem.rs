@@ -123,7 +123,8 @@ impl Problem {
 
     /// Densities of an earlier run or of a table, and its design variables if it lists them.
     fn load_design<'py>(&self, py: Python<'py>, results: PathBuf) -> PyResult<LoadedDesign<'py>> {
-        let found = detached(py, || Ok(load_design(&results, &self.mesh)?))?;
+        let designed = self.resolved.case.design.as_ref().map_or(&[][..], |design| &design.bodies);
+        let found = detached(py, || Ok(load_design(&results, &self.mesh, designed)?))?;
         let array = |values: ElementValues| Vec::from(values).into_pyarray(py);
         Ok((array(found.density), found.variables.map(array)))
     }

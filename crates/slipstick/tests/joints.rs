@@ -386,6 +386,41 @@ fn tied_rings_turn_without_stress() {
     }
 }
 
+/// A coating that is thin compared with the gap between the two polygons keeps its thickness, and
+/// `check` warns that the gap remains; a wide gap that is closed is reported, too. Expected volume:
+/// that of the ring of trapezia, n/2 sin(2π/n) (R² − r²) h.
+#[test]
+fn a_tie_does_not_change_thin_bodies() {
+    let text = |inner: f64, outer: f64, around: usize| {
+        let ring = |name: &str, inner: f64, outer: f64, around: usize| {
+            format!(
+                "[[body]]\nname = '{name}'\n\
+                 hollow_cylinder = {{ inner_radius = {inner:?}, outer_radius = {outer:?}, height = 1.0, elements = [1, {around}, 1] }}\n\
+                 material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n"
+            )
+        };
+        ring("hub", 1.0, 2.0, 12)
+            + &ring("rim", inner, outer, around)
+            + "[[contact]]\nslave = 'rim_inner'\nmaster = 'hub_outer'\ntied = true\n\
+               [[dirichlet]]\nset = 'hub_inner'\n[load_path]\nsteps = 1\n"
+    };
+    let notices = |text: &str| {
+        let case = slipstick::case::parse_case(text, "case.toml").expect("a case").case;
+        let mut problem = slipstick::build::build(&case).expect("a problem");
+        let volume: f64 = problem.mesh.element_volumes()[problem.mesh.bodies[1].elements.clone()].iter().sum();
+        let found = slipstick::check::inspect(&case, &mut problem).expect("an inspection").notices;
+        (volume, found.into_iter().map(|notice| notice.message).collect::<Vec<_>>().join("\n"))
+    };
+    let (volume, messages) = notices(&text(2.0, 2.02, 16));
+    let expected = 8.0 * (std::f64::consts::TAU / 16.0).sin() * (2.02_f64.powi(2) - 4.0);
+    assert!((volume / expected - 1.0).abs() < 1e-9, "{volume} for {expected}");
+    assert!(messages.contains("apart"), "{messages}");
+    let (_, messages) = notices(&text(2.0, 3.0, 16));
+    assert!(!messages.contains("apart") && !messages.contains("moved"), "{messages}");
+    let (_, messages) = notices(&text(2.06, 3.0, 12));
+    assert!(messages.contains("are moved by up to 0.058"), "{messages}");
+}
+
 /// Two surfaces that are tied for the first half of the path and slide in the second, with their roles
 /// exchanged: friction is μ times the normal force. Spans that overlap are an error, and so is the
 /// same slave in both pairs.

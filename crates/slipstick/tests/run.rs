@@ -95,15 +95,15 @@ fn densities_are_read_back_bit_for_bit() {
     assert_eq!(read_density(&table, &problem.mesh).unwrap(), density);
     let text = fs::read_to_string(&table).unwrap();
     assert_eq!(text.lines().nth(1), Some("0,slab,0.3333333333333333,0.3333333333333333"));
-    assert!(load_design(run.path(), &problem.mesh).unwrap().variables.is_none());
+    assert!(load_design(run.path(), &problem.mesh, &[]).unwrap().variables.is_none());
     let variables: ElementValues = density.iter().map(|phi| phi / 7.0).collect();
     let other = run.file("mapped.csv");
     write_densities(&other, &problem.mesh, &density, None, Some(&variables)).unwrap();
-    assert_eq!(load_design(&other, &problem.mesh).unwrap().variables, Some(variables));
+    assert_eq!(load_design(&other, &problem.mesh, &[]).unwrap().variables, Some(variables));
     assert_eq!(load_density(&other, &problem.mesh).unwrap(), density);
     let changed = fs::read_to_string(&other).unwrap().replacen(",0.047619", ",1.047619", 1);
     fs::write(&other, changed).unwrap();
-    let error = load_design(&other, &problem.mesh).unwrap_err().to_string();
+    let error = load_design(&other, &problem.mesh, &[]).unwrap_err().to_string();
     assert!(error.contains("is not a design_variable in [0, 1]"), "{error}");
     let mut bad = density.clone();
     bad[1] = f64::NAN;

@@ -16,6 +16,13 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
 
 /// The same, with the mortar rows of each tied pair, [`ties::close`].
 pub(super) fn mesh_with_ties(case: &Case) -> Result<(Mesh, ties::Rows), BuildError> {
+    let mut mesh = open_mesh(case)?;
+    let ties = ties::close(case, &mut mesh)?;
+    Ok((mesh, ties))
+}
+
+/// The mesh before slave nodes of ties are moved onto their masters.
+pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
     let mut parts = Vec::with_capacity(case.bodies.len());
     for (b, body) in case.bodies.iter().enumerate() {
         let path = format!("body[{b}].{}", body.shape.key());
@@ -63,8 +70,7 @@ pub(super) fn mesh_with_ties(case: &Case) -> Result<(Mesh, ties::Rows), BuildErr
         let reference = rigid.reference.unwrap_or_else(|| std::array::from_fn(middle));
         all.make_rigid(b, reference);
     }
-    let ties = ties::close(case, &mut all)?;
-    Ok((all, ties))
+    Ok(all)
 }
 
 fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {

@@ -6,17 +6,19 @@
 //! sense of least squares, that meet these conditions; the rows remain those of the original
 //! positions (Puso, Int. J. Numer. Meth. Engng 59 (2004), 315–336).
 
+use super::mesh::open_mesh;
 use super::symmetry::mirrored;
 use super::{BuildError, bond, interface_of, tie_reach};
 use crate::case::Case;
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{ContactMap, Mesh, facet_area};
+use std::collections::BTreeMap;
 
-/// Larger gaps, as fractions of the facet size, are taken as intended and remain.
+/// Larger gaps, as fractions of the size of the slave's elements, are taken as intended and remain.
 const FARTHEST: f64 = 0.1;
 
-/// Gaps that count as closed, as fractions of the facet size.
+/// Gaps that count as closed, as fractions of that size.
 const CLOSED: f64 = 1e-13;
 
 /// Number of repetitions at most, for ties that share nodes.
@@ -41,8 +43,7 @@ pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Rows, BuildError> {
     let mut sizes = Vec::new();
     for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| contact.tied) {
         let interface = interface_of(contact, i, mesh, &points, &mirrored, tie_reach(contact, i, mesh, &points)?)?;
-        let areas = interface.slave_facets().iter().map(|facet| facet_area(&facet.corners(&points)));
-        sizes.push(areas.fold(f64::INFINITY, f64::min).sqrt());
+        sizes.push(smallest(mesh, &contact.slave));
         ties[i] = Some(bond(&interface, points.as_flattened(), i)?);
     }
     for _ in 0..REPETITIONS {
@@ -61,6 +62,37 @@ pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Rows, BuildError> {
         }
     }
     Ok(ties)
+}
+
+/// How far closing the ties moves the slave nodes of each pair: the largest distance \[L\], and its
+/// node; none for pairs that are not tied.
+///
+/// # Errors
+/// As [`close`].
+pub(crate) fn moves(case: &Case) -> Result<Vec<Option<(f64, u32)>>, BuildError> {
+    let open = open_mesh(case)?;
+    let mut closed = open.clone();
+    let ties = close(case, &mut closed)?;
+    let distance = |node: u32| {
+        let [a, b] = [&open, &closed].map(|mesh| Vector3::from(mesh.nodes[node as usize]));
+        (b - a).norm()
+    };
+    let farthest = |rows: Vec<NodeKinematics>| {
+        let slaves = rows.iter().flat_map(|row| &row.support[..row.ring]);
+        slaves.map(|&node| (distance(node), node)).max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    Ok(ties.into_iter().map(|rows| rows.and_then(farthest)).collect())
+}
+
+/// Smallest length or thickness of the elements behind a surface. \[L\]
+fn smallest(mesh: &Mesh, surface: &str) -> f64 {
+    let volumes = mesh.element_volumes();
+    let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+    for facet in mesh.surfaces.get(surface).map_or(&[][..], |surface| &surface.facets) {
+        *areas.entry(facet.element).or_default() += facet_area(&facet.nodes.corners(&mesh.nodes));
+    }
+    let of = |(element, area): (u32, f64)| area.sqrt().min(volumes[element as usize] / area);
+    areas.into_iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
 /// Σ_s b_js x_s.

@@ -28,19 +28,25 @@ pub(super) fn on_both_sides(
     let [slave, master] = [interface.slave_facets(), interface.master_facets()].map(nodes_of);
     (0..3).find_map(|axis| {
         let held = held_along(case, mesh, axis);
-        let [of_slave, of_master] = [&slave, &master].map(|nodes| nodes.intersection(&held).copied().collect());
-        let (of_slave, of_master): (Vec<u32>, Vec<u32>) = (of_slave, of_master);
+        let of = |nodes: &BTreeSet<u32>| -> Vec<f64> {
+            nodes.intersection(&held).map(|&node| mesh.nodes[node as usize][axis]).collect()
+        };
+        let (of_slave, of_master) = (of(&slave), of(&master));
         // sides that are held as a whole are driven, not supported on a plane
         if of_slave.len() == slave.len() || of_master.len() == master.len() {
             return None;
         }
-        let plane = plane_of(of_slave.iter().chain(&of_master), slave.iter().chain(&master), mesh, axis)?;
-        (!of_slave.is_empty() && !of_master.is_empty()).then(|| notice(pair, contact, axis, plane, of_slave.len()))
+        let near = EQUAL * extent(slave.union(&master), mesh, axis);
+        let plane = *of_slave.iter().find(|at| of_master.iter().any(|other| (*at - other).abs() <= near))?;
+        let slaves = of_slave.iter().filter(|at| (*at - plane).abs() <= near).count();
+        Some(notice(pair, contact, axis, plane, slaves))
     })
 }
 
 fn notice(pair: usize, contact: &Contact, axis: usize, plane: f64, slaves: usize) -> Notice {
     let normal = ["x", "y", "z"][axis];
+    // 1 rather than 0.9999999999999992
+    let plane: f64 = format!("{plane:.10e}").parse().unwrap_or(plane);
     Notice {
         kind: NoticeKind::HeldTwice,
         path: format!("contact[{pair}]"),
@@ -62,29 +68,18 @@ fn nodes_of(facets: &[FacetNodes]) -> BTreeSet<u32> {
     facets.iter().flatten().copied().collect()
 }
 
-/// Nodes that tables without a motion hold along an axis.
+/// Nodes that tables hold or move along an axis.
 fn held_along(case: &Case, mesh: &Mesh, axis: usize) -> BTreeSet<u32> {
-    let holds = |table: &&crate::case::Dirichlet| {
-        let along = table.components.iter().any(|component| *component as usize == axis);
-        along && table.motion.iter().all(|at| at.u[axis] == 0.0 && at.angle == 0.0)
-    };
+    let holds = |table: &&crate::case::Dirichlet| table.components.iter().any(|component| *component as usize == axis);
     let tables = case.dirichlet.iter().filter(holds);
     tables.filter_map(|table| mesh.set_nodes(&table.set)).flat_map(|nodes| nodes.to_vec()).collect()
 }
 
-/// The coordinate that all these nodes share, up to a fraction of the extent of `all`.
-fn plane_of<'n>(
-    nodes: impl Iterator<Item = &'n u32>,
-    all: impl Iterator<Item = &'n u32>,
-    mesh: &Mesh,
-    axis: usize,
-) -> Option<f64> {
-    let range = |nodes: &mut dyn Iterator<Item = &'n u32>| {
-        nodes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &node| {
-            let at = mesh.nodes[node as usize][axis];
-            (low.min(at), high.max(at))
-        })
-    };
-    let ((low, high), (first, last)) = (range(&mut { nodes }), range(&mut { all }));
-    (high - low <= EQUAL * (last - first)).then_some(0.5 * (low + high))
+/// Extent of nodes along an axis. \[L\]
+fn extent<'n>(nodes: impl Iterator<Item = &'n u32>, mesh: &Mesh, axis: usize) -> f64 {
+    let (low, high) = nodes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &node| {
+        let at = mesh.nodes[node as usize][axis];
+        (low.min(at), high.max(at))
+    });
+    high - low
 }

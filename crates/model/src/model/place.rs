@@ -47,7 +47,7 @@ impl ContactModel {
         }
     }
 
-    /// The sets, in backquotes, and symmetry planes that prescribe all of `nodes` along each axis;
+    /// The sets, in backquotes, symmetry planes and rigid bodies that prescribe all of `nodes` along each axis;
     /// empty if one of the nodes is free.
     pub fn holders(&self, nodes: &[u32], axis: usize) -> Vec<String> {
         let dof = |node: u32| 3 * node as usize + axis;
@@ -57,7 +57,9 @@ impl ContactModel {
         }
         for &node in nodes {
             let sets = self.prescribed.sets(dof(node));
-            let plane = sets.is_empty().then(|| "a symmetry plane".to_owned());
+            let other =
+                if self.rigid.nodes().any(|of| of == node as usize) { "a rigid body" } else { "a symmetry plane" };
+            let plane = sets.is_empty().then(|| other.to_owned());
             for name in sets.iter().map(|set| format!("`{set}`")).chain(plane) {
                 if !names.contains(&name) {
                     names.push(name);

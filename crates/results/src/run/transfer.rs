@@ -28,19 +28,19 @@ pub struct StoredDesign {
 /// reference position, from the body of the same name: an element takes the mean over its corners
 /// of the value half-way between its centroid and the corner, which is that of the run's element
 /// with the nearest centroid. On regular grids, the map is exact where elements are divided, or
-/// combined in pairs.
+/// combined in pairs. Bodies that are not `designed` may be missing in the run; they are solid.
 ///
 /// # Errors
 /// As [`read_density`]; [`RunError::NoRun`] for a directory without `design.csv`;
-/// [`RunError::Densities`] if a body of the mesh is missing in the run, or lies elsewhere.
-pub fn load_design(results: &Path, mesh: &Mesh) -> Result<StoredDesign, RunError> {
+/// [`RunError::Densities`] if a designed body is missing in the run, or lies elsewhere.
+pub fn load_design(results: &Path, mesh: &Mesh, designed: &[String]) -> Result<StoredDesign, RunError> {
     let table = table_of(results)?;
     let of_run = results.is_dir().then(|| mesh_of_run(results)).flatten();
     let other = of_run.filter(|from| from.elements != mesh.elements || !same_bodies(&from.bodies, &mesh.bodies));
     let on = other.as_ref().unwrap_or(mesh);
     let (density, variables) = (read_density(&table, on)?, read_column(&table, on, DESIGN_VARIABLE)?);
     let Some(from) = other else { return Ok(StoredDesign { density, variables, mapped_from: None }) };
-    let transfer = Transfer::new(&table, &from, mesh)?;
+    let transfer = Transfer::new(&table, &from, mesh, designed)?;
     Ok(StoredDesign {
         density: transfer.apply(&density),
         variables: variables.map(|values| transfer.apply(&values)),
@@ -66,12 +66,18 @@ struct Transfer {
 }
 
 impl Transfer {
-    fn new(table: &Path, from: &Mesh, to: &Mesh) -> Result<Self, RunError> {
+    /// Elements of bodies that the run does not have get no sources if the bodies are not designed.
+    fn new(table: &Path, from: &Mesh, to: &Mesh, designed: &[String]) -> Result<Self, RunError> {
         let mut sources = vec![Vec::new(); to.elements.len()];
         let (centroids, found_at) = (to.centroids(), from.centroids());
         for body in to.bodies.iter().filter(|body| !body.elements.is_empty()) {
             let source = from.bodies.iter().find(|source| source.name == body.name && !source.elements.is_empty());
-            let source = source.ok_or_else(|| no_body(table, &body.name, from))?;
+            let Some(source) = source else {
+                match designed.contains(&body.name) {
+                    true => return Err(no_body(table, &body.name, from)),
+                    false => continue,
+                }
+            };
             let places = Places::new(found_at[source.elements.clone()].to_vec());
             let corners = body.elements.clone().map(|e| to.elements[e].corners().len());
             let samples = body.elements.clone().flat_map(|e| samples(to, e, centroids[e])).collect::<Vec<_>>();
@@ -91,7 +97,10 @@ impl Transfer {
     }
 
     fn apply(&self, values: &ElementValues) -> ElementValues {
-        let mean = |from: &Vec<usize>| from.iter().map(|&e| values[e]).sum::<f64>() / from.len() as f64;
+        let mean = |from: &Vec<usize>| match from.len() {
+            0 => 1.0,
+            count => from.iter().map(|&e| values[e]).sum::<f64>() / count as f64,
+        };
         self.sources.iter().map(mean).collect()
     }
 }
@@ -144,7 +153,7 @@ mod tests {
     }
 
     fn transferred(from: &Mesh, to: &Mesh, values: &ElementValues) -> ElementValues {
-        Transfer::new(Path::new("design.csv"), from, to).expect("meshes of one body").apply(values)
+        Transfer::new(Path::new("design.csv"), from, to, &["bar".into()]).expect("meshes of one body").apply(values)
     }
 
     fn numbered(mesh: &Mesh) -> ElementValues {
@@ -190,7 +199,7 @@ mod tests {
         let mesh = bar([4, 2, 1], 4.0);
         let mut renamed = mesh.clone();
         renamed.bodies[0].name = "rod".into();
-        let fails = |from: &Mesh, to: &Mesh| match Transfer::new(Path::new("design.csv"), from, to) {
+        let fails = |from: &Mesh, to: &Mesh| match Transfer::new(Path::new("design.csv"), from, to, &["bar".into()]) {
             Err(error) => error.to_string(),
             Ok(_) => panic!("the meshes do not match"),
         };
@@ -199,7 +208,7 @@ mod tests {
         let message = fails(&mesh, &bar([8, 2, 1], 8.0));
         assert!(message.contains("does not reach element"), "{message}");
         assert!(
-            Transfer::new(Path::new("design.csv"), &bar([8, 2, 1], 8.0), &mesh).is_ok(),
+            Transfer::new(Path::new("design.csv"), &bar([8, 2, 1], 8.0), &mesh, &[]).is_ok(),
             "a part of a body is enough"
         );
     }

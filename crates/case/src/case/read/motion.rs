@@ -293,7 +293,11 @@ pub(super) fn warn_unsupported(
         return;
     }
     for (number, body) in bodies.iter().enumerate() {
-        let on_body = |name: &str| body_of(name) == Some(Some(number));
+        // a surface that several bodies share may hold any of them
+        let on_body = |name: &str| match body_of(name) {
+            Some(Some(body)) => body == number,
+            of_several => of_several.is_some(),
+        };
         if dirichlet.iter().any(|condition| on_body(&condition.set)) {
             continue;
         }
