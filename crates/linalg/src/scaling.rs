@@ -18,6 +18,13 @@ const MOST_OUT_OF_LEVEL: f64 = 0.1;
 /// unknowns may share factors; 1 for a positive definite matrix.
 const LARGEST_COUPLING: f64 = 4.0;
 
+/// Largest ratio between the couplings of a multiplier with displacements that are scaled by their
+/// diagonal entries. It is some hundred times that of a soft void next to steel.
+const LARGEST_SPREAD: f64 = 1e5;
+
+/// Least ratio of an entry to the geometric mean of its two diagonal entries that counts as a coupling.
+const LEAST_COUPLING: f64 = 1e-3;
+
 /// Range of sizes of rows and columns, as a factor in both directions, within which a scaling is
 /// kept.
 const LEVEL: f64 = 16.0;
@@ -60,6 +67,9 @@ impl Scaling {
                     (shared[i], shared[j as usize]) = (false, false);
                 }
             }
+        }
+        for i in outweighed(a, &roots) {
+            shared[i] = false;
         }
         let of_shared: Vec<f64> = diagonals.iter().zip(&shared).map(|(d, s)| if *s { *d } else { 0.0 }).collect();
         let mut factors = vec![1.0; a.n()];
@@ -202,6 +212,32 @@ fn multiply(factors: &mut [f64], sizes: &[f64], exponent: f64) {
     }
 }
 
+/// Displacements whose diagonal entry is so small that their scaled coupling with a multiplier
+/// outweighs the others, and that do not couple with displacements of the usual size: for instance, a
+/// rotation of a rigid body whose stiffness is only round-off. They would determine the scaling of
+/// the multiplier.
+fn outweighed(a: &CsrMatrix, roots: &[f64]) -> Vec<usize> {
+    let is_multiplier = a.pattern.multipliers();
+    let mut light = vec![false; a.n()];
+    for i in (0..a.n()).filter(|&i| is_multiplier[i]) {
+        let (places, values) = a.row(i);
+        let couplings = places.iter().zip(values).filter(|(j, value)| roots[**j as usize] > 0.0 && **value != 0.0);
+        let scaled: Vec<(usize, f64)> =
+            couplings.map(|(&j, value)| (j as usize, value.abs() / roots[j as usize])).collect();
+        let usual = scaled.iter().max_by(|x, y| roots[x.0].total_cmp(&roots[y.0])).map_or(0.0, |x| x.1);
+        scaled.iter().filter(|x| x.1 > LARGEST_SPREAD * usual).for_each(|x| light[x.0] = true);
+    }
+    let held = |i: usize| {
+        let (places, values) = a.row(i);
+        let couples = |j: usize, value: f64| value.abs() > LEAST_COUPLING * roots[i] * roots[j];
+        places
+            .iter()
+            .zip(values)
+            .any(|(&j, &value)| roots[j as usize] > 0.0 && !light[j as usize] && couples(j as usize, value))
+    };
+    (0..a.n()).filter(|&i| light[i] && !held(i)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -228,6 +264,21 @@ mod tests {
         }
         for (k, s) in scaled.iter().enumerate() {
             assert_eq!(s / (scaling.rows[k / n] * scaling.columns[k % n]), a.values[k]);
+        }
+    }
+
+    /// A multiplier couples with an elastic displacement and with a rotation whose stiffness is only
+    /// round-off. If the latter had the factor of its diagonal entry, 1e8, the scaled coupling with the
+    /// former would be 1e-8, and the factorization would find the matrix singular.
+    #[test]
+    fn stiffness_of_round_off_gives_no_factor() {
+        let pattern = CsrPattern::new(vec![0, 2, 4, 7], vec![0, 2, 1, 2, 0, 1, 2], vec![0, 1, 0], vec![]).unwrap();
+        let a = CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0, 1.0, 1e-16, 1.0, 1.0, 1.0, 0.0] };
+        let scaling = Scaling::equilibrate(&a);
+        assert_eq!(scaling.shared, [true, false, false]);
+        let scaled = scaling.apply(&a, |x| x);
+        for coupling in [1, 3, 4, 5] {
+            assert!((0.25..=4.0).contains(&scaled[coupling]), "{scaled:?}");
         }
     }
 
