@@ -40,7 +40,7 @@ finer() {
             print "| −θ/V | designed for μ = 0 | 0.1 | 0.25 |\n|---|--:|--:|--:|"
             for (k = 1; k <= 3; k++) {
                 printf "| μ = %s |", mu[k]
-                for (d = 1; d <= n; d++) printf d == k ? " **%.4f** |" : " %.4f |", value[design[d], mu[k]]
+                for (d = 1; d <= n; d++) printf d == k ? " **%.6f** |" : " %.6f |", value[design[d], mu[k]]
                 print ""
             }
             for (k = 2; k <= 3; k++) {

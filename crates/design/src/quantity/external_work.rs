@@ -34,20 +34,20 @@ impl ExternalWork {
         Self { loaded: unknowns, ..self }
     }
 
-    fn counted(&self, count: usize) -> impl Iterator<Item = usize> {
+    /// The unknowns that count, and whether their reactions do.
+    fn counted(&self, count: usize) -> impl Iterator<Item = (usize, bool)> {
         let all = self.unknowns.is_none().then_some(0..count).into_iter().flatten();
-        self.unknowns.iter().flatten().map(|&unknown| unknown as usize).chain(all)
+        let some = self.unknowns.iter().flatten().map(|&unknown| unknown as usize);
+        let loaded = self.loaded.iter().map(|&unknown| (unknown as usize, false));
+        some.chain(all).map(|unknown| (unknown, true)).chain(loaded)
     }
 }
 
 /// e_n + e_{n−1} of an unknown. \[F\]
-fn forces(state: &StateView, i: usize) -> f64 {
-    loads(state, i) + state.previous.reaction[i] + state.reaction[i]
-}
-
-/// The part of loads in e_n + e_{n−1}. \[F\]
-fn loads(state: &StateView, i: usize) -> f64 {
-    state.previous.external_force[i] + state.external_force[i]
+fn forces(state: &StateView, i: usize, reactions: bool) -> f64 {
+    let before = &state.previous;
+    let loads = before.external_force[i] + state.external_force[i];
+    if reactions { loads + before.reaction[i] + state.reaction[i] } else { loads }
 }
 
 /// d_n − d_{n−1} of an unknown. \[L\]
@@ -73,29 +73,22 @@ impl Quantity for ExternalWork {
     }
 
     fn value(&self, state: &StateView) -> f64 {
-        let work = self.counted(state.displacement.len()).map(|i| forces(state, i) * moved(state, i));
-        let of_loads = self.loaded.iter().map(|&i| loads(state, i as usize) * moved(state, i as usize));
-        work.chain(of_loads).fold(0.0, |sum, term| sum + 0.5 * term)
+        let work = |(i, reactions)| 0.5 * forces(state, i, reactions) * moved(state, i);
+        self.counted(state.displacement.len()).map(work).fold(0.0, |sum, work| sum + work)
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
-        for i in self.counted(state.displacement.len()) {
-            let by_displacement = 0.5 * weight * forces(state, i);
+        for (i, reactions) in self.counted(state.displacement.len()) {
+            let by_displacement = 0.5 * weight * forces(state, i, reactions);
             let by_force = 0.5 * weight * moved(state, i);
             to.displacement[i] += by_displacement;
             to.previous.displacement[i] -= by_displacement;
             to.external_force[i] += by_force;
             to.previous.external_force[i] += by_force;
-            to.reaction[i] += by_force;
-            to.previous.reaction[i] += by_force;
-        }
-        for i in self.loaded.iter().map(|&i| i as usize) {
-            let by_displacement = 0.5 * weight * loads(state, i);
-            let by_force = 0.5 * weight * moved(state, i);
-            to.displacement[i] += by_displacement;
-            to.previous.displacement[i] -= by_displacement;
-            to.external_force[i] += by_force;
-            to.previous.external_force[i] += by_force;
+            if reactions {
+                to.reaction[i] += by_force;
+                to.previous.reaction[i] += by_force;
+            }
         }
     }
 }
