@@ -25,6 +25,7 @@
 //! does no I/O and reads no clock except one that the caller provides ([`Timings`]).
 
 mod divided;
+pub mod equations;
 mod failure;
 mod linear;
 mod march;

@@ -8,10 +8,11 @@
 //! At the solution, u = 0 and ζ = φ t. With ζ held, each inner solve leaves the fraction φ/(φ + ε)
 //! of the violation.
 
+use crate::equations::UnknownAt;
 use crate::{
-    Attempt, Evaluated, Explicit, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Observed,
-    Path, PathResponses, PreviousPullBack, Scales, Silent, Solver, StateError, StepFailureKind, StepProblem, StepState,
-    SweepOptions, Unknowns, UzawaOptions, Wanted, march, sweep,
+    Attempt, Evaluated, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Path, PreviousPullBack,
+    Scales, Silent, Solver, StateError, StepFailureKind, StepProblem, StepState, SweepOptions, Unknowns, UzawaOptions,
+    Wanted, march, sweep,
 };
 use slipstick_linalg::{BlockMatrix, BlockPattern, SolverChoice};
 use std::sync::Arc;
@@ -137,30 +138,6 @@ impl StepProblem for Pressed {
     }
 }
 
-/// θ = ζ at the end of the last step.
-struct MultiplierAt(usize);
-
-impl PathResponses<Pressed> for MultiplierAt {
-    fn count(&self) -> usize {
-        1
-    }
-
-    fn observes(&self, _: usize, index: usize) -> bool {
-        index == self.0
-    }
-
-    fn add_derivative(
-        &mut self,
-        _: usize,
-        _: &Pressed,
-        _: &Observed<'_, Pressed>,
-        to: &mut Explicit<'_>,
-    ) -> Result<(), StateError> {
-        to.unknowns[3] += 1.0;
-        Ok(())
-    }
-}
-
 /// The path, and dζ/dφ at its end.
 fn pressed(problem: &Pressed, times: &[f64]) -> Result<(Path, f64), Box<MarchFailure>> {
     let workspace = &mut BlockMatrix::new(Arc::new(BlockPattern::from_rows(&[vec![0, 1], vec![0, 1]])));
@@ -169,7 +146,7 @@ fn pressed(problem: &Pressed, times: &[f64]) -> Result<(Path, f64), Box<MarchFai
     let rest = StepState { unknowns: vec![0.0; 6], history: Vec::new() };
     let options = MarchOptions { max_cutbacks: 0, ..MarchOptions::default() };
     let path = march(&mut solver, &LoadPath::new(rest, times), &options, &mut Silent)?;
-    let mut last = MultiplierAt(path.states.len() - 1);
+    let mut last = UnknownAt { state: path.states.len() - 1, unknown: 3 };
     let gradient = sweep(&mut solver, &path, &mut last, &SweepOptions::default()).unwrap();
     Ok((path, gradient[0].design[0]))
 }

@@ -191,7 +191,8 @@ pub struct Evaluated<P: StepProblem> {
 /// Every derivative is exact for the equations that hold **at convergence**, whatever algorithm
 /// reached them.
 ///
-/// [`slider`](crate::slider) is a complete implementation in a few lines.
+/// [`equations`](crate::equations) implements it for small problems that are given by their equations
+/// alone, such as the [`slider`](crate::slider).
 pub trait StepProblem: Sized {
     /// Data that depend only on the displacements, with or without their derivatives, such as a
     /// mesh's contact kinematics. The march passes them from the end of a step to the beginning of

@@ -4,14 +4,15 @@
 //! cargo run --release -p slipstick --example own_problem
 //! ```
 //!
-//! [`Slider`] implements `StepProblem` in about a hundred lines (`crates/path/src/slider.rs`). The
-//! tutorial `docs/tutorials/own_problem.md` explains it; `tests/examples.rs` compares the page with
-//! the output of this program.
+//! [`Slider`] states its equations in about forty lines (`crates/path/src/slider.rs`). The tutorial
+//! `docs/tutorials/own_problem.md` explains it; `tests/examples.rs` compares the page with the output
+//! of this program.
 
 use std::error::Error;
 
 use slipstick::linalg::SolverChoice;
-use slipstick::path::slider::{PositionAt, Slider};
+use slipstick::path::equations::{Differentiated, UnknownAt};
+use slipstick::path::slider::Slider;
 use slipstick::path::{
     LinearSystem, LoadPath, MarchOptions, Path, PathGradient, Silent, Solver, SweepOptions, march, sweep,
 };
@@ -19,12 +20,12 @@ use slipstick::path::{
 /// The path of a slider with this spring, and the derivative of the last position with respect to
 /// the spring's stiffness.
 fn pulled(stiffness: f64) -> Result<(Path, PathGradient), Box<dyn Error>> {
-    let slider = Slider::new(stiffness);
+    let slider = Differentiated(Slider::new(stiffness));
     let mut linear = LinearSystem::new(SolverChoice::Auto);
-    let mut solver = Solver { problem: &slider, linear: &mut linear, workspace: &mut Slider::workspace() };
-    let load_path = LoadPath::new(Slider::rest(), &[0.02, 0.04, 0.06, 0.2, 1.0]);
+    let mut solver = Solver { problem: &slider, linear: &mut linear, workspace: &mut slider.workspace() };
+    let load_path = LoadPath::new(slider.rest(), &[0.02, 0.04, 0.06, 0.2, 1.0]);
     let path = march(&mut solver, &load_path, &MarchOptions::default(), &mut Silent)?;
-    let mut last = PositionAt { index: path.states.len() - 1 };
+    let mut last = UnknownAt { state: path.states.len() - 1, unknown: 0 };
     let mut gradients = sweep(&mut solver, &path, &mut last, &SweepOptions::default())?;
     Ok((path, gradients.swap_remove(0)))
 }

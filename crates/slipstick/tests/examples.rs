@@ -23,20 +23,16 @@ fn examples_run() {
     sensitivities::main().expect("runs");
 }
 
-/// The tutorial quotes what the example prints; `UPDATE_PAGES=1` writes the quotation. The
-/// derivatives that it prints agree.
+/// The tutorial quotes the slider's equations and what the example prints; `UPDATE_PAGES=1` writes the
+/// quotations. The derivatives that it prints agree.
 #[test]
 fn the_tutorial_of_ones_own_problem_quotes_its_example() {
+    let source = include_str!("../../path/src/slider.rs");
+    let equations = &source[source.find("impl Equations for Slider").expect("there")..];
+    let equations = &equations[..equations.find("\n}\n").expect("it ends") + 3];
+    quotes("slider", &format!("```rust\n{equations}```"));
     let printed = own_problem::printed().expect("runs");
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/tutorials/own_problem.md");
-    let text = std::fs::read_to_string(page).expect("there");
-    let (before, rest) = text.split_once("<!-- own_problem -->\n").expect("marked");
-    let (_, after) = rest.split_once("<!-- end -->").expect("marked");
-    let expected = format!("{before}<!-- own_problem -->\n```text\n{printed}```\n<!-- end -->{after}");
-    if std::env::var_os("UPDATE_PAGES").is_some() {
-        std::fs::write(page, &expected).expect("written");
-    }
-    assert_eq!(std::fs::read_to_string(page).expect("there"), expected);
+    quotes("own_problem", &format!("```text\n{printed}```"));
     let values: Vec<f64> = printed
         .lines()
         .last()
@@ -45,6 +41,20 @@ fn the_tutorial_of_ones_own_problem_quotes_its_example() {
         .filter_map(|word| word.parse().ok())
         .collect();
     assert!(values.len() == 2 && (values[0] - values[1]).abs() < 2e-7, "{values:?}");
+}
+
+/// Asserts that the tutorial has this text between the marks of this name.
+fn quotes(mark: &str, quotation: &str) {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/tutorials/own_problem.md");
+    let text = std::fs::read_to_string(page).expect("there");
+    let begin = format!("<!-- {mark} -->\n");
+    let (before, rest) = text.split_once(&begin).expect("marked");
+    let (_, after) = rest.split_once("<!-- end -->").expect("marked");
+    let expected = format!("{before}{begin}{quotation}\n<!-- end -->{after}");
+    if std::env::var_os("UPDATE_PAGES").is_some() {
+        std::fs::write(page, &expected).expect("written");
+    }
+    assert_eq!(std::fs::read_to_string(page).expect("there"), expected);
 }
 
 fn tighten(analysis: &mut Analysis) {

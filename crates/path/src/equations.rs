@@ -1,0 +1,251 @@
+//! Small problems, given by their equations alone: all derivatives follow by automatic
+//! differentiation.
+
+use crate::{
+    Evaluated, Explicit, Iteration, Observed, PathResponses, PreviousPullBack, Scales, StateError, StepProblem,
+    StepState, Unknowns, Wanted,
+};
+use nalgebra::DMatrix;
+use num_dual::Dual64;
+use slipstick_linalg::{BlockMatrix, BlockPattern};
+use std::sync::Arc;
+
+/// The equations of a load step with a few unknowns, for which [`Differentiated`] implements
+/// [`StepProblem`].
+///
+/// [`step`](Self::step) computes F and h in dual numbers. It may branch on real parts (`x.re`); the
+/// derivatives are those of the branch taken.
+pub trait Equations {
+    /// Numbers of unknowns and inputs, and which unknowns are prescribed. Parameters and multipliers
+    /// are not supported.
+    fn unknowns(&self) -> &Unknowns;
+
+    /// φ: one value per design.
+    fn design(&self) -> Vec<f64>;
+
+    /// Writes the prescribed unknowns of pseudo-time `time` into `y`; by default they remain as they
+    /// are.
+    fn prescribe(&self, time: f64, y: &mut [f64]) {
+        let _ = (time, y);
+    }
+
+    /// Factors of the external forces at pseudo-time `time`; by default there are no such forces.
+    fn load_factors(&self, time: f64) -> Vec<f64> {
+        let _ = time;
+        Vec::new()
+    }
+
+    /// F and h of the step that ends at pseudo-time `time`.
+    fn step(&self, time: f64, at: &Inputs) -> Outputs;
+}
+
+/// Everything on which the equations of a step depend.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// y_n.
+    pub unknowns: Vec<Dual64>,
+    /// y_{n−1}.
+    pub previous: Vec<Dual64>,
+    /// h_{n−1}.
+    pub history: Vec<Dual64>,
+    /// φ.
+    pub design: Vec<Dual64>,
+}
+
+impl Inputs {
+    fn new(y: &[f64], previous: &StepState, design: &[f64]) -> Self {
+        let constant = |values: &[f64]| values.iter().copied().map(Dual64::from_re).collect();
+        let [unknowns, before, history, design] = [y, &previous.unknowns, &previous.history, design].map(constant);
+        Self { unknowns, previous: before, history, design }
+    }
+
+    fn all(&mut self) -> impl Iterator<Item = &mut Dual64> {
+        let Self { unknowns, previous, history, design } = self;
+        unknowns.iter_mut().chain(previous).chain(history).chain(design)
+    }
+}
+
+/// The results of the equations of a step.
+#[derive(Debug, Clone)]
+pub struct Outputs {
+    /// F: one entry per unknown; those of prescribed unknowns are not used.
+    pub residual: Vec<Dual64>,
+    /// h_n.
+    pub history: Vec<Dual64>,
+    /// Status of every contact node (0 open, 1 stick, 2 slip); empty if there are none.
+    pub status: Vec<u8>,
+}
+
+/// A problem given by its [`Equations`]. Each evaluation computes them once for every input, and keeps
+/// h_n with the derivatives of F and h_n with respect to y_n, y_{n−1}, h_{n−1} and φ (the columns, in
+/// this order).
+///
+/// Tolerances are relative to forces and displacements of 1, so choose units in which they are of this
+/// order.
+#[derive(Debug, Clone)]
+pub struct Differentiated<E>(pub E);
+
+impl<E: Equations> Differentiated<E> {
+    /// The state at time 0, with y = 0 and h = 0.
+    pub fn rest(&self) -> StepState {
+        let unknowns = self.0.unknowns();
+        StepState { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] }
+    }
+
+    /// A matrix for the tangent.
+    pub fn workspace(&self) -> BlockMatrix {
+        let rows = self.0.unknowns().count().div_ceil(3);
+        BlockMatrix::new(Arc::new(BlockPattern::from_rows(&vec![(0..rows as u32).collect(); rows])))
+    }
+}
+
+impl<E: Equations> StepProblem for Differentiated<E> {
+    type Geometry = ();
+    /// The previous state, and the time at the end of the step.
+    type Step = (StepState, f64);
+    /// h, and the derivatives of (F, h).
+    type State = (Vec<f64>, DMatrix<f64>);
+    type Workspace = BlockMatrix;
+
+    fn unknowns(&self) -> &Unknowns {
+        self.0.unknowns()
+    }
+
+    fn prescribe(&self, time: f64, y: &mut [f64]) {
+        self.0.prescribe(time, y);
+    }
+
+    fn load_factors(&self, time: f64) -> Vec<f64> {
+        self.0.load_factors(time)
+    }
+
+    fn geometry(&self, _: &[f64], _: Wanted, _: &mut BlockMatrix) -> Result<(), StateError> {
+        Ok(())
+    }
+
+    fn begin(
+        &self,
+        previous: &StepState,
+        (): &(),
+        [_, time]: [f64; 2],
+        _: &mut BlockMatrix,
+    ) -> Result<Self::Step, StateError> {
+        Ok((previous.clone(), time))
+    }
+
+    fn evaluate(
+        &self,
+        (previous, time): &Self::Step,
+        y: &[f64],
+        _: Option<&()>,
+        _: Iteration,
+        _: Wanted,
+        _: &mut BlockMatrix,
+    ) -> Result<Evaluated<Self>, StateError> {
+        let mut inputs = Inputs::new(y, previous, &self.0.design());
+        let columns: Vec<Outputs> = (0..inputs.all().count())
+            .map(|column| {
+                inputs.all().enumerate().for_each(|(i, x)| x.eps = f64::from(u8::from(i == column)));
+                self.0.step(*time, &inputs)
+            })
+            .collect();
+        let slopes = columns.iter().flat_map(|o| o.residual.iter().chain(&o.history).map(|value| value.eps));
+        let rows = y.len() + previous.history.len();
+        let values = |of: &[Dual64]| of.iter().map(|value| value.re).collect();
+        let Outputs { residual, history, status } = &columns[0];
+        Ok(Evaluated {
+            unknowns: y.to_vec(),
+            residual: values(residual),
+            scales: Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0 },
+            active_set: status.clone(),
+            geometry: (),
+            state: (values(history), DMatrix::from_iterator(rows, columns.len(), slopes)),
+        })
+    }
+
+    fn tangent<'w>(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        matrix: &'w mut BlockMatrix,
+    ) -> Result<&'w BlockMatrix, StateError> {
+        let (n, slopes) = (at.unknowns.len(), &at.state.1);
+        matrix.set_zero();
+        for (row, column) in (0..n / 3).flat_map(|row| (0..n / 3).map(move |column| (row, column))) {
+            let block: [f64; 9] = std::array::from_fn(|k| slopes[(3 * row + k / 3, 3 * column + k % 3)]);
+            matrix.add(row, column, &block);
+        }
+        Ok(matrix)
+    }
+
+    fn finish(&self, _: &Self::Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
+        Ok(at.state.0.clone())
+    }
+
+    fn pull_back_current(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let derivative = by_all_inputs(at, &vec![0.0; out.len()], eta);
+        out.iter_mut().zip(derivative).for_each(|(out, by)| *out += by);
+        Ok(())
+    }
+
+    fn pull_back_previous(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        lambda: &[f64],
+        eta: &[f64],
+    ) -> PreviousPullBack {
+        let (n, derivative) = (lambda.len(), by_all_inputs(at, lambda, eta));
+        PreviousPullBack { unknowns: derivative[n..2 * n].to_vec(), history: derivative[2 * n..][..eta.len()].to_vec() }
+    }
+
+    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let eta = vec![0.0; at.state.0.len()];
+        let derivative = by_all_inputs(at, lambda, &eta);
+        let first = derivative.len() - out.len();
+        out.iter_mut().zip(&derivative[first..]).for_each(|(out, by)| *out += by);
+        Ok(())
+    }
+}
+
+/// (∂(F, h)/∂(y_n, y_{n−1}, h_{n−1}, φ))ᵀ (λ, η).
+fn by_all_inputs<E: Equations>(at: &Evaluated<Differentiated<E>>, lambda: &[f64], eta: &[f64]) -> Vec<f64> {
+    let weights = || lambda.iter().chain(eta);
+    at.state.1.column_iter().map(|column| column.iter().zip(weights()).map(|(slope, w)| slope * w).sum()).collect()
+}
+
+/// θ = an unknown at the end of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct UnknownAt {
+    /// Index of the state in the path.
+    pub state: usize,
+    /// Index of the unknown.
+    pub unknown: usize,
+}
+
+impl<P: StepProblem> PathResponses<P> for UnknownAt {
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn observes(&self, _: usize, index: usize) -> bool {
+        index == self.state
+    }
+
+    fn add_derivative(
+        &mut self,
+        _: usize,
+        _: &P,
+        _: &Observed<'_, P>,
+        to: &mut Explicit<'_>,
+    ) -> Result<(), StateError> {
+        to.unknowns[self.unknown] += 1.0;
+        Ok(())
+    }
+}
