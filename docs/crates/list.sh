@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
     grep -v -E '^(slipstick|version|edition|rust-version|license|keywords|lints)' | sort -u |
-    grep -v -E '^(cc|pkg-config|num-dual|proptest|tempfile)$'))
+    grep -v -E '^(cc|pkg-config|proptest|tempfile)$'))
 for crate in "${direct[@]}"; do
     # if the tree has several versions, use the newest
     said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)
@@ -61,7 +61,7 @@ TEXT
     row metis-sys "nested dissection by METIS (a C library, Apache 2.0, bundled); feature \`metis\`"
     row miette "errors that show the line of the case file"
     row nalgebra "vectors and matrices of size three"
-    row num-traits "unused by the program; enables the features that the tests need, so that both builds share crates"
+    row num-dual "dual numbers: derivatives of small problems, and reference derivatives in tests"
     row png "pictures"
     row pulp "SIMD for the instruction set detected at run time"
     row quick-xml "VTU and 3MF files"
@@ -78,8 +78,7 @@ TEXT
     row zip "3MF files"
     cat <<'TEXT'
 
-`proptest` (random inputs), `num-dual` (dual numbers, for reference derivatives) and `tempfile` are
-used only in tests and benchmarks.
+`proptest` (random inputs) and `tempfile` are used only in tests and benchmarks.
 
 About 700 lines in `views/src/render` and `picture.rs` draw charts and the text in pictures. We
 tried libraries and kept our own code: `plotters`, `kuva` and `charts-rs` depend on `ttf-parser`,

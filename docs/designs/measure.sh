@@ -73,40 +73,56 @@ landing() {
     put docs/designs.md landing "$work/landing.md"
 }
 
-# The half ball with a sensitivity filter, with a projection, and with three designs: thinnest member, narrowest gap.
-thickness() {
-    local case=cases/half_ball_on_plate/coarse.toml schedule='optimizer.schedule={ sharpness = [[0, 1], [15, 2], [25, 4], [35, 8]] }'
+# filters LABEL NAME CASE BODIES RADIUS ITERATIONS: a case with its sensitivity filter, with a density filter of that radius and a
+# projection, and with three designs of the same filter; lines of the table of thicknesses, and pictures.
+filters() {
+    local label=$1 case=$3 bodies=$4 radius=$5 iterations=$6 name
+    local thickness schedule
+    thickness=$(awk -v radius="$radius" 'BEGIN { printf "%.2f", radius / 1.134 }')
+    schedule=$(awk -v n="$iterations" 'BEGIN {
+        printf "optimizer.schedule={ sharpness = [[0, 1], [%d, 2], [%d, 4], [%d, 8]] }", n / 3, 5 * n / 9, 7 * n / 9 }')
     local -A of=(
         [sensitivity]=''
-        [projection]='design.density_filter={ radius = 0.34 }'
-        [three_fields]='design.minimum_thickness=0.3'
+        [projection]="design.density_filter={ radius = $radius }"
+        [three_fields]="design.minimum_thickness=$thickness"
     )
-    {
-        echo '| | −θ | discreteness | thinnest member | narrowest gap |'
-        echo '|---|--:|--:|--:|--:|'
-        for name in sensitivity projection three_fields; do
-            local more=()
-            if [ -n "${of[$name]}" ]; then
-                sed '/^sensitivity_filter/d' "$case" > "$work/$name.toml"
-                more=(--set "${of[$name]}" --set 'design.projection={}' --set "$schedule" --set optimizer.mma='{ move_limit = 0.1 }')
-            else
-                cp "$case" "$work/$name.toml"
-            fi
-            slipstick optimize "$work/$name.toml" "${more[@]}" --set optimizer.iterations=45 --out "$work/$name" -q
-            slipstick export "$work/$name" --measure -q
-            slipstick render "$work/$name" --bodies plate --out "docs/figures/designs_$name.png" --size 560x440 -q
-            python3 - "$work/$name" "$name" <<'PYTHON'
+    for name in sensitivity projection three_fields; do
+        local more=() run=$work/$2_$name requested=–
+        if [ "$name" != sensitivity ]; then
+            sed '/^sensitivity_filter/d' "$case" > "$run.toml"
+            more=(--set "${of[$name]}" --set 'design.projection={}' --set "$schedule" --set optimizer.mma='{ move_limit = 0.1 }')
+        else
+            cp "$case" "$run.toml"
+        fi
+        if [ "$name" = three_fields ]; then requested=$thickness; fi
+        slipstick optimize "$run.toml" "${more[@]}" --set optimizer.iterations="$iterations" --out "$run" -q
+        slipstick export "$run" --measure -q
+        slipstick render "$run" --bodies "$bodies" --out "docs/figures/designs_$2_$name.png" --size 560x440 -q
+        python3 - "$run" "$label, ${name/_/ }" "$requested" <<'PYTHON'
 import csv, json, sys
 from pathlib import Path
 
-run, name = Path(sys.argv[1]), sys.argv[2].replace("_", " ")
+run, name, requested = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
 last = list(csv.DictReader(open(run / "history.csv")))[-1]
 objective = float(last.get("objective_nominal") or last["objective"])
 found = json.loads((run / "measures.json").read_text())
 length = lambda of: f"{of['length']:.3f}" if of else "none"
-print(f"| {name} | {-objective:.3f} | {float(last['discreteness']):.3f} | {length(found['member'])} | {length(found['gap'])} |")
+print(
+    f"| {name} | {-objective:.4g} | {float(last['discreteness']):.3f} | {requested} "
+    f"| {length(found['member'])} | {length(found['gap'])} |"
+)
 PYTHON
-        done
+    done
+}
+
+# Half ball, ironing and clutch with a sensitivity filter, with a projection, and with three designs: thinnest member, narrowest gap.
+thickness() {
+    {
+        echo '| | −θ | discreteness | requested | thinnest member | narrowest gap |'
+        echo '|---|--:|--:|--:|--:|--:|'
+        filters half-ball half_ball cases/half_ball_on_plate/coarse.toml plate 0.34 45
+        filters ironing ironing cases/ironing/coarse.toml slab 1.2 60
+        filters clutch clutch cases/clutch/coarse.toml lower,upper 1.2 60
     } > "$work/thickness.md"
     put docs/designs.md thickness "$work/thickness.md"
 }
