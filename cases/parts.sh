@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Takes four designs to parts, compares what they promised with what the parts do, and puts the table between the marks of
-# docs/tutorials/part.md; three quarters of an hour on two idle cores.
+# docs/tutorials/part.md; about a quarter of an hour.
 #
 #   cases/parts.sh
 #

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs what docs/designs.md describes and puts its tables between the marks of that page; about an hour on two idle cores.
-# `measure.sh NAME …` repeats single ones: friction, finer, landing, thickness, voids, costs.
+# `measure.sh NAME …` repeats single ones: friction, finer, paper_size, landing, thickness, voids, costs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -28,10 +28,10 @@ friction() {
     put docs/designs.md friction "$work/friction.md"
 }
 
-# Each design for one coefficient of friction under all coefficients, with an eighth of the paper's elements; then how each
-# design's force grows with friction.
-finer() {
-    slipstick study cases/ironing/eighth_study.toml -q
+# cross STUDY MARK: each design for one coefficient of friction under all coefficients; then how each design's force grows
+# with friction.
+cross() {
+    slipstick study "cases/ironing/$1.toml" -q
     awk -F, '
         $2 ~ /^objective_over_volume_fraction at/ { split($2, at, " at "); value[$1, at[2]] = -$3 }
         END {
@@ -48,9 +48,13 @@ finer() {
                 for (d = 1; d <= n; d++) printf " %.4f |", value[design[d], mu[k]] / value[design[d], mu[1]]
                 print ""
             }
-        }' cases/ironing/eighth_study/numbers.csv > "$work/finer.md"
-    put docs/designs.md finer "$work/finer.md"
+        }' "cases/ironing/$1/numbers.csv" > "$work/$2.md"
+    put docs/designs.md "$2" "$work/$2.md"
 }
+
+# With an eighth of the paper's elements, and in the paper's size; the latter takes hours and is not among the defaults.
+finer() { cross eighth_study finer; }
+paper_size() { cross paper_size_study paper_size; }
 
 # The half ball that lands in three places: the design for the middle one, and the worst-case design.
 landing() {

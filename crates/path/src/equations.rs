@@ -16,8 +16,9 @@ use std::sync::Arc;
 /// [`step`](Self::step) computes F and h in dual numbers. It may branch on real parts (`x.re`); the
 /// derivatives are those of the branch taken.
 pub trait Equations {
-    /// Numbers of unknowns and inputs, and which unknowns are prescribed. Parameters and multipliers
-    /// are not supported.
+    /// Numbers of unknowns and inputs, and which unknowns are prescribed. There must be a multiple of
+    /// three unknowns, because matrices consist of 3 × 3 blocks: prescribe those left over. Parameters
+    /// and multipliers are not supported.
     fn unknowns(&self) -> &Unknowns;
 
     /// φ: one value per design.
@@ -81,7 +82,8 @@ pub struct Outputs {
 /// this order).
 ///
 /// Tolerances are relative to forces and displacements of 1, so choose units in which they are of this
-/// order.
+/// order. An evaluation panics if `step` returns numbers of values that differ from
+/// [`Equations::unknowns`].
 #[derive(Debug, Clone)]
 pub struct Differentiated<E>(pub E);
 
@@ -93,8 +95,13 @@ impl<E: Equations> Differentiated<E> {
     }
 
     /// A matrix for the tangent.
+    ///
+    /// # Panics
+    /// If the number of unknowns is not a multiple of three.
     pub fn workspace(&self) -> BlockMatrix {
-        let rows = self.0.unknowns().count().div_ceil(3);
+        let count = self.0.unknowns().count();
+        assert!(count.is_multiple_of(3), "{count} unknowns: add prescribed ones up to a multiple of three");
+        let rows = count / 3;
         BlockMatrix::new(Arc::new(BlockPattern::from_rows(&vec![(0..rows as u32).collect(); rows])))
     }
 }
@@ -149,10 +156,13 @@ impl<E: Equations> StepProblem for Differentiated<E> {
                 self.0.step(*time, &inputs)
             })
             .collect();
+        let Outputs { residual, history, status } = &columns[0];
+        let unknowns = self.0.unknowns();
+        assert_eq!(residual.len(), unknowns.count(), "`step` must return one residual per unknown");
+        assert_eq!(history.len(), unknowns.history, "`step` must return as many history values as `unknowns` states");
         let slopes = columns.iter().flat_map(|o| o.residual.iter().chain(&o.history).map(|value| value.eps));
         let rows = y.len() + previous.history.len();
         let values = |of: &[Dual64]| of.iter().map(|value| value.re).collect();
-        let Outputs { residual, history, status } = &columns[0];
         Ok(Evaluated {
             unknowns: y.to_vec(),
             residual: values(residual),
@@ -247,5 +257,68 @@ impl<P: StepProblem> PathResponses<P> for UnknownAt {
     ) -> Result<(), StateError> {
         to.unknowns[self.unknown] += 1.0;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// F = φ u − t for each of `count` unknowns, but only the first `returned` of them.
+    struct Springs {
+        unknowns: Unknowns,
+        returned: usize,
+    }
+
+    impl Springs {
+        fn new(count: usize, returned: usize) -> Differentiated<Self> {
+            Differentiated(Self { unknowns: Unknowns::displacements(&vec![false; count], 1), returned })
+        }
+    }
+
+    impl Equations for Springs {
+        fn unknowns(&self) -> &Unknowns {
+            &self.unknowns
+        }
+
+        fn design(&self) -> Vec<f64> {
+            vec![2.0]
+        }
+
+        fn step(&self, time: f64, at: &Inputs) -> Outputs {
+            let residual = at.unknowns[..self.returned].iter().map(|u| at.design[0] * u - time).collect();
+            Outputs { residual, history: Vec::new(), status: Vec::new() }
+        }
+    }
+
+    fn evaluated(springs: &Differentiated<Springs>) -> Evaluated<Differentiated<Springs>> {
+        let (y, step) = ([0.1, 0.2, 0.3], (springs.rest(), 1.0));
+        springs.evaluate(&step, &y, None, Iteration::default(), Wanted::Both, &mut springs.workspace()).unwrap()
+    }
+
+    /// By hand: F = 2 u − 1, ∂F/∂u = 2, and (∂F/∂φ)ᵀ λ = u · λ.
+    #[test]
+    fn springs_have_the_derivatives_found_by_hand() {
+        let springs = Springs::new(3, 3);
+        let at = evaluated(&springs);
+        assert_eq!(at.residual, [-0.8, -0.6, -0.4]);
+        let mut matrix = springs.workspace();
+        let tangent = springs.tangent(&(springs.rest(), 1.0), &at, &mut matrix).unwrap();
+        assert_eq!(tangent.values(), [[2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0]]);
+        let mut design = [0.5];
+        springs.pull_back_design(&at, &[1.0, 10.0, 100.0], &mut design).unwrap();
+        assert!((design[0] - 32.6).abs() < 1e-13, "{design:?}");
+    }
+
+    #[test]
+    #[should_panic(expected = "one residual per unknown")]
+    fn a_missing_residual_is_named() {
+        evaluated(&Springs::new(3, 2));
+    }
+
+    #[test]
+    #[should_panic(expected = "4 unknowns: add prescribed ones")]
+    fn unknowns_fill_blocks_of_three() {
+        Springs::new(4, 4).workspace();
     }
 }

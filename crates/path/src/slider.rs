@@ -74,7 +74,7 @@ impl Equations for Slider {
     }
 
     fn load_factors(&self, time: f64) -> Vec<f64> {
-        vec![time]
+        vec![time] // the moving end of the spring loads the block
     }
 
     fn step(&self, time: f64, at: &Inputs) -> Outputs {
