@@ -5,7 +5,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 source docs/tables.sh
 
-SLIPSTICK_TABLES=$work cargo test --release -p slipstick --test edges table -- --ignored
+SLIPSTICK_TABLES=$work cargo test --release -p slipstick --test suite edges::study:: -- --ignored
 for name in refinement overlaps meshes ssnp503 sharp; do
     put docs/edges.md "$name" "$work/$name.md"
 done

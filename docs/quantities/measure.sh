@@ -8,7 +8,7 @@ source docs/tables.sh
 program=$programs/slipstick
 
 gradients() {
-    SLIPSTICK_TABLES=$work cargo test --release -p slipstick --test quantity_gradients
+    SLIPSTICK_TABLES=$work cargo test --release -p slipstick --test suite quantity_gradients::
     {
         printf '| quantity | largest error of the derivative |\n|---|--:|\n'
         sort -t'|' -k3 "$work"/quantity_*.md | awk -F'|' '

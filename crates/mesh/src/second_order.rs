@@ -447,7 +447,7 @@ fn grow(set: &mut Vec<u32>, boundary: &[FaceNodes], parents: &Parents) {
 /// stay flat. On a curved surface, the points of edge midpoints lie outside the surface by a third
 /// of the sagitta.
 ///
-/// Test: `uniaxial_strain_passes_through_quadratic_elements` (slipstick/tests/patch.rs).
+/// Test: `uniaxial_strain_passes_through_quadratic_elements` (slipstick/tests/suite/patch.rs).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactMap {
     /// Nodes and weights of node n are `entries[offsets[n]..offsets[n + 1]]`; if there are no offsets,

@@ -105,7 +105,7 @@ pub struct SweepError {
 /// at a step need no solve there: without friction, these are all steps that the response does not
 /// observe. A response of the residual F has the right-hand side Kᵀ ∂θ/∂F, and ∂θ/∂F is added to λ,
 /// which is otherwise zero at prescribed unknowns. Paper: (59)–(61), (69), (70). Tests:
-/// `tests/gradient.rs` (crate slipstick), `the_gradient_of_a_spring_matches_differences`.
+/// `tests/suite/gradient.rs` (crate slipstick), `the_gradient_of_a_spring_matches_differences`.
 ///
 /// # Errors
 /// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance, or if

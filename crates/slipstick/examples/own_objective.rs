@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A quantity must provide its value at a state and its partial derivatives with respect to what it
-//! reads of the state. The adjoint takes care of friction, path and density. `tests/examples.rs`
+//! reads of the state. The adjoint takes care of friction, path and density. `tests/suite/examples.rs`
 //! compares the gradient with finite differences.
 
 use std::error::Error;

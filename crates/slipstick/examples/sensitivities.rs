@@ -5,7 +5,7 @@
 //! cargo run --release -p slipstick --example sensitivities
 //! ```
 //!
-//! `tests/examples.rs` compares the derivatives with finite differences.
+//! `tests/suite/examples.rs` compares the derivatives with finite differences.
 
 use std::error::Error;
 

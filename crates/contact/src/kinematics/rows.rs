@@ -222,7 +222,7 @@ impl NodeKinematics {
 
     /// Weighted gap of this row and frame at other positions `x` (3 per node). \[L³\]
     ///
-    /// Test: `a_step_beyond_the_search_radius_is_refused` (crate slipstick, tests/derivatives.rs).
+    /// Test: `a_step_beyond_the_search_radius_is_refused` (crate slipstick, tests/suite/derivatives.rs).
     pub fn gap_at(&self, x: &[f64]) -> f64 {
         let own = position(x, self.node);
         let row = self.support.iter().zip(&self.coefficient);

@@ -27,7 +27,7 @@ impl PairResult {
 ///
 /// A node's multiplier acts on the slave with −b_js z_j over its row, and the slave part of the row
 /// sums up to the covered area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test:
-/// `forces_balance` (tests/invariance.rs).
+/// `forces_balance` (tests/suite/invariance.rs).
 pub fn pair_results(model: &ContactModel, results: &ContactResults) -> Vec<PairResult> {
     let of = |(nodes, interface): (&[NodalContact], &ModelInterface)| {
         let on_itself = interface.interface.is_with_itself();

@@ -32,7 +32,7 @@ enum Term {
 
 /// Adds ∂R/∂(d, ζ) of contact and ∂C/∂(d, ζ) of this rank's slave nodes.
 ///
-/// Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
+/// Test: `tangent_matches_finite_differences` (tests/suite/derivatives.rs).
 pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: &mut BlockMatrix) {
     let nodes = model.displacement_count() / 3;
     let own: Vec<_> = contact.own().collect();

@@ -27,7 +27,7 @@ impl Design {
     /// Fields of the bodies at displacements `d` and pseudo-time `time`, with the contact forces on
     /// all nodes; any rank may call it without the others.
     ///
-    /// Test: `fields_of_a_bar` (tests/quantities.rs).
+    /// Test: `fields_of_a_bar` (tests/suite/quantities.rs).
     pub fn element_fields(&self, mesh: &Mesh, d: &[f64], time: f64, contact_force: &[f64]) -> ElementFields {
         let model = &*self.model;
         let solid = model.whole_solid(mesh);

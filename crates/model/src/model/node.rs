@@ -227,7 +227,7 @@ pub struct NodeTraction {
 
 /// Adds the node's contact force f_s = b_js z_j to `out`, with z_j assembled from its components.
 ///
-/// Paper: (17), (19), (42), (43), (52). Test: `forces_balance` (tests/invariance.rs).
+/// Paper: (17), (19), (42), (43), (52). Test: `forces_balance` (tests/suite/invariance.rs).
 pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64]) {
     if *traction == Vector3::zeros() {
         return;

@@ -66,7 +66,7 @@ impl Design {
     ///
     /// A multiplier is an unknown, or follows from gap and slip by the node's law; a vector z = Σ_b
     /// (frame)_b ζ_b also depends on the frame. Test: `quantities_match_finite_differences`
-    /// (tests/quantity_gradients.rs).
+    /// (tests/suite/quantity_gradients.rs).
     pub(crate) fn pull_back_contact_quantities(
         &self,
         step: &Step,
@@ -119,7 +119,7 @@ impl Design {
     ///
     /// With W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)], ∂W/∂u is the internal force, W is linear in
     /// the factor, and ∂W/∂γ = (u·∂W/∂u − 2 factor Ψ_L)/γ. Test:
-    /// `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    /// `quantities_match_finite_differences` (tests/suite/quantity_gradients.rs).
     ///
     /// # Errors
     /// If elements are inverted.
@@ -193,7 +193,7 @@ impl Design {
     /// Adds the derivatives of a function of the stresses in `view`, with these slopes, with
     /// respect to displacements, densities (through the interpolation of energies) and, if
     /// requested, moduli. Test: `quantities_match_finite_differences`
-    /// (tests/quantity_gradients.rs).
+    /// (tests/suite/quantity_gradients.rs).
     pub(crate) fn pull_back_stresses(
         &self,
         d: &[f64],

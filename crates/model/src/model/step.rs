@@ -106,7 +106,7 @@ impl StepProblem for Design {
     }
 
     /// Paper: the matrix of (36), and of (45). Test: `tangent_matches_finite_differences`
-    /// (tests/derivatives.rs).
+    /// (tests/suite/derivatives.rs).
     fn tangent<'w>(
         &self,
         step: &Step,
@@ -233,7 +233,7 @@ impl StepProblem for Design {
     ///   adjoint η instead.
     ///
     /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences`
-    /// (tests/derivatives.rs).
+    /// (tests/suite/derivatives.rs).
     fn pull_back_previous(&self, step: &Step, at: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
         let model = &*self.model;
         let mut out = PreviousPullBack {
@@ -255,7 +255,7 @@ impl StepProblem for Design {
     /// The density enters only through the internal force: neither contact nor C depends on it.
     ///
     /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences`
-    /// (tests/derivatives.rs).
+    /// (tests/suite/derivatives.rs).
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.model.displacement_count();
         self.pull_back_density(&at.unknowns[..split], &lambda[..split], out)

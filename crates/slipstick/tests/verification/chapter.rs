@@ -110,7 +110,7 @@ Other tests compare with outside numbers too:
 
 | problem | compared with | largest deviation | where |
 |---|---|---|---|
-| block sliding between two blocks, μ = 0.5 | code_aster (SSNP503): pressures where an edge lies at a node | 0.06 % of a pressure | [edges](edges.md#comparison-with-code_aster), `tests/edges` |
+| block sliding between two blocks, μ = 0.5 | code_aster (SSNP503): pressures where an edge lies at a node | 0.06 % of a pressure | [edges](edges.md#comparison-with-code_aster), `tests/suite/edges` |
 ";
 
 /// The page of these results.

@@ -18,7 +18,7 @@ meshes must transmit a uniform state of stress exactly. Two upper blocks, side b
 lower block, so that each slave surface covers part of the master, and its facets cover parts of
 facets. The material is neo-Hookean, the engineering strain 0.15. With walls at the sides the state
 is uniaxial strain, and the pressure follows from the material law by hand. The inclined interface
-y = 1 + 0.2 x − 0.1 z sticks and also transmits shear (ν = 0). `tests/patch.rs` contains further
+y = 1 + 0.2 x − 0.1 z sticks and also transmits shear (ν = 0). `tests/suite/patch.rs` contains further
 variants: other and graded meshes, two materials, free sides. Displacements are relative to the
 prescribed 0.3, tractions to the exact one. In the warped meshes, nodes of the interface are moved
 within it by up to 0.15.",

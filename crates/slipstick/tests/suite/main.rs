@@ -1,0 +1,43 @@
+//! Tests of the library, in one program: it links once, and its tests share the cores.
+//! `cargo test --release -p slipstick --test suite newton::` runs those of one module.
+
+mod case_bad;
+mod case_good;
+mod closing;
+#[path = "../common/mod.rs"]
+mod common;
+mod conservative;
+mod constrained;
+mod corpus;
+mod derivatives;
+mod design_maps;
+mod edges;
+mod equations;
+mod examples;
+mod failures;
+mod friction;
+mod gradient;
+mod invariance;
+mod joints;
+mod load_cases;
+mod loads;
+mod meshes;
+mod newton;
+mod output;
+mod parameters;
+mod patch;
+mod quantities;
+mod quantity_gradients;
+mod rigid;
+mod rounding;
+mod run;
+mod scenarios;
+mod schema;
+mod schwarz;
+#[path = "../verification/solved.rs"]
+#[allow(dead_code)]
+mod solved;
+mod symmetry;
+#[path = "../common/table.rs"]
+mod table;
+mod void;
