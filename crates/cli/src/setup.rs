@@ -138,7 +138,8 @@ fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
         let cure = format!("this machine has {cores} cores; more threads than cores do not help");
         return Err(Failure::input(format!("{threads} threads were requested; at most {most} are possible"), cure));
     }
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
+    // This thread belongs to the pool: it takes part in each loop instead of handing it over.
+    rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread().build_global().map_err(|error| {
         Failure::input(format!("cannot start {threads} threads: {error}"), "request fewer with --threads")
     })?;
     Ok(threads)

@@ -81,7 +81,12 @@ pub fn designed(problem: &Problem) -> Vec<usize> {
 
 /// Marches; a failure makes the test fail.
 pub fn forward(problem: &mut Problem, density: &ElementValues) -> Forward {
-    problem.analysis.forward(density, &mut Silent).unwrap_or_else(|e| panic!("{e}"))
+    in_pool(|| problem.analysis.forward(density, &mut Silent)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Works on a thread of the pool, which then need not be handed each parallel loop.
+pub fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::scope(|_| work())
 }
 
 /// Contact results at every accepted state after the start; all ranks must call it.
@@ -167,7 +172,7 @@ pub fn fix_steps(problem: &mut Problem, base: &Forward) {
 pub fn check_gradient(problem: &mut Problem, density: &ElementValues) -> GradientCheck {
     let base = forward(problem, density);
     let statuses = status_path(problem, &base);
-    let whole = problem.analysis.gradient(&base).unwrap_or_else(|e| panic!("{e}"));
+    let whole = in_pool(|| problem.analysis.gradient(&base)).unwrap_or_else(|e| panic!("{e}"));
     let adjoint: Vec<f64> = designed(problem).into_iter().map(|e| whole[e]).collect();
     if base.path.states.iter().any(|s| !s.rest && s.completes.is_none()) {
         fix_steps(problem, &base);

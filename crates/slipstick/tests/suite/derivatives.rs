@@ -5,6 +5,7 @@
 use crate::common::scene::*;
 use crate::common::*;
 use nalgebra::{Rotation3, Unit, Vector3};
+use rayon::prelude::*;
 use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick::model::{Design, Step, Workspace};
@@ -256,20 +257,20 @@ fn check_tangent(name: &str, generic: &Generic, with_multipliers: bool) {
 
 #[test]
 fn tangent_matches_finite_differences() {
-    for (name, enforcement, shape) in variants() {
+    variants().into_par_iter().for_each(|(name, enforcement, shape)| {
         let with_multipliers = !enforcement.contains("penalty");
         check_tangent(&name, &generic(&enforcement, shape, false), with_multipliers);
         if with_multipliers {
             check_tangent(&format!("{name}, held"), &generic(&enforcement, shape, true), false);
         }
-    }
+    });
 }
 
 /// A block extends beyond the slab's edge, and its outermost facets are hardly covered: there the
 /// condition is compliant, and its compliance depends on the area.
 #[test]
 fn tangent_on_slivers_matches_finite_differences() {
-    for (name, enforcement, shape) in variants() {
+    variants().into_par_iter().for_each(|(name, enforcement, shape)| {
         let with_multipliers = !enforcement.contains("penalty");
         for held in [false, true].into_iter().filter(|held| !held || !enforcement.contains("penalty")) {
             let generic = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, held);
@@ -280,13 +281,13 @@ fn tangent_on_slivers_matches_finite_differences() {
             assert_eq!(soft > 0, with_multipliers, "{name}: {soft} active slivers");
             check_tangent(&format!("{name}, held: {held}"), &generic, with_multipliers && !held);
         }
-    }
+    });
 }
 
 /// λᵀ∂F/∂y_{n−1} + ηᵀ∂G/∂y_{n−1} and the same for h_{n−1}.
 #[test]
 fn previous_pull_back_matches_finite_differences() {
-    for (name, enforcement, shape) in variants() {
+    variants().into_par_iter().for_each(|(name, enforcement, shape)| {
         check_previous_pull_back(&name, generic(&enforcement, shape, false));
         // the same if the previous rows of some nodes are slivers, on which friction depends
         let sliver = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, false);
@@ -295,7 +296,7 @@ fn previous_pull_back_matches_finite_differences() {
         let shares = before.iter().zip(&reference).map(|(b, r)| friction_share(b.area, r.reference_area).0);
         assert!(shares.clone().any(|share| 0.0 < share && share < 1.0), "{name}: {:?}", shares.collect::<Vec<_>>());
         check_previous_pull_back(&format!("{name}, slivers"), sliver);
-    }
+    });
 }
 
 fn check_previous_pull_back(name: &str, mut generic: Generic) {
@@ -337,7 +338,7 @@ fn check_previous_pull_back(name: &str, mut generic: Generic) {
 /// ηᵀ∂G/∂y, and λᵀ∂F/∂φ. The complementarity conditions do not depend on the design.
 #[test]
 fn current_and_design_pull_back_match_finite_differences() {
-    for (name, enforcement, shape) in variants() {
+    variants().into_par_iter().for_each(|(name, enforcement, shape)| {
         let mut generic = generic(&enforcement, shape, false);
         let (y, previous) = (generic.y.clone(), generic.previous.clone());
         let mut random = Random::new(23);
@@ -375,7 +376,7 @@ fn current_and_design_pull_back_match_finite_differences() {
         let error = deviation(&found, &expected);
         println!("{name}, design: {error:.1e}");
         assert!(error < BOUND, "{name}, design: {error:e}");
-    }
+    });
 }
 
 /// A sticking traction rotates with the bodies: the history's components are preserved under any

@@ -1,8 +1,8 @@
 //! The iterative solver on a whole path with friction, compared with the direct one and with finite
 //! differences.
 
-use crate::common::random_density;
 use crate::common::scene::{LAGRANGE, penalty};
+use crate::common::{in_pool, random_density};
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
@@ -21,7 +21,7 @@ fn problem(linear: &str) -> Problem {
 }
 
 fn value(problem: &mut Problem, density: &ElementValues) -> f64 {
-    problem.analysis.forward(density, &mut Silent).expect("a path").value
+    in_pool(|| problem.analysis.forward(density, &mut Silent)).expect("a path").value
 }
 
 fn size(v: &[f64]) -> f64 {
@@ -36,8 +36,8 @@ fn values_and_gradients_are_those_of_the_direct_solver() {
     let mut iterative = problem("\"schwarz\"");
     let density = random_density(&direct, 5);
     let [expected, found] = [&mut direct, &mut iterative].map(|problem| {
-        let forward = problem.analysis.forward(&density, &mut Silent).expect("a path");
-        let gradient = problem.analysis.gradient(&forward).expect("a gradient");
+        let forward = in_pool(|| problem.analysis.forward(&density, &mut Silent)).expect("a path");
+        let gradient = in_pool(|| problem.analysis.gradient(&forward)).expect("a gradient");
         (forward.value, gradient)
     });
     println!("{:?} {:?}", expected.0, found.0);
@@ -108,8 +108,8 @@ impl Blocks {
         let run = |linear: &str| {
             let mut problem = self.problem(linear);
             let density = random_density(&problem, 7);
-            let forward = problem.analysis.forward(&density, &mut Silent).expect("a path");
-            let gradient = problem.analysis.gradient(&forward).expect("a gradient");
+            let forward = in_pool(|| problem.analysis.forward(&density, &mut Silent)).expect("a path");
+            let gradient = in_pool(|| problem.analysis.gradient(&forward)).expect("a gradient");
             let counts = problem.analysis.linear.counts();
             (forward.value, gradient, counts.operations / counts.factorizations as f64)
         };
