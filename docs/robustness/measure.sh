@@ -19,7 +19,7 @@ kills() {
 faults() {
     tests -p slipstick-cli --test program faults
     {
-        printf '| fault | tries | exit codes | runs that then continued bit for bit |\n|---|---|---|---|\n'
+        printf '| fault | tries | exit codes | runs resumed after the cure, bit for bit |\n|---|---|---|---|\n'
         cat "$tables"/faults_*.md
     } > "$tables/faults.md"
     put docs/robustness.md faults "$tables/faults.md"

@@ -67,7 +67,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         }),
     );
     context.console.text(&format!(
-        "density above {}: volume {}, {:+.2} % of the densities'; {} in {}",
+        "density above {}: volume {}, {:+.2} % relative to that of the densities; {} in {}",
         digits(export.threshold),
         digits(volume),
         100.0 * (volume / export.density_volume - 1.0),

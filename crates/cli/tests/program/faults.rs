@@ -140,7 +140,7 @@ fn a_full_disk_ends_a_run_that_resumes() {
         fs::remove_dir_all(place.path("copy")).expect("removed");
     }
     assert!(tally.resumed >= 3, "{}", tally.resumed);
-    tally.publish(1, "disk full at one moment or another");
+    tally.publish(1, "disk full at various moments");
 }
 
 /// The same with a limit on file sizes, which every Unix has: files that exceed it cannot be
@@ -161,7 +161,7 @@ fn files_that_cannot_grow_end_a_run_that_resumes() {
     place.good("resume run -q");
     assert_same_runs(&place, "whole", "run");
     messages.tally.resumed += 1;
-    messages.tally.publish(2, "files that may not grow (`ulimit -f`)");
+    messages.tally.publish(2, "limit on the size of files (`ulimit -f`)");
 }
 
 /// A folder in place of a file cannot be written, even by the superuser, who is not bound by file
@@ -253,7 +253,7 @@ fn damaged_files_of_a_run() {
     place.good("resume run --iterations 4 -q");
     assert_same_runs(&place, "whole", "run");
     tally.resumed += 1;
-    tally.publish(4, "files of a run emptied, cut, with a bit flipped, gone");
+    tally.publish(4, "files of a run emptied, truncated, altered by one bit, or deleted");
 }
 
 /// The bytes of all files of a run except one.
@@ -341,7 +341,7 @@ fn mesh_files_that_are_not_what_they_were() {
     assert_same_runs(&place, "whole", "run");
     messages.compare("meshes.txt");
     messages.tally.resumed += 1;
-    messages.tally.publish(6, "mesh files gone, cut, changed");
+    messages.tally.publish(6, "mesh files deleted, truncated or changed");
 }
 
 /// The messages of a second start on a running optimization, which does not affect the first one.

@@ -64,7 +64,7 @@ fn parts(folder: &Path) -> BTreeSet<String> {
 /// by whether it left an incomplete file.
 fn place_of_kill(told: &str, part: bool) -> &'static str {
     if part {
-        return "within the writing of a file";
+        return "while a file was written";
     }
     // The last line may be cut off.
     let last = told.lines().rev().find_map(|line| serde_json::from_str::<Value>(line).ok());
@@ -72,7 +72,9 @@ fn place_of_kill(told: &str, part: bool) -> &'static str {
         None | Some(("start", _)) => "before the first load step of a process",
         Some(("step", step)) if *step == 4 => "gradient and update of the design",
         Some(("step", _)) => "load step",
-        Some(("iteration", _)) => "files of an iteration, or the first load step after it",
+        Some(("iteration", _)) => {
+            "while the files of an iteration were written, or during the first load step after that"
+        }
         _ => "files of the last path, or the end",
     }
 }

@@ -157,7 +157,7 @@ fn predicted_memory_is_that_of_runs() {
 #[ignore = "takes minutes: docs/robustness/measure.sh memory"]
 fn table_of_memory() {
     let mut rows = String::from(
-        "| | elements | unknowns | predicted [MB] | measured [MB] | off by |\n|---|---|---|---|---|---|\n",
+        "| | elements | unknowns | predicted [MB] | measured [MB] | measured / predicted |\n|---|---|---|---|---|---|\n",
     );
     for (kind, elements) in
         [("hexahedra", Elements::Hexahedra), ("wedges", Elements::Wedges), ("tetrahedra", Elements::Tetrahedra)]

@@ -35,7 +35,7 @@ pub fn every_quantity(problem: &Problem) -> Vec<Arc<dyn Quantity>> {
         let (point, axis) = ([0.3, 1.1, -0.2], [1.0, 2.0, -0.5]);
         Arc::new(Moment::new(name, &unknowns(set), &mesh.nodes, point, axis).expect("right"))
     };
-    let moved = |measure| Displacement::new("u", weighted("slab_ymax"), count, measure).expect("right");
+    let moved = |measure| Displacement::new("displacement", weighted("slab_ymax"), count, measure).expect("right");
     let relative = moved(VectorMeasure::Norm).relative_to(weighted("block_ymin"), count).expect("right");
     vec![
         Arc::new(norms.without_reactions(problem.analysis.model().prescribed().fixed())),

@@ -280,7 +280,7 @@ fn gradients_of_two_thousand_random_problems() {
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_with_respect_to_variables_of_two_thousand_random_problems() {
     let table = suite(chosen_seeds(), With::Variables);
-    publish("1_variables", "the same, with respect to variables of chains of maps", &table);
+    publish("1_variables", "the same, with respect to design variables behind a random chain of maps", &table);
 }
 
 #[test]
@@ -289,7 +289,7 @@ fn gradients_of_two_hundred_random_load_cases() {
     let table = suite(FIRST_OF_SCENARIOS..FIRST_OF_SCENARIOS + 100, With::Densities);
     publish("2_load_cases", "load cases with their own friction, moduli, motions, positions", &table);
     let table = suite(FIRST_OF_SCENARIOS + 100..FIRST_OF_SCENARIOS + 200, With::Variables);
-    publish("3_load_cases_variables", "load cases, with respect to variables of chains of maps", &table);
+    publish("3_load_cases_variables", "load cases, with respect to such design variables", &table);
 }
 
 #[test]

@@ -394,8 +394,8 @@ fn a_contact_that_jumps_is_followed() {
 #[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
 fn table_of_jumps() {
     let mut table = String::from(
-        "| elements of the cube | enforcement | completed paths, of 9 | with held multipliers | Newton iterations of these | in failed \
-         attempts |\n|---|---|---|---|---|---|\n",
+        "| elements of the cube | enforcement | completed paths, of 9 | of these, with held multipliers | Newton iterations of completed \
+         paths | in failed attempts |\n|---|---|---|---|---|---|\n",
     );
     for elements in [[5, 5, 5], [6, 5, 4], [10, 8, 4], [7, 6, 4], [4, 4, 3]] {
         for (name, enforcement) in [("Lagrange", LAGRANGE), ("augmented", "{ augmented = {} }")] {

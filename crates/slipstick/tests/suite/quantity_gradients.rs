@@ -256,7 +256,7 @@ fn responses_do_not_affect_each_other() {
     set(&mut problem, all.clone());
     let base = forward(&mut problem, &density);
     let together = problem.analysis.response_gradients(&base, false).expect("differentiable");
-    let displacement = all.iter().position(|response| response.name() == "u").expect("there");
+    let displacement = all.iter().position(|response| response.name() == "displacement").expect("there");
     let of_displacement = norm(&together[displacement].density);
     for (r, response) in all.into_iter().enumerate() {
         problem.analysis.constraints.clear();

@@ -69,7 +69,7 @@ fn tables_of_overlaps() {
     let mut references = References::new();
     let variants = || [0.05, 0.5].into_iter().flat_map(|cover| ["standard", "dual"].map(|shape| (cover, shape)));
     let mut overlaps = String::from(
-        "| χ | shapes | facet covered | multipliers z_0, z_1 | pressures p_0, p_1 | of the fine mesh | error of forces |\n\
+        "| χ | shapes | facet covered | multipliers z_0, z_1 | pressures p_0, p_1 | p_0, p_1 of the fine mesh | error of forces |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for (cover, shape) in variants() {
@@ -83,7 +83,7 @@ fn tables_of_overlaps() {
     }
     crate::table::publish("overlaps", &overlaps);
     let mut meshes = String::from(
-        "| χ | shapes | elements per length | largest error of forces | peak pressure over that of the fine mesh |\n\
+        "| χ | shapes | elements per length | largest error of forces | peak pressure / that of the fine mesh |\n\
          |---|---|---|---|---|\n",
     );
     for (cover, shape) in variants() {
@@ -103,9 +103,8 @@ fn tables_of_overlaps() {
 #[test]
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn table_of_refinement() {
-    let mut refinement = String::from(
-        "| elements per length | peak pressure over the mean | resultant over the load |\n|---|---|---|\n",
-    );
+    let mut refinement =
+        String::from("| elements per length | peak / mean pressure | resultant / load |\n|---|---|---|\n");
     for mesh in [2, 4, 8, 16, 32] {
         let case = Overhang { fine: mesh, ..fine(0.5) };
         let (force, area) = forces(&case, &mut case.solve(), 1);
@@ -147,7 +146,7 @@ fn table_of_ssnp503() {
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn table_of_sharp_edges() {
     let mut text = String::from(
-        "| angle | turned by | edge | slave | slave, `feature_angle = 180` | master, step 0.075 | master, step 0.0375 |\n\
+        "| angle | rotated by | edge | edge on the slave | on the slave, `feature_angle = 180` | on the master, steps of 0.075 | on the master, steps of 0.0375 |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for (angle, tilt, slide) in [
