@@ -89,6 +89,12 @@ impl<'a> Table<'a> {
         Some(value)
     }
 
+    /// Whether there is a value for a key, which it marks as known.
+    pub(super) fn knows(&self, key: &'static str) -> bool {
+        self.known.borrow_mut().push(key);
+        self.has(key)
+    }
+
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
@@ -193,7 +199,7 @@ impl<'a> Table<'a> {
                     value.span(),
                     CaseCode::WrongType,
                     format!("`{key}` must be a list of tables, since there can be several"),
-                    format!("write [[{key}]] for each of them"),
+                    format!("write [[{}]] for each of them", without_indices(&path)),
                 );
                 vec![Table::new(self.reader, table, format!("{path}[0]"))]
             }
@@ -285,4 +291,9 @@ fn explained<S>(unknown: &[(&str, S)], missing: Vec<Missing>) -> (Vec<Option<Str
         *only = Some(if code == CaseCode::ChooseOne { help } else { format!("{message}: {help}") });
     }
     (meant, rest)
+}
+
+/// A path as the heading of a table: `load_case[0].pairs` is `load_case.pairs`.
+fn without_indices(path: &str) -> String {
+    path.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect()
 }

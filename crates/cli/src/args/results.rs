@@ -48,7 +48,7 @@ pub struct Export {
     pub iteration: Option<usize>,
     /// Density above which there is material; auto: the value that preserves the volume of the
     /// densities
-    #[arg(long, value_name = "DENSITY", default_value = "auto", value_parser = threshold)]
+    #[arg(long, value_name = "DENSITY", default_value = "auto", value_parser = threshold, allow_negative_numbers = true)]
     pub threshold: Threshold,
     /// Number of smoothing passes, which remove the staircase of the elements without shrinking the
     /// surface
@@ -65,7 +65,7 @@ pub struct Export {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "body")]
     pub case: Option<PathBuf>,
     /// Length of the edges of the part's mesh [default: the shortest edges of the design's elements]
-    #[arg(long, value_name = "LENGTH", requires = "case", value_parser = length)]
+    #[arg(long, value_name = "LENGTH", requires = "case", value_parser = length, allow_negative_numbers = true)]
     pub size: Option<f64>,
     /// Measure the thinnest member and the narrowest gap, and keep them for the report
     #[arg(long)]

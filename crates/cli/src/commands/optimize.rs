@@ -75,6 +75,9 @@ pub fn optimize(
     Ok(())
 }
 
+/// Relative violation from which a warning says that a design violates its constraints.
+const VIOLATED: f64 = 0.01;
+
 fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quantities: Option<Value>) {
     let Some(record) = optimization.state.history.last() else { return };
     let path = run.directory().path();
@@ -93,4 +96,11 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
         counted(optimization.state.iteration, "iteration"),
         path.join("design.pvd").display()
     ));
+    if record.violation > VIOLATED {
+        context.console.warning(&format!(
+            "the design violates its constraints: the largest relative violation is {:.3} (columns of history.csv); more \
+             iterations may reduce it, unless constraints contradict each other",
+            record.violation
+        ));
+    }
 }

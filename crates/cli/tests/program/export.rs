@@ -165,8 +165,12 @@ fn what_is_no_part() {
     place.good("solve case.toml --design start.csv --out case -q");
     place.bad("export case --case part", 2, &["no material is left on `slab_ymin`", "support", "passive_solid"]);
     assert!(!place.path("part").exists());
+    place.bad("export case --case case --threshold 0.5 --force", 2, &["case holds a run", "another folder"]);
+    place.bad("export case --case . --threshold 0.5 --force", 2, &["case.toml is not the case of a part"]);
+    assert!(place.read("case/case.toml").contains("[objective]"));
     place.bad("export case --size 1", 2, &["--case"]);
     place.bad("export case --case part --size 0", 2, &["a positive number"]);
+    place.bad("export case --case part --size -1", 2, &["a positive number"]);
     // without quantities there is nothing to promise
     place.write("start.csv", &layers(1.0, 1.0));
     place.good("solve case.toml --design start.csv --out case -q --force");

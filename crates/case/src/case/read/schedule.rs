@@ -90,7 +90,10 @@ fn steps(table: &Table<'_>, key: &'static str, (in_range, range): InRange) -> St
     for (i, &(iteration, value)) in entries.iter().enumerate() {
         let path = format!("{}[{i}]", table.path_of(key));
         if iteration <= before {
-            let message = format!("iteration {iteration} is not above {before}");
+            let message = match iteration {
+                ..0 => format!("iteration {iteration} is negative"),
+                _ => format!("iteration {iteration} is not above {before}"),
+            };
             reader.error(&path, CaseCode::OutOfRange, message, "list the iterations in ascending order, from 0");
             break;
         }

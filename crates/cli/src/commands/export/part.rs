@@ -19,12 +19,26 @@ use crate::{Context, Outcome};
 /// The file with all numbers of the part.
 const RECORD: &str = "part.json";
 
-/// Refuses a folder that has a case, unless it may be replaced.
+/// Share of a face below which a warning says that it is hardly left.
+const HARDLY: f64 = 0.01;
+
+/// Refuses the folder of a run, and a folder that has a case, unless it is the case of a part and may
+/// be replaced.
 pub(super) fn refuse(folder: &Path, force: bool) -> Outcome {
     let case = folder.join("case.toml");
+    let refused = |message: String, cure| Err(Failure::input(message, cure));
+    if RunDirectory::open(folder).is_ok() {
+        return refused(
+            format!("{} holds a run, whose case would be replaced", folder.display()),
+            "name another folder",
+        );
+    }
+    if case.exists() && !folder.join(RECORD).exists() {
+        return refused(format!("{} is not the case of a part", case.display()), "name another folder");
+    }
     if case.exists() && !force {
         let cure = "name another folder, or give --force to replace its case";
-        return Err(Failure::input(format!("{} already exists", case.display()), cure));
+        return refused(format!("{} already exists", case.display()), cure);
     }
     Ok(())
 }
@@ -107,6 +121,14 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         let rows: Vec<Vec<String>> =
             body.faces.iter().map(|face| vec![face.name.clone(), format!("{:.1} %", 100.0 * face.share)]).collect();
         console.lines(&lines(&["face", "solid"], &rows));
+        for face in body.faces.iter().filter(|face| face.share < HARDLY) {
+            console.warning(&format!(
+                "hardly anything of `{}` is left ({:.2} %): the part may not be held or loaded there like the design; a \
+                 solid skin (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
+                face.name,
+                100.0 * face.share
+            ));
+        }
         if let Some(largest) = body.loose.first() {
             let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
             let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();

@@ -197,6 +197,10 @@ fn load_path_objective_and_run() {
 #[test]
 fn design_and_optimizer() {
     use CaseCode::*;
+    let help = one(28, "bodies", "extrud = \"y\"\nbodies", UnknownKey, "extrud");
+    assert_eq!(help, "did you mean `extrude`?");
+    let region = "passive_solid = { min = [0, 0, 0], max = [1, 1, 1] }\nbodies";
+    assert_eq!(one(28, "bodies", region, WrongType, "{ min"), "write [[design.passive_solid]] for each of them");
     one(28, "[\"plate\"]", "[]", EmptyDesign, "[]");
     one(29, "0.3", "0.0", Fraction, "0.0");
     one(30, "0.3", "1.1", Fraction, "1.1");
