@@ -19,7 +19,7 @@ kills() {
 faults() {
     tests -p slipstick-cli --test program faults
     {
-        printf '| fault | tries | exit codes | runs resumed after the cure, bit for bit |\n|---|---|---|---|\n'
+        printf '| fault | attempts | exit codes | runs resumed bit for bit after the fault was fixed |\n|---|---|---|---|\n'
         cat "$tables"/faults_*.md
     } > "$tables/faults.md"
     put docs/robustness.md faults "$tables/faults.md"

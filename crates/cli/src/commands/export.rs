@@ -81,7 +81,11 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         context.console.text(&format!("written: {}", file.display()));
     }
     let measures = match args.measure {
-        true => Some(measure::run(context, args, &directory, &resolved.case, &mesh, &export.surface)?),
+        true => {
+            // the same surface with and without a part: the borders of its faces would change it
+            let plain = if part.is_some() { design_surface(&mesh, &density, &options)? } else { export };
+            Some(measure::run(context, args, &directory, &resolved.case, &mesh, &plain.surface)?)
+        }
         false => None,
     };
     match (&args.case, part) {

@@ -119,6 +119,8 @@ fn a_part_and_its_promises() {
     let measures = ran.event("measures");
     assert!((measures["member"]["length"].as_f64().expect("a number") - 1.0).abs() < 1e-12, "{measures}");
     assert_eq!(measures["member"], part["part"]["measures"]["member"]);
+    let alone = place.good("export case --threshold 0.5 --measure --json --stl alone.stl").event("measures");
+    assert_eq!(measures["member"], alone["member"]);
     assert!(measures["gap"].is_null() && place.path("case/measures.json").exists());
     assert!(!place.path("case/design.stl").exists(), "only the part was requested");
     let script = place.read("part/mesh.py");

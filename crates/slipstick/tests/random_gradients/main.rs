@@ -163,7 +163,7 @@ impl Tally {
     }
 }
 
-const HEADER: &str = "| | problems | not marched | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
+const HEADER: &str = "| | problems | path not completed | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
                       |---|---|---|---|---|---|---|---|---|---|";
 
 /// Checks the problems of these seeds, prints the results, and asserts that no derivative is wrong;
@@ -280,7 +280,11 @@ fn gradients_of_two_thousand_random_problems() {
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_with_respect_to_variables_of_two_thousand_random_problems() {
     let table = suite(chosen_seeds(), With::Variables);
-    publish("1_variables", "the same, with respect to design variables behind a random chain of maps", &table);
+    publish(
+        "1_variables",
+        "the same, with respect to variables that a random chain of maps turns into densities",
+        &table,
+    );
 }
 
 #[test]
@@ -296,14 +300,18 @@ fn gradients_of_two_hundred_random_load_cases() {
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_five_hundred_random_joints() {
     let table = suite(FIRST_OF_JOINTS..FIRST_OF_JOINTS + 500, With::Densities);
-    publish("4_joints", "ties, offsets, largest shear stresses, pairs that act during a part of the path", &table);
+    publish(
+        "4_joints",
+        "ties, offsets, limits of the shear stress, pairs that are active for part of the path",
+        &table,
+    );
 }
 
 #[test]
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_two_hundred_random_problems_with_quadratic_elements() {
     let table = suite(FIRST_OF_QUADRATIC..FIRST_OF_QUADRATIC + 200, With::Densities);
-    publish("5_quadratic", "hexahedra of 27 and tetrahedra of ten nodes", &table);
+    publish("5_quadratic", "27-node hexahedra and 10-node tetrahedra", &table);
 }
 
 #[test]

@@ -79,7 +79,7 @@ pub(super) fn write(
     let case = case_text(&part, &promised)?;
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
-    tell(context, folder, &part, &promised);
+    tell(context, folder, &part, &promised, &case);
     Ok(())
 }
 
@@ -112,7 +112,7 @@ fn of_body(body: &PartBody) -> Value {
     })
 }
 
-fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
+fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], case: &str) {
     let console = &context.console;
     for body in &part.bodies {
         let (name, size, volume) = (&body.name, digits(body.size), digits(body.volume));
@@ -121,7 +121,9 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         let rows: Vec<Vec<String>> =
             body.faces.iter().map(|face| vec![face.name.clone(), format!("{:.1} %", 100.0 * face.share)]).collect();
         console.lines(&lines(&["face", "solid"], &rows));
-        for face in body.faces.iter().filter(|face| face.share < HARDLY) {
+        // a face that the case does not use is not named in it
+        let used = |name: &str| case.contains(&format!("\"{name}\""));
+        for face in body.faces.iter().filter(|face| face.share < HARDLY && used(&face.name)) {
             console.warning(&format!(
                 "hardly anything of `{}` is left ({:.2} %): the part may not be held or loaded there like the design; a \
                  solid skin (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
