@@ -77,10 +77,11 @@ landing() {
     put docs/designs.md landing "$work/landing.md"
 }
 
-# filters LABEL NAME CASE BODIES RADIUS ITERATIONS: a case with its sensitivity filter, with a density filter of that radius and a
-# projection, and with three designs of the same filter; lines of the table of thicknesses, and pictures.
+# filters LABEL NAME CASE BODIES RADIUS ITERATIONS [settled]: a case with its sensitivity filter, with a density filter of that
+# radius and a projection, and with three designs of the same filter; lines of the table of thicknesses, and pictures.
+# With `settled`, the last two start from the first.
 filters() {
-    local label=$1 case=$3 bodies=$4 radius=$5 iterations=$6 name
+    local label=$1 case=$3 bodies=$4 radius=$5 iterations=$6 start=${7-} name
     local thickness schedule
     thickness=$(awk -v radius="$radius" 'BEGIN { printf "%.2f", radius / 1.134 }')
     schedule=$(awk -v n="$iterations" 'BEGIN {
@@ -90,6 +91,7 @@ filters() {
         [projection]="design.density_filter={ radius = $radius }"
         [three_fields]="design.minimum_thickness=$thickness"
     )
+    local -A title=([sensitivity]='sensitivity filter' [projection]='projection' [three_fields]='three designs')
     for name in sensitivity projection three_fields; do
         local more=() run=$work/$2_$name requested=–
         if [ "$name" != sensitivity ]; then
@@ -98,11 +100,12 @@ filters() {
         else
             cp "$case" "$run.toml"
         fi
+        if [ "$name" != sensitivity ] && [ "$start" = settled ]; then more+=(--design "$work/$2_sensitivity"); fi
         if [ "$name" = three_fields ]; then requested=$thickness; fi
         slipstick optimize "$run.toml" "${more[@]}" --set optimizer.iterations="$iterations" --out "$run" -q
         slipstick export "$run" --measure -q
         slipstick render "$run" --bodies "$bodies" --out "docs/figures/designs_$2_$name.png" --size 560x440 -q
-        python3 - "$run" "$label, ${name/_/ }" "$requested" <<'PYTHON'
+        python3 - "$run" "$label, ${title[$name]}" "$requested" <<'PYTHON'
 import csv, json, sys
 from pathlib import Path
 
@@ -126,7 +129,7 @@ thickness() {
         echo '|---|--:|--:|--:|--:|--:|'
         filters half-ball half_ball cases/half_ball_on_plate/coarse.toml plate 0.34 45
         filters ironing ironing cases/ironing/coarse.toml slab 1.2 60
-        filters clutch clutch cases/clutch/coarse.toml lower,upper 1.2 60
+        filters clutch clutch cases/clutch/coarse.toml lower,upper 1.2 60 settled
     } > "$work/thickness.md"
     put docs/designs.md thickness "$work/thickness.md"
 }
