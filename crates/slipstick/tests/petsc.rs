@@ -15,6 +15,7 @@ use slipstick::build::{Problem, build, build_on};
 use slipstick::case::{PetscPreconditioner, parse_case};
 use slipstick::machine::Machine;
 use slipstick::petsc::Session;
+use slipstick_path::Silent;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -187,7 +188,8 @@ fn agree(machine: &Machine, name: &str, text: &str, seen: &[char]) {
 
 fn solved(mut problem: Problem) -> (f64, Gradients, Vec<String>) {
     let density = random_density(&problem, 7);
-    let forward = common::forward(&mut problem, &density);
+    // on this thread, the only one that may call MPI
+    let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}"));
     let gradients = problem.analysis.gradients(&forward).unwrap_or_else(|e| panic!("{e}"));
     let statuses = status_path(&mut problem, &forward);
     (forward.value, gradients, statuses)
