@@ -89,12 +89,6 @@ impl<'a> Table<'a> {
         Some(value)
     }
 
-    /// Whether there is a value for a key, which it marks as known.
-    pub(super) fn knows(&self, key: &'static str) -> bool {
-        self.known.borrow_mut().push(key);
-        self.has(key)
-    }
-
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }

@@ -86,6 +86,7 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
         json!({
             "command": "optimize", "directory": path, "iterations": optimization.state.iteration,
             "objective": record.objective, "volume_fraction": record.volume_fraction,
+            "violation": record.violation,
             "quantities": quantities, "peak_bytes": memory::peak(),
         }),
     );

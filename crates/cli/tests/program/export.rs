@@ -167,6 +167,11 @@ fn what_is_no_part() {
     place.good("solve case.toml --design start.csv --out case -q");
     place.bad("export case --case part", 2, &["no material is left on `slab_ymin`", "support", "passive_solid"]);
     assert!(!place.path("part").exists());
+    // a corner of one element is above the threshold
+    place.write("start.csv", &layers(0.0, 1.0).replace("\n0,0\n", "\n0,0.52\n"));
+    place.good("solve case.toml --design start.csv --out corner -q");
+    let err = place.good("export corner --case sliver --threshold 0.5 --smooth 0").err;
+    assert!(err.contains("% of `slab_ymin`, which a support or motion needs, is left"), "{err}");
     place.bad("export case --case case --threshold 0.5 --force", 2, &["case holds a run", "another folder"]);
     place.bad("export case --case . --threshold 0.5 --force", 2, &["case.toml is not the case of a part"]);
     assert!(place.read("case/case.toml").contains("[objective]"));

@@ -7,7 +7,7 @@ use slipstick_case::case::{Case, MeshFile, NodeSet, Placement, QuantityKind, Sha
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
-use super::{NamedFace, PartBody, PartError, on_body};
+use super::{NamedFace, PartBody, PartError, Scarce, on_body};
 
 /// A case without a design, and its files and sets.
 pub(super) struct Carried {
@@ -16,7 +16,11 @@ pub(super) struct Carried {
     pub copies: Vec<(String, String)>,
     /// Node sets that are selected again by position.
     pub reselected: Vec<String>,
+    pub scarce: Vec<Scarce>,
 }
+
+/// Share below which hardly anything of a face is left.
+const SCARCE: f64 = 0.01;
 
 /// Gives each surface and set of a body its name in the mesh file: `{body}_{name}`, or the name
 /// itself if it already starts with `{body}_`.
@@ -76,6 +80,7 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
         }
     }
     part.sets.retain(|set| !gone.contains(&set.name));
+    let mut scarce: Vec<Scarce> = Vec::new();
     for (name, used) in uses(&part) {
         let of_case = part.sets.iter().any(|set| set.name == name);
         let of_file = mesh.node_sets.contains_key(&name) && !of_case && designed(&name);
@@ -85,8 +90,14 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
         if gone.contains(&name) {
             return Err(PartError::NoMaterial { name, used });
         }
+        let face = bodies.iter().flat_map(|body| &body.faces).find(|face| face.name == name);
+        if let Some(share) = face.map(|face| face.share).filter(|&share| share < SCARCE)
+            && scarce.iter().all(|known| known.name != name)
+        {
+            scarce.push(Scarce { name, used, share });
+        }
     }
-    Ok(Carried { case: part, copies, reselected })
+    Ok(Carried { case: part, copies, reselected, scarce })
 }
 
 /// Replaces the shapes of the designed bodies and the names of the other bodies' mesh files;

@@ -42,8 +42,21 @@ pub struct Part {
     pub copies: Vec<(String, String)>,
     /// Node sets that the part's case selects again by position.
     pub reselected: Vec<String>,
+    /// Faces that the case needs and of which hardly anything is left.
+    pub scarce: Vec<Scarce>,
     /// The surface of the design, as exported.
     pub export: Export,
+}
+
+/// A face with a share of less than 1 % that the case needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scarce {
+    /// Its name.
+    pub name: String,
+    /// What needs it, for example "a support or motion".
+    pub used: String,
+    /// As [`NamedFace::share`].
+    pub share: f64,
 }
 
 /// A designed body as a surface of patches.
@@ -121,7 +134,14 @@ pub fn part(
         })
         .collect::<Result<Vec<_>, _>>()?;
     let carried = carry::carried(case, mesh, &faces, &bodies)?;
-    Ok(Part { bodies, case: carried.case, copies: carried.copies, reselected: carried.reselected, export })
+    Ok(Part {
+        bodies,
+        case: carried.case,
+        copies: carried.copies,
+        reselected: carried.reselected,
+        scarce: carried.scarce,
+        export,
+    })
 }
 
 fn part_body(

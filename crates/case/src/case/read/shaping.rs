@@ -131,7 +131,7 @@ fn symmetry(table: Table<'_>, bodies: &[String]) -> Option<DesignSymmetry> {
 }
 
 pub(super) fn extrude(table: &Table<'_>) -> Option<Direction> {
-    table.knows("extrude").then(|| axis_or_vector(table, "extrude"))
+    table.value("extrude").map(|_| axis_or_vector(table, "extrude"))
 }
 
 pub(super) fn patterns(table: &Table<'_>, bodies: &[String]) -> Vec<Pattern> {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use slipstick::case::{Case, Promise};
 use slipstick::output::write_atomically;
-use slipstick::part::{LoosePiece, Part, PartBody, SCRIPT, write_script, write_surface};
+use slipstick::part::{LoosePiece, Part, PartBody, SCRIPT, Scarce, write_script, write_surface};
 use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::counted;
 
@@ -18,9 +18,6 @@ use crate::{Context, Outcome};
 
 /// The file with all numbers of the part.
 const RECORD: &str = "part.json";
-
-/// Share of a face below which a warning says that it is hardly left.
-const HARDLY: f64 = 0.01;
 
 /// Refuses the folder of a run, and a folder that has a case, unless it is the case of a part and may
 /// be replaced.
@@ -79,7 +76,7 @@ pub(super) fn write(
     let case = case_text(&part, &promised)?;
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
-    tell(context, folder, &part, &promised, &case);
+    tell(context, folder, &part, &promised);
     Ok(())
 }
 
@@ -112,7 +109,7 @@ fn of_body(body: &PartBody) -> Value {
     })
 }
 
-fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], case: &str) {
+fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
     let console = &context.console;
     for body in &part.bodies {
         let (name, size, volume) = (&body.name, digits(body.size), digits(body.volume));
@@ -121,16 +118,6 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], cas
         let rows: Vec<Vec<String>> =
             body.faces.iter().map(|face| vec![face.name.clone(), format!("{:.1} %", 100.0 * face.share)]).collect();
         console.lines(&lines(&["face", "solid"], &rows));
-        // a face that the case does not use is not named in it
-        let used = |name: &str| case.contains(&format!("\"{name}\""));
-        for face in body.faces.iter().filter(|face| face.share < HARDLY && used(&face.name)) {
-            console.warning(&format!(
-                "hardly anything of `{}` is left ({:.2} %): the part may not be held or loaded there like the design; a \
-                 solid skin (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
-                face.name,
-                100.0 * face.share
-            ));
-        }
         if let Some(largest) = body.loose.first() {
             let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
             let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
@@ -141,6 +128,13 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], cas
                 at.join(", ")
             ));
         }
+    }
+    for Scarce { name, used, share } in &part.scarce {
+        console.warning(&format!(
+            "only {:.2} % of `{name}`, which {used} needs, is left: the part may not be held or loaded like the design; a \
+             solid skin there (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
+            100.0 * share
+        ));
     }
     for name in &part.reselected {
         console.warning(&format!(
