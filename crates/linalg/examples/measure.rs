@@ -20,6 +20,8 @@ use std::time::Instant;
 const SOLVES: usize = 10;
 
 fn main() -> Result<(), Box<dyn Error>> {
+    // as in the program, the main thread takes part in parallel loops
+    rayon::ThreadPoolBuilder::new().use_current_thread().build_global()?;
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().ok_or("arguments: FILE [f64|f32] [factorizations]")?;
     let precision = match arguments.next().as_deref() {

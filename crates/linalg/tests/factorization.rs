@@ -310,12 +310,14 @@ fn blocks(sizes: &[usize], coupled: impl Fn(usize, usize) -> bool) -> CsrMatrix 
     csr(&(0..n).map(row).collect::<Vec<_>>(), (0..n as u32).collect())
 }
 
-/// By hand: a front of p pivots and r rows beyond has p (p + 2 r) entries and takes ⅔ p³ + 2 p²
-/// r + 2 p r² operations. A dense matrix is one front; of two blocks of 100 that a third one of 30
+/// By hand: a front of p pivots and r rows beyond takes ⅔ p³ + 2 p² r + 2 p r² operations. Each of its
+/// two factors has P (P + 1) / 2 + P R tiles of 8 × 8 entries, with P = p / 8 and R = r / 8, rounded up. A dense matrix is one front; of two blocks of 100 that a third one of 30
 /// joins, one leaves its 30 rows to the front of the others.
 #[test]
 fn entries_and_operations_are_those_of_the_fronts() {
-    let front = |p: f64, r: f64| [p * (p + 2.0 * r), 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r];
+    let tiles = |p: f64, r: f64| p * (p + 1.0) / 2.0 + p * r;
+    let entries = |p: f64, r: f64| 2.0 * 64.0 * tiles((p / 8.0).ceil(), (r / 8.0).ceil());
+    let front = |p: f64, r: f64| [entries(p, r), 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r];
     let (one, other) = (front(100.0, 30.0), front(130.0, 0.0));
     for (a, fronts, [entries, operations]) in [
         (blocks(&[60], |_, _| true), 1, front(60.0, 0.0)),

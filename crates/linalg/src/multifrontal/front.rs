@@ -8,6 +8,7 @@
 use super::buffers::Buffers;
 use super::scalar::Scalar;
 use super::symbolic::{Entry, MISSING, Structure, Supernode, front_operations, local};
+use super::trapezoid::Trapezoid;
 use super::{PIVOT_THRESHOLD, dense, pivoting};
 use faer::prelude::ReborrowMut;
 use faer::{MatMut, MatRef};
@@ -22,54 +23,47 @@ pub(super) const COLUMNS_PER_TASK: usize = 32;
 /// No column.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Factors of one front: q pivots, t rows and columns beyond (delayed ones, then
-/// [`Supernode::rows`]). Unknowns are in the permuted numbering; matrices are column-major.
-///
-/// If the front is symmetric, `lu` has Cholesky's factor L11 in its lower triangle, `lower` is
-/// L21 = F21 L11⁻ᵀ, and `upper`, which would be its transpose, is empty.
+/// Factors of one front: its pivots, and rows and columns beyond (delayed ones, then
+/// [`Supernode::rows`]). Unknowns are in the permuted numbering.
 #[derive(Debug)]
 pub(super) struct Front<T> {
     pub pivot_rows: Vec<u32>,
     pub pivot_columns: Vec<u32>,
     pub delayed_rows: Vec<u32>,
     pub delayed_columns: Vec<u32>,
-    /// L11 (unit diagonal not stored) and U11, q × q.
-    pub lu: Vec<T>,
-    /// U12, q × t.
-    pub upper: Vec<T>,
-    /// L21, t × q.
-    pub lower: Vec<T>,
-    /// Whether the factors are those of Cholesky.
-    pub symmetric: bool,
+    /// L11 over L21: Cholesky's factor if the front is symmetric, otherwise with a unit diagonal.
+    pub lower: Trapezoid<T>,
+    /// The transpose of U11 beside U12; none if the front is symmetric.
+    pub upper: Option<Trapezoid<T>>,
     /// Largest entry of U11 and U12, or of L11 and L21.
     pub growth: f64,
+    /// Size and column of the smallest pivot.
+    pub smallest_pivot: Option<(f64, u32)>,
 }
 
 impl<T: Scalar> Front<T> {
-    /// Size and column of the smallest pivot.
-    pub fn smallest_pivot(&self) -> Option<(f64, u32)> {
-        let q = self.pivot_columns.len();
-        let diagonal = (0..q).map(|i| self.lu[i + i * q].absolute().to_f64());
-        let pivots = diagonal.map(|l| if self.symmetric { l * l } else { l });
-        pivots.zip(self.pivot_columns.iter().copied()).min_by(|a, b| a.0.total_cmp(&b.0))
+    pub fn is_symmetric(&self) -> bool {
+        self.upper.is_none()
     }
 
     pub fn entries(&self) -> usize {
-        self.lu.len() + self.upper.len() + self.lower.len()
+        self.lower.entries() + self.upper.as_ref().map_or(0, Trapezoid::entries)
     }
 
-    /// Entries that a substitution reads; in a symmetric front, it reads L21 twice.
+    /// Entries that a substitution reads: those of a symmetric front twice.
     pub fn entries_read(&self) -> usize {
-        let twice = if self.symmetric { self.lower.len() } else { 0 };
-        self.entries() + twice
+        self.lower.entries() + self.upper.as_ref().unwrap_or(&self.lower).entries()
     }
 
     /// Floating-point operations of the factorization.
     pub fn operations(&self) -> f64 {
-        let q = self.pivot_rows.len();
-        let beyond = self.lower.len().checked_div(q).unwrap_or(0);
-        front_operations(q as f64, beyond as f64, self.symmetric)
+        front_operations(self.pivot_rows.len() as f64, self.lower.beyond() as f64, self.is_symmetric())
     }
+}
+
+/// The smallest pivot among the `pivots` on the diagonal, and its column.
+pub(super) fn smallest(pivots: impl Iterator<Item = f64>, columns: &[u32]) -> Option<(f64, u32)> {
+    pivots.zip(columns.iter().copied()).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Which entries of a contribution have been computed.
@@ -278,17 +272,15 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         let schur = MatMut::from_column_major_slice_mut(&mut f22, r, r);
         let multipliers = MatRef::from_column_major_slice(&lower, r, p);
         dense::subtract_product(schur, multipliers, upper.as_ref());
-        let growth = dense::largest(&lu).max(dense::largest(&f12));
         let front = Front {
             pivot_rows: order.iter().map(|&i| self.rows[i as usize]).collect(),
             pivot_columns: self.columns.clone(),
             delayed_rows: Vec::new(),
             delayed_columns: Vec::new(),
-            lu,
-            upper: f12,
-            lower,
-            symmetric: false,
-            growth,
+            lower: Trapezoid::of_unit_lower(&lu, &lower, p),
+            upper: Some(Trapezoid::of_upper(&lu, &f12, p)),
+            growth: dense::largest(&lu).max(dense::largest(&f12)),
+            smallest_pivot: smallest((0..p).map(|i| lu[i + i * p].absolute().to_f64()), &self.columns),
         };
         let content = if symmetric { Content::Symmetric } else { Content::All };
         Ok((front, Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: f22, content }))
@@ -326,17 +318,15 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         });
         let rows: Vec<u32> = done.row_order.iter().map(|&i| self.rows[i]).collect();
         let columns: Vec<u32> = done.column_order.iter().map(|&j| self.columns[j]).collect();
-        let growth = dense::largest(&lu).max(dense::largest(&upper));
         let front = Front {
             pivot_rows: rows[..q].to_vec(),
             pivot_columns: columns[..q].to_vec(),
             delayed_rows: rows[q..].to_vec(),
             delayed_columns: columns[q..].to_vec(),
-            lu,
-            upper,
-            lower,
-            symmetric: false,
-            growth,
+            lower: Trapezoid::of_unit_lower(&lu, &lower, q),
+            upper: Some(Trapezoid::of_upper(&lu, &upper, q)),
+            growth: dense::largest(&lu).max(dense::largest(&upper)),
+            smallest_pivot: smallest((0..q).map(|i| lu[i + i * q].absolute().to_f64()), &columns),
         };
         buffers.put(f22);
         let (delayed_rows, delayed_columns) = (rows[q..].to_vec(), columns[q..].to_vec());

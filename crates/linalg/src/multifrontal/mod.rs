@@ -28,7 +28,6 @@
 mod buffers;
 mod dense;
 mod front;
-mod kernels;
 mod numeric;
 mod ordering;
 mod pivoting;
@@ -37,6 +36,7 @@ mod solve;
 mod sweep;
 mod symbolic;
 mod symmetric;
+mod trapezoid;
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::scaling::Scaling;
@@ -222,10 +222,10 @@ impl<T: Scalar> Numeric<T> {
         }
         let (smallest_pivot, weakest) = fronts
             .iter()
-            .filter_map(Front::smallest_pivot)
+            .filter_map(|front| front.smallest_pivot)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((f64::INFINITY, 0));
-        let symmetric = fronts.iter().filter(|front| front.symmetric);
+        let symmetric = fronts.iter().filter(|front| front.is_symmetric());
         let statistics = FactorStatistics {
             fronts: fronts.len(),
             factor_entries: fronts.iter().map(Front::entries).sum(),

@@ -1,6 +1,8 @@
 //! The number formats of the factors.
 
+use super::trapezoid::SIDE;
 use faer::traits::RealField;
+use pulp::Simd;
 
 /// Single or double precision.
 pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
@@ -13,9 +15,18 @@ pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
     const SYMMETRY: f64;
     const ZERO: Self;
     const ONE: Self;
+    /// A register.
+    type Vector<S: Simd>: Copy;
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
     fn absolute(self) -> Self;
+    /// The registers for a column of a tile.
+    fn vectors<S: Simd>(x: &[Self; SIDE]) -> &[Self::Vector<S>];
+    fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S>;
+    /// a b + c, with or without rounding of the product.
+    fn multiply_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
+    /// Sum of the lanes.
+    fn total<S: Simd>(simd: S, x: Self::Vector<S>) -> Self;
 }
 
 impl Scalar for f64 {
@@ -33,6 +44,23 @@ impl Scalar for f64 {
     fn absolute(self) -> Self {
         self.abs()
     }
+    type Vector<S: Simd> = S::f64s;
+    #[inline(always)]
+    fn vectors<S: Simd>(x: &[Self; SIDE]) -> &[Self::Vector<S>] {
+        S::as_simd_f64s(x).0
+    }
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S> {
+        simd.splat_f64s(x)
+    }
+    #[inline(always)]
+    fn multiply_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+        simd.mul_add_e_f64s(a, b, c)
+    }
+    #[inline(always)]
+    fn total<S: Simd>(simd: S, x: S::f64s) -> Self {
+        simd.reduce_sum_f64s(x)
+    }
 }
 
 impl Scalar for f32 {
@@ -49,5 +77,22 @@ impl Scalar for f32 {
     #[inline(always)]
     fn absolute(self) -> Self {
         self.abs()
+    }
+    type Vector<S: Simd> = S::f32s;
+    #[inline(always)]
+    fn vectors<S: Simd>(x: &[Self; SIDE]) -> &[Self::Vector<S>] {
+        S::as_simd_f32s(x).0
+    }
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S> {
+        simd.splat_f32s(x)
+    }
+    #[inline(always)]
+    fn multiply_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
+        simd.mul_add_e_f32s(a, b, c)
+    }
+    #[inline(always)]
+    fn total<S: Simd>(simd: S, x: S::f32s) -> Self {
+        simd.reduce_sum_f32s(x)
     }
 }

@@ -10,9 +10,9 @@
 
 use super::Numeric;
 use super::front::Front;
-use super::kernels;
 use super::scalar::Scalar;
 use super::symbolic::Structure;
+use super::trapezoid::{Trapezoid, padded};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -28,7 +28,7 @@ pub(super) struct Plan {
     tasks: Vec<Task>,
     /// Fronts above the tasks, in postorder.
     top: Vec<usize>,
-    /// First pivot of each front in the order of elimination, then their total number.
+    /// Start of each front's pivots in the order of elimination, [`padded`], then their total length.
     starts: Vec<usize>,
 }
 
@@ -47,7 +47,7 @@ impl Plan {
         let mut starts = vec![0];
         let mut entries: Vec<usize> = fronts.iter().map(Front::entries).collect();
         for (k, front) in fronts.iter().enumerate() {
-            starts.push(starts[k] + front.pivot_rows.len());
+            starts.push(starts[k] + padded(front.pivot_rows.len()));
             if let Some(parent) = structure.supernodes[k].parent {
                 entries[parent] += entries[k];
             }
@@ -91,7 +91,7 @@ impl<T: Scalar> View<'_, T> {
         if i < past { &mut self.own[i..i + self.columns] } else { &mut self.beyond[i - past..i - past + self.columns] }
     }
 
-    /// The entries of some unknowns, as columns.
+    /// The entries of some unknowns, as columns of length `rows`.
     fn gather(&mut self, unknowns: impl Iterator<Item = usize>, rows: usize, to: &mut [T]) {
         for (i, unknown) in unknowns.enumerate() {
             for (j, x) in self.at(unknown).iter().enumerate() {
@@ -104,7 +104,8 @@ impl<T: Scalar> View<'_, T> {
 impl<T: Scalar> Numeric<T> {
     /// Solves in place, in the permuted numbering, for interleaved right-hand sides.
     pub(super) fn sweep(&self, transpose: bool, columns: usize, x: &mut [T]) {
-        let mut y = vec![T::ZERO; x.len()];
+        let length = columns * self.plan.starts[self.fronts.len()];
+        let mut y = vec![T::ZERO; length];
         self.forward(transpose, columns, x, &mut y);
         self.backward(transpose, columns, x, &mut y);
     }
@@ -189,25 +190,16 @@ impl<T: Scalar> Numeric<T> {
 
     fn forward_front(&self, transpose: bool, k: usize, x: &mut View<'_, T>, w: &mut [T], update: &mut Vec<T>) {
         let front = &self.fronts[k];
-        let (pivots, delayed) = if transpose {
-            (&front.pivot_columns, &front.delayed_columns)
+        let (pivots, delayed, factor) = if transpose {
+            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
         } else {
-            (&front.pivot_rows, &front.delayed_rows)
+            (&front.pivot_rows, &front.delayed_rows, &front.lower)
         };
-        let (q, rows) = (pivots.len(), delayed.len() + self.structure.supernodes[k].rows.len());
-        x.gather(pivots.iter().map(|&i| i as usize), q, w);
+        x.gather(pivots.iter().map(|&i| i as usize), padded(pivots.len()), w);
+        let rows = padded(factor.beyond());
         update.clear();
         update.resize(rows * x.columns, T::ZERO);
-        if front.symmetric {
-            kernels::solve_lower(&front.lu, q, w);
-            kernels::subtract_product(&front.lower, rows, w, update);
-        } else if transpose {
-            kernels::solve_upper_transposed(&front.lu, q, w);
-            kernels::subtract_transposed_product(&front.upper, q, w, update);
-        } else {
-            kernels::solve_unit_lower(&front.lu, q, w);
-            kernels::subtract_product(&front.lower, rows, w, update);
-        }
+        factor.forward(x.columns, w, update);
         for (i, unknown) in self.beyond(k, delayed).enumerate() {
             for (j, x) in x.at(unknown).iter_mut().enumerate() {
                 *x += update[j * rows + i];
@@ -217,25 +209,16 @@ impl<T: Scalar> Numeric<T> {
 
     fn backward_front(&self, transpose: bool, k: usize, x: &mut View<'_, T>, w: &mut [T], known: &mut Vec<T>) {
         let front = &self.fronts[k];
-        let (pivots, delayed) = if transpose {
-            (&front.pivot_rows, &front.delayed_rows)
+        let (pivots, delayed, factor): (_, _, &Trapezoid<T>) = if transpose {
+            (&front.pivot_rows, &front.delayed_rows, &front.lower)
         } else {
-            (&front.pivot_columns, &front.delayed_columns)
+            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
         };
-        let (q, rows) = (pivots.len(), delayed.len() + self.structure.supernodes[k].rows.len());
+        let (q, rows) = (padded(pivots.len()), padded(factor.beyond()));
         known.clear();
         known.resize(rows * x.columns, T::ZERO);
         x.gather(self.beyond(k, delayed), rows, known);
-        if front.symmetric {
-            kernels::subtract_transposed_product(&front.lower, rows, known, w);
-            kernels::solve_lower_transposed(&front.lu, q, w);
-        } else if transpose {
-            kernels::subtract_transposed_product(&front.lower, rows, known, w);
-            kernels::solve_unit_lower_transposed(&front.lu, q, w);
-        } else {
-            kernels::subtract_product(&front.upper, q, known, w);
-            kernels::solve_upper(&front.lu, q, w);
-        }
+        factor.backward(x.columns, w, known);
         for (i, &unknown) in pivots.iter().enumerate() {
             for (j, x) in x.at(unknown as usize).iter_mut().enumerate() {
                 *x = w[j * q + i];

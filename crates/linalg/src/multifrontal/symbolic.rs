@@ -1,6 +1,7 @@
 //! Elimination tree, supernodes, and positions of matrix entries in the fronts.
 
 use super::ordering::QuotientGraph;
+use super::trapezoid;
 use crate::csr::CsrPattern;
 use std::sync::Arc;
 
@@ -42,11 +43,6 @@ pub(super) struct Entry {
 
 /// No such entry.
 pub(super) const MISSING: u32 = u32::MAX;
-
-/// Entries of the factors of a front with `p` pivots and `r` rows beyond.
-pub(super) fn front_entries(p: f64, r: f64, symmetric: bool) -> f64 {
-    p * (p + if symmetric { r } else { 2.0 * r })
-}
 
 /// Floating-point operations for them: LU, or Cholesky for a symmetric front.
 pub(super) fn front_operations(p: f64, r: f64, symmetric: bool) -> f64 {
@@ -136,8 +132,11 @@ impl Structure {
 
     /// Entries of L and U, and floating-point operations.
     pub fn size(&self) -> (f64, f64) {
-        let entries = |s: &Supernode| front_entries(s.pivots as f64, s.rows.len() as f64, s.symmetric);
-        (self.supernodes.iter().map(entries).sum(), self.operations)
+        let of_front = |s: &Supernode| {
+            let trapezoid = trapezoid::entries(s.pivots, s.rows.len());
+            if s.symmetric { trapezoid } else { 2 * trapezoid }
+        };
+        (self.supernodes.iter().map(of_front).sum::<usize>() as f64, self.operations)
     }
 
     fn place_entries(mut self, pattern: &CsrPattern) -> Self {

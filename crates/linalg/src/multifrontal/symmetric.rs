@@ -15,10 +15,11 @@
 use super::buffers::Buffers;
 use super::dense;
 use super::front::{
-    Assembly, COLUMNS_PER_TASK, Child, Content, Contribution, Front, NONE, Rejected, Run, WORTH_SHARING,
+    Assembly, COLUMNS_PER_TASK, Child, Content, Contribution, Front, NONE, Rejected, Run, WORTH_SHARING, smallest,
 };
 use super::scalar::Scalar;
 use super::symbolic::Entry;
+use super::trapezoid::Trapezoid;
 use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
@@ -31,10 +32,10 @@ impl<T: Scalar> Assembly<'_, T> {
         let (p, r) = (self.rows.len(), self.beyond);
         let (mut lu, mut lower) = self.lower_triangle();
         let pivot = |lu: &[T], i: usize| lu[i + i * p].to_f64();
-        let smallest = T::SMALLEST_PIVOT;
-        if !(0..p).all(|i| pivot(&lu, i) >= smallest)
+        let least = T::SMALLEST_PIVOT;
+        if !(0..p).all(|i| pivot(&lu, i) >= least)
             || !dense::cholesky(MatMut::from_column_major_slice_mut(&mut lu, p, p))
-            || !(0..p).all(|i| pivot(&lu, i).powi(2) >= smallest)
+            || !(0..p).all(|i| pivot(&lu, i).powi(2) >= least)
         {
             return Err(Rejected);
         }
@@ -54,11 +55,10 @@ impl<T: Scalar> Assembly<'_, T> {
             pivot_columns: self.columns.clone(),
             delayed_rows: Vec::new(),
             delayed_columns: Vec::new(),
-            lu,
-            upper: Vec::new(),
-            lower,
-            symmetric: true,
+            lower: Trapezoid::of_lower(&lu, &lower, p),
+            upper: None,
             growth,
+            smallest_pivot: smallest((0..p).map(|i| pivot(&lu, i).powi(2)), &self.columns),
         };
         let (delayed_rows, delayed_columns) = (Vec::new(), Vec::new());
         let contribution = Contribution { delayed_rows, delayed_columns, values: f22, content: Content::LowerTriangle };

@@ -1,0 +1,437 @@
+//! The factors of a front in the layout in which substitutions read them.
+//!
+//! Each is a lower trapezoid: a triangle over the pivots and the rows beyond. It is divided into
+//! panels of eight columns, and these into square tiles, in the order in which a substitution visits
+//! them, so that memory is read as one stream without remainders. The diagonal tiles are stored
+//! inverted: solving with them is a product.
+//!
+//! ```text
+//!   [ D₀⁻¹            ]     x₀ ← D₀⁻¹ x₀,  then x ← x − L x₀ in the rows below,
+//!   [ L₁₀  D₁⁻¹       ]     panel by panel; the transposed solve runs backward
+//!   [ L₂₀  L₂₁  D₂⁻¹  ]
+//!   [ Lₜ₀  Lₜ₁  Lₜ₂   ]     rows beyond
+//! ```
+//!
+//! The kernels are compiled for the instruction sets found at run time. Several right-hand sides are
+//! the columns of a matrix: each tile is read once for all of them, and every column is computed as
+//! it would be alone, bit for bit. Threads share large trapezoids; every entry of the result is
+//! computed in the same way by any number of threads.
+
+use super::scalar::Scalar;
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+use smallvec::SmallVec;
+use std::ops::Range;
+
+/// Rows and columns of a tile.
+pub(super) const SIDE: usize = 8;
+
+/// Number of tiles from which threads share a trapezoid, and from which they share the products with
+/// some of its panels.
+const WORTH_SHARING: usize = 3200;
+const WORTH_SPLITTING: usize = 1600;
+
+/// Panels of a shared trapezoid that are solved by one thread before the others are updated.
+const TOGETHER: usize = 16;
+
+/// Tiles of a panel that a thread treats at a time.
+const BLOCK: usize = 32;
+
+/// A square matrix, column-major.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Tile<T>([[T; SIDE]; SIDE]);
+
+/// Lower trapezoid, with `pivots` columns and `beyond` further rows. Both are padded to whole tiles:
+/// by a unit matrix on the diagonal, and by zeros elsewhere.
+#[derive(Debug)]
+pub(super) struct Trapezoid<T> {
+    pivots: usize,
+    beyond: usize,
+    tiles: Vec<Tile<T>>,
+}
+
+/// The length of a vector in whole tiles.
+pub(super) fn padded(length: usize) -> usize {
+    length.next_multiple_of(SIDE)
+}
+
+/// Entries of a trapezoid.
+pub(super) fn entries(pivots: usize, beyond: usize) -> usize {
+    let (panels, beyond) = (pivots.div_ceil(SIDE), beyond.div_ceil(SIDE));
+    SIDE * SIDE * (panels * (panels + 1) / 2 + panels * beyond)
+}
+
+/// Right-hand sides, or the same rows of each.
+type Columns<'a, T> = SmallVec<[&'a mut [T]; 1]>;
+
+impl<T: Scalar> Trapezoid<T> {
+    /// The triangle on and below the diagonal of a column-major square matrix, with the rows `beyond`
+    /// below.
+    pub fn of_lower(triangle: &[T], beyond: &[T], pivots: usize) -> Self {
+        let rows = beyond.len().checked_div(pivots).unwrap_or(0);
+        let entry = |i, j| if i < pivots { triangle[i + j * pivots] } else { beyond[i - pivots + j * rows] };
+        Self::new(pivots, rows, entry)
+    }
+
+    /// The same with ones on the diagonal.
+    pub fn of_unit_lower(triangle: &[T], beyond: &[T], pivots: usize) -> Self {
+        let rows = beyond.len().checked_div(pivots).unwrap_or(0);
+        Self::new(pivots, rows, |i, j| match i {
+            _ if i == j => T::ONE,
+            _ if i < pivots => triangle[i + j * pivots],
+            _ => beyond[i - pivots + j * rows],
+        })
+    }
+
+    /// The transpose of the triangle on and above the diagonal of a column-major square matrix, and of
+    /// the columns `beyond` to its right.
+    pub fn of_upper(triangle: &[T], beyond: &[T], pivots: usize) -> Self {
+        let columns = beyond.len().checked_div(pivots).unwrap_or(0);
+        let entry = |i, j| if i < pivots { triangle[j + i * pivots] } else { beyond[j + (i - pivots) * pivots] };
+        Self::new(pivots, columns, entry)
+    }
+
+    /// `entry` returns the entry in row i and column j ≤ i.
+    fn new(pivots: usize, beyond: usize, entry: impl Fn(usize, usize) -> T) -> Self {
+        let (panels, below) = (pivots.div_ceil(SIDE), beyond.div_ceil(SIDE));
+        let mut tiles = Vec::with_capacity(entries(pivots, beyond) / (SIDE * SIDE));
+        // rows from `first` to `end`, at most one tile
+        let tile = |panel: usize, first: usize, end: usize| {
+            let mut tile = Tile([[T::ZERO; SIDE]; SIDE]);
+            let columns = SIDE * panel..pivots.min(SIDE * (panel + 1));
+            for (j, to) in columns.zip(&mut tile.0) {
+                (first..end.min(first + SIDE)).zip(to).for_each(|(i, to)| *to = entry(i, j));
+            }
+            tile
+        };
+        for panel in 0..panels {
+            tiles.push(inverse(SIDE * panel, pivots, &entry));
+            tiles.extend((panel + 1..panels).map(|row| tile(panel, SIDE * row, pivots)));
+            tiles.extend((0..below).map(|row| tile(panel, pivots + SIDE * row, pivots + beyond)));
+        }
+        Self { pivots, beyond, tiles }
+    }
+
+    /// Number of rows below the triangle.
+    pub fn beyond(&self) -> usize {
+        self.beyond
+    }
+
+    /// Number of stored entries.
+    pub fn entries(&self) -> usize {
+        SIDE * SIDE * self.tiles.len()
+    }
+
+    fn panels(&self) -> usize {
+        self.pivots.div_ceil(SIDE)
+    }
+
+    /// Tiles of a panel, from the diagonal down.
+    fn panel(&self, panel: usize) -> &[Tile<T>] {
+        let rows = self.panels() + self.beyond.div_ceil(SIDE);
+        let start = |panel: usize| panel * rows - panel * panel.saturating_sub(1) / 2;
+        &self.tiles[start(panel)..start(panel + 1)]
+    }
+
+    /// Groups of panels that are solved by one thread.
+    fn groups(&self) -> impl DoubleEndedIterator<Item = Range<usize>> {
+        let panels = self.panels();
+        let size = if self.tiles.len() < WORTH_SHARING { panels.max(1) } else { TOGETHER };
+        (0..panels.div_ceil(size)).map(move |k| k * size..((k + 1) * size).min(panels))
+    }
+
+    /// Solves with the triangle in `head`, and subtracts the products with the rows beyond from `tail`.
+    /// Both contain `columns` columns of [`padded`] length, with zeros at the end.
+    pub fn forward(&self, columns: usize, head: &mut [T], tail: &mut [T]) {
+        let (mut head, mut tail) = (divide(head, columns), divide(tail, columns));
+        for group in self.groups() {
+            vectorized(
+                #[inline(always)]
+                || {
+                    for p in group.clone() {
+                        for x in &mut head {
+                            self.eliminate(p, group.end, x);
+                        }
+                    }
+                },
+            );
+            let (solved, mut rest): (Vec<&[T]>, Columns<'_, T>) = (head.iter_mut())
+                .map(|x| {
+                    let (solved, rest) = x.split_at_mut(SIDE * group.end);
+                    (&solved[SIDE * group.start..], rest)
+                })
+                .unzip();
+            self.subtract_products(&group, group.end, &solved, &mut rest);
+            self.subtract_products(&group, self.panels(), &solved, &mut tail);
+        }
+    }
+
+    /// Solves with the transpose of the triangle in `head`, after subtracting the products of the
+    /// transposed rows beyond with `tail`.
+    pub fn backward(&self, columns: usize, head: &mut [T], tail: &[T]) {
+        let mut head = divide(head, columns);
+        let tail: SmallVec<[&[T]; 1]> = match tail.len() / columns {
+            0 => (0..columns).map(|_| [].as_slice()).collect(),
+            length => tail.chunks_exact(length).collect(),
+        };
+        for group in self.groups().rev() {
+            let outside = group.len() * (self.panels() - group.end + self.beyond.div_ceil(SIDE));
+            let split = self.tiles.len() >= WORTH_SHARING && outside >= WORTH_SPLITTING;
+            if split {
+                for (x, tail) in head.iter_mut().zip(&tail) {
+                    let (own, below) = x.split_at_mut(SIDE * group.end);
+                    let (below, tail) = (&*below, *tail);
+                    own[SIDE * group.start..].par_chunks_exact_mut(SIDE).zip(group.clone()).for_each(|(own, p)| {
+                        let panel = self.panel(p);
+                        let (of_below, of_tail) = (&panel[group.end - p..], &panel[self.panels() - p..]);
+                        pulp::Arch::new().dispatch(SubtractSums { own, terms: [(of_below, below), (of_tail, tail)] });
+                    });
+                }
+            }
+            pulp::Arch::new().dispatch(Backward { trapezoid: self, group, split, head: &mut head, tail: &tail });
+        }
+    }
+
+    /// Solves with the diagonal tile of a panel, and subtracts the products from the rows above `end`.
+    #[inline(always)]
+    fn eliminate(&self, panel: usize, end: usize, x: &mut [T]) {
+        let (own, below) = x[SIDE * panel..SIDE * end].split_at_mut(SIDE);
+        let tiles = self.panel(panel);
+        let mut solved = [T::ZERO; SIDE];
+        add_product(&tiles[0], own, &mut solved);
+        own.copy_from_slice(&solved);
+        let opposite = solved.map(|x| -x);
+        for (tile, x) in tiles[1..].iter().zip(below.as_chunks_mut().0) {
+            add_product(tile, &opposite, x);
+        }
+    }
+
+    /// Subtracts the products of a group of panels, from row tile `first` on, with its `solved` rows.
+    fn subtract_products(&self, group: &Range<usize>, first: usize, solved: &[&[T]], x: &mut [&mut [T]]) {
+        let tiles = x.first().map_or(0, |x| x.len() / SIDE);
+        if tiles == 0 {
+            return;
+        }
+        let some = |(block, mut x): (usize, Columns<'_, T>)| {
+            let start = first + BLOCK * block;
+            vectorized(
+                #[inline(always)]
+                || {
+                    for (k, p) in group.clone().enumerate() {
+                        for (solved, x) in solved.iter().zip(&mut x) {
+                            let mut opposite = [T::ZERO; SIDE];
+                            opposite.iter_mut().zip(&solved[SIDE * k..]).for_each(|(to, x)| *to = -*x);
+                            for (tile, x) in self.panel(p)[start - p..].iter().zip(x.as_chunks_mut().0) {
+                                add_product(tile, &opposite, x);
+                            }
+                        }
+                    }
+                },
+            );
+        };
+        let mut blocks: Vec<Columns<'_, T>> = Vec::with_capacity(tiles.div_ceil(BLOCK));
+        for column in x {
+            for (number, block) in column.chunks_mut(SIDE * BLOCK).enumerate() {
+                match blocks.get_mut(number) {
+                    Some(columns) => columns.push(block),
+                    None => blocks.push(std::iter::once(block).collect()),
+                }
+            }
+        }
+        if self.tiles.len() >= WORTH_SHARING && group.len() * tiles >= WORTH_SPLITTING {
+            blocks.into_par_iter().enumerate().for_each(some);
+        } else {
+            blocks.into_iter().enumerate().for_each(some);
+        }
+    }
+}
+
+/// The inverse of the diagonal tile that starts at row `first`.
+fn inverse<T: Scalar>(first: usize, pivots: usize, entry: &impl Fn(usize, usize) -> T) -> Tile<T> {
+    let mut lower = [[0.0; SIDE]; SIDE];
+    for i in 0..SIDE {
+        let inside = first + i < pivots;
+        lower[i][i] = if inside { entry(first + i, first + i).to_f64() } else { 1.0 };
+        (0..i).filter(|_| inside).for_each(|j| lower[i][j] = entry(first + i, first + j).to_f64());
+    }
+    let mut tile = Tile([[T::ZERO; SIDE]; SIDE]);
+    for (j, column) in tile.0.iter_mut().enumerate() {
+        let mut x = [0.0; SIDE];
+        for i in j..SIDE {
+            let known: f64 = (j..i).map(|k| lower[i][k] * x[k]).sum();
+            x[i] = (if i == j { 1.0 } else { 0.0 } - known) / lower[i][i];
+            column[i] = T::from_f64(x[i]);
+        }
+    }
+    tile
+}
+
+fn divide<T>(x: &mut [T], columns: usize) -> Columns<'_, T> {
+    let length = x.len() / columns;
+    match length {
+        0 => (0..columns).map(|_| [].as_mut_slice()).collect(),
+        _ => x.chunks_exact_mut(length).collect(),
+    }
+}
+
+fn vectorized(run: impl FnOnce()) {
+    pulp::Arch::new().dispatch(run);
+}
+
+/// y ← y + A x, in two sums that do not wait for each other. The compiler vectorises the loops; it does
+/// not fuse products and sums.
+#[inline(always)]
+fn add_product<T: Scalar>(tile: &Tile<T>, x: &[T], y: &mut [T; SIDE]) {
+    let (mut even, mut odd) = (*y, [T::ZERO; SIDE]);
+    for k in 0..SIDE / 2 {
+        for i in 0..SIDE {
+            even[i] += tile.0[2 * k][i] * x[2 * k];
+        }
+        for i in 0..SIDE {
+            odd[i] += tile.0[2 * k + 1][i] * x[2 * k + 1];
+        }
+    }
+    for i in 0..SIDE {
+        y[i] = even[i] + odd[i];
+    }
+}
+
+/// The transposed solve with a group of panels.
+struct Backward<'a, 'x, T> {
+    trapezoid: &'a Trapezoid<T>,
+    group: Range<usize>,
+    /// Whether the products with the rows beyond the group have been subtracted.
+    split: bool,
+    head: &'a mut Columns<'x, T>,
+    tail: &'a [&'x [T]],
+}
+
+impl<T: Scalar> WithSimd for Backward<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { trapezoid, group, split, head, tail } = self;
+        for p in group.clone().rev() {
+            let panel = trapezoid.panel(p);
+            for (x, tail) in head.iter_mut().zip(tail) {
+                let (own, below) = x[SIDE * p..].split_at_mut(SIDE);
+                let terms = if split {
+                    [(&panel[1..], &below[..SIDE * (group.end - p - 1)]), (&[][..], &[][..])]
+                } else {
+                    [(&panel[1..], &*below), (&panel[trapezoid.panels() - p..], *tail)]
+                };
+                SubtractSums { own, terms }.with_simd(simd);
+                let product = transposed_products(simd, [(&panel[..1], own), (&[], &[])]);
+                own.copy_from_slice(&product);
+            }
+        }
+    }
+}
+
+/// Subtracts the products of the transposed tiles of a panel with vectors.
+struct SubtractSums<'a, T> {
+    own: &'a mut [T],
+    terms: [(&'a [Tile<T>], &'a [T]); 2],
+}
+
+impl<T: Scalar> WithSimd for SubtractSums<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let sums = transposed_products(simd, self.terms);
+        self.own.iter_mut().zip(sums).for_each(|(x, sum)| *x -= sum);
+    }
+}
+
+/// Sums of the products of transposed tiles with vectors: as many tiles as the vector has. The lanes of
+/// the registers are summed at the end, so that additions do not wait for each other.
+#[inline(always)]
+fn transposed_products<S: Simd, T: Scalar>(simd: S, terms: [(&[Tile<T>], &[T]); 2]) -> [T; SIDE] {
+    let mut totals = [T::ZERO; SIDE];
+    for v in 0..T::vectors::<S>(&[T::ZERO; SIDE]).len() {
+        let of = |x: &[T; SIDE]| T::vectors::<S>(x)[v];
+        let [mut s0, mut s1, mut s2, mut s3, mut s4, mut s5, mut s6, mut s7] = [T::splat(simd, T::ZERO); SIDE];
+        for (tiles, x) in terms {
+            for (Tile(a), x) in tiles.iter().zip(x.as_chunks::<SIDE>().0) {
+                let x = of(x);
+                s0 = T::multiply_add(simd, of(&a[0]), x, s0);
+                s1 = T::multiply_add(simd, of(&a[1]), x, s1);
+                s2 = T::multiply_add(simd, of(&a[2]), x, s2);
+                s3 = T::multiply_add(simd, of(&a[3]), x, s3);
+                s4 = T::multiply_add(simd, of(&a[4]), x, s4);
+                s5 = T::multiply_add(simd, of(&a[5]), x, s5);
+                s6 = T::multiply_add(simd, of(&a[6]), x, s6);
+                s7 = T::multiply_add(simd, of(&a[7]), x, s7);
+            }
+        }
+        let sums = [s0, s1, s2, s3, s4, s5, s6, s7];
+        totals.iter_mut().zip(sums).for_each(|(total, sum)| *total += T::total(simd, sum));
+    }
+    totals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Small and large trapezoids, with and without rows beyond, for one right-hand side and for three:
+    /// multiplying the solutions by the matrices reproduces the right-hand sides.
+    #[test]
+    fn solves_invert_products() {
+        for (q, t) in [(1, 0), (7, 3), (8, 8), (61, 130), (500, 0), (333, 709)] {
+            assert!((entries(q, t) / SIDE / SIDE >= WORTH_SHARING) == (q > 300 && t > 0));
+            let wave = |count: usize, pitch: f64| (0..count).map(|i| (i as f64 * pitch).sin()).collect::<Vec<f64>>();
+            let triangle: Vec<f64> = wave(q * q, 0.618).iter().map(|x| x / q as f64).collect();
+            let diagonal = |i: usize| 2.0 + triangle[i + i * q];
+            let triangle: Vec<f64> =
+                (0..q * q).map(|k| if k % q == k / q { diagonal(k / q) } else { triangle[k] }).collect();
+            let below = wave(t * q, 0.37);
+            let right: Vec<f64> = (0..q * t).map(|k| below[k / q + k % q * t]).collect();
+            let transposed: Vec<f64> = (0..q * q).map(|k| triangle[k / q + k % q * q]).collect();
+            let lower = |i: usize, j: usize| if i >= j { triangle[i + j * q] } else { 0.0 };
+            let unit = |i: usize, j: usize| if i == j { 1.0 } else { lower(i, j) };
+            type Entry<'a> = &'a dyn Fn(usize, usize) -> f64;
+            let matrices: [(Trapezoid<f64>, Entry<'_>); 3] = [
+                (Trapezoid::of_lower(&triangle, &below, q), &lower),
+                (Trapezoid::of_unit_lower(&triangle, &below, q), &unit),
+                (Trapezoid::of_upper(&transposed, &right, q), &lower),
+            ];
+            for ((trapezoid, entry), columns) in matrices.iter().flat_map(|m| [(m, 1), (m, 3)]) {
+                assert_eq!(trapezoid.entries(), entries(q, t));
+                let pad = |x: &[f64], length: usize| -> Vec<f64> {
+                    let column =
+                        |c: usize| x.iter().map(move |x| x * (c + 1) as f64).chain(vec![0.0; padded(length) - length]);
+                    (0..columns).flat_map(column).collect()
+                };
+                let (b, c) = (wave(q, 0.73), wave(t, 0.29));
+                let (mut head, mut tail) = (pad(&b, q), pad(&c, t));
+                trapezoid.forward(columns, &mut head, &mut tail);
+                for column in 0..columns {
+                    let (x, y) = (&head[column * padded(q)..], &tail[column * padded(t)..]);
+                    let factor = (column + 1) as f64;
+                    for i in 0..q {
+                        let product: f64 = (0..=i).map(|j| entry(i, j) * x[j]).sum();
+                        assert!((product - factor * b[i]).abs() < 1e-11, "{q} × {t}, row {i}: {product} for {}", b[i]);
+                    }
+                    for i in 0..t {
+                        let product: f64 = (0..q).map(|j| below[i + j * t] * x[j]).sum();
+                        assert!((y[i] + product - factor * c[i]).abs() < 1e-11);
+                    }
+                }
+                let (mut head, tail) = (pad(&b, q), pad(&c, t));
+                trapezoid.backward(columns, &mut head, &tail);
+                for column in 0..columns {
+                    let (x, factor) = (&head[column * padded(q)..], (column + 1) as f64);
+                    for j in 0..q {
+                        let inside: f64 = (j..q).map(|i| entry(i, j) * x[i]).sum();
+                        let outside: f64 = (0..t).map(|i| below[i + j * t] * factor * c[i]).sum();
+                        assert!((inside + outside - factor * b[j]).abs() < 1e-10);
+                    }
+                }
+            }
+        }
+    }
+}
