@@ -121,6 +121,39 @@ impl Quantities {
         let column = self.names.iter().position(|known| known.name == name)?;
         Some(self.rows.iter().map(|row| row.values[column]).collect())
     }
+
+    /// The first load step in which the strain energy rises by more than twice what was stored before
+    /// and what loads, supports and offsets add. The state then lies on another branch of equilibria,
+    /// for which Newton's method has left the neighbourhood of the path. The first step of a load case
+    /// is not judged. Test: `energy_from_nowhere_is_noticed`.
+    pub fn jump(&self) -> Option<EnergyJump> {
+        let stored = self.get("strain_energy")?;
+        let sources: Vec<Vec<f64>> =
+            ["external_work", "offset_work"].iter().filter_map(|name| self.get(name)).collect();
+        (1..self.rows.len()).find_map(|row| {
+            let (before, rise) = (stored[row - 1], stored[row] - stored[row - 1]);
+            let added: f64 = sources.iter().map(|sums| (sums[row] - sums[row - 1]).abs()).sum();
+            let jumps = before > 0.0 && rise > JUMP * (before + added);
+            jumps.then_some(EnergyJump { step: self.rows[row].step, before, rise, added })
+        })
+    }
+}
+
+/// Ratio of a rise of the strain energy to its sources that counts as a jump. Work is integrated by the
+/// trapezoidal rule over the steps, which leaves far smaller differences.
+const JUMP: f64 = 2.0;
+
+/// A rise of the strain energy that nothing explains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyJump {
+    /// Load step, counted through all load cases.
+    pub step: usize,
+    /// Strain energy before the step. \[F L\]
+    pub before: f64,
+    /// Its rise in the step. \[F L\]
+    pub rise: f64,
+    /// Work of loads, supports and offsets in the step. \[F L\]
+    pub added: f64,
 }
 
 /// Computes the quantities of all completed load steps of a path. All ranks call it and receive the
@@ -495,8 +528,38 @@ const PAIR: [(&str, &str); 8] = [
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
+    /// By hand: a step that stores what is added, one that stores a little more than three times as
+    /// much in total as there was and was added, and a path that starts with stored energy from nothing,
+    /// as an interference fit without a record of its offset would.
+    #[test]
+    fn energy_from_nowhere_is_noticed() {
+        let quantities = |rows: &[[f64; 2]]| {
+            let name = |name: &str| QuantityName {
+                name: name.into(),
+                subject: Subject::Whole,
+                what: name.into(),
+                unit: "F L",
+            };
+            let row = |(step, values): (usize, &[f64; 2])| QuantityRow {
+                step,
+                time: step as f64,
+                values: values.to_vec(),
+                slipped: Vec::new(),
+            };
+            let names = vec![name("strain_energy"), name("external_work")];
+            Quantities { names, rows: rows.iter().enumerate().map(row).collect() }
+        };
+        assert_eq!(quantities(&[[0.0, 0.0], [1.0, 1.0], [3.0, 3.0], [0.5, 2.0]]).jump(), None);
+        assert_eq!(quantities(&[[0.0, 0.0], [5.0, 0.0], [6.0, 0.0]]).jump(), None);
+        let jump = quantities(&[[0.0, 0.0], [1.0, 1.0], [4.5, 0.5], [14.25, 0.25]]).jump();
+        assert_eq!(jump, Some(EnergyJump { step: 2, before: 1.0, rise: 3.5, added: 0.5 }));
+        assert_eq!(quantities(&[[0.0, 0.0], [1.0, 1.0], [4.0, 0.5]]).jump(), None);
+    }
+
     #[test]
     fn headings_of_columns_have_no_separators() {
-        assert_eq!(super::column_name("reaction_top, \"left\"_x"), "reaction_top_ _left__x");
+        assert_eq!(column_name("reaction_top, \"left\"_x"), "reaction_top_ _left__x");
     }
 }

@@ -20,7 +20,7 @@ pub mod verify;
 use serde_json::{Value, json};
 use slipstick::analysis::Forward;
 use slipstick::path::{Phase, Timings};
-use slipstick::quantities::{Quantities, Subject};
+use slipstick::quantities::{EnergyJump, Quantities, Subject};
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -97,6 +97,16 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     context.console.text("at the last load step:");
     for (title, text) in lines {
         context.console.text(&format!("  {title:width$}  {text}"));
+    }
+    if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
+        context.console.warning(&format!(
+            "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \
+             {}: Newton's method has jumped to another equilibrium; take more load steps, or a smaller stiffness of the \
+             penalty method",
+            digits(before),
+            digits(rise),
+            digits(added)
+        ));
     }
 }
 

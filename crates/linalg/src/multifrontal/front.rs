@@ -50,9 +50,20 @@ impl<T: Scalar> Front<T> {
         self.lower.entries() + self.upper.as_ref().map_or(0, Trapezoid::entries)
     }
 
+    /// Memory of the entries. \[bytes\]
+    pub fn bytes(&self) -> usize {
+        self.lower.bytes() + self.upper.as_ref().map_or(0, Trapezoid::bytes)
+    }
+
     /// Entries that a substitution reads: those of a symmetric front twice.
     pub fn entries_read(&self) -> usize {
         self.lower.entries() + self.upper.as_ref().unwrap_or(&self.lower).entries()
+    }
+
+    /// Stores the entries with 16 bits each.
+    pub fn pack(&mut self) {
+        self.lower.pack();
+        self.upper.iter_mut().for_each(Trapezoid::pack);
     }
 
     /// Floating-point operations of the factorization.

@@ -99,6 +99,7 @@ pub struct FactorStatistics {
 #[derive(Debug)]
 pub struct MultifrontalSolver {
     precision: Precision,
+    packed: bool,
     /// The scaling of the latest matrix of this solver and of those
     /// [in another precision](Self::in_precision).
     scaling: Arc<Mutex<Option<Scaling>>>,
@@ -114,13 +115,19 @@ struct Analysis {
 impl MultifrontalSolver {
     /// A solver with factors of the given precision.
     pub fn new(precision: Precision) -> Self {
-        Self { precision, scaling: Arc::default() }
+        Self { precision, packed: false, scaling: Arc::default() }
+    }
+
+    /// A solver whose factors are computed in single precision and stored with 16 bits: a preconditioner
+    /// that needs half the memory.
+    pub(crate) fn packed() -> Self {
+        Self { precision: Precision::F32, packed: true, scaling: Arc::default() }
     }
 
     /// A solver for the same matrices in another precision. The two share the scaling of the latest
     /// matrix.
     pub fn in_precision(&self, precision: Precision) -> Self {
-        Self { precision, scaling: Arc::clone(&self.scaling) }
+        Self { precision, packed: self.packed, scaling: Arc::clone(&self.scaling) }
     }
 
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will
@@ -151,8 +158,8 @@ impl MultifrontalSolver {
         let scaling = Scaling::follow(earlier, a);
         *kept() = Some(scaling.clone());
         let factors = match self.precision {
-            Precision::F64 => Factors::Double(Numeric::factorize(structure, scaling, a)?),
-            Precision::F32 => Factors::Single(Numeric::factorize(structure, scaling, a)?),
+            Precision::F64 => Factors::Double(Numeric::factorize(structure, scaling, a, self.packed)?),
+            Precision::F32 => Factors::Single(Numeric::factorize(structure, scaling, a, self.packed)?),
         };
         Ok(MultifrontalFactorization { factors })
     }
@@ -213,9 +220,14 @@ struct Numeric<T> {
 }
 
 impl<T: Scalar> Numeric<T> {
-    fn factorize(structure: Arc<Structure>, scaling: Scaling, a: &CsrMatrix) -> Result<Self, FactorizationError> {
+    fn factorize(
+        structure: Arc<Structure>,
+        scaling: Scaling,
+        a: &CsrMatrix,
+        packed: bool,
+    ) -> Result<Self, FactorizationError> {
         let values: Vec<T> = scaling.apply(a, T::from_f64);
-        let fronts = numeric::factorize(&structure, &values)?;
+        let fronts = numeric::factorize(&structure, &values, packed)?;
         let growth = fronts.iter().fold(0.0, |m: f64, f| m.max(f.growth));
         if !growth.is_finite() {
             return Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN });
@@ -261,10 +273,11 @@ impl MultifrontalFactorization {
         }
     }
 
+    /// Memory of the entries of the factors. \[bytes\]
     fn entry_bytes(&self) -> usize {
-        match self.precision() {
-            Precision::F64 => 8,
-            Precision::F32 => 4,
+        match &self.factors {
+            Factors::Double(numeric) => numeric.fronts.iter().map(Front::bytes).sum(),
+            Factors::Single(numeric) => numeric.fronts.iter().map(Front::bytes).sum(),
         }
     }
 
@@ -296,7 +309,7 @@ impl Factorization for MultifrontalFactorization {
     }
 
     fn bytes(&self) -> usize {
-        self.statistics().factor_entries * self.entry_bytes() + self.n() * 24
+        self.entry_bytes() + self.n() * 24
     }
 
     fn cost(&self) -> Option<Cost> {
@@ -305,7 +318,9 @@ impl Factorization for MultifrontalFactorization {
             Precision::F32 => 0.5 * BYTES_PER_OPERATION,
         };
         let factorization = bytes_per_operation * self.statistics().operations;
-        let substitution = (self.statistics().entries_read * self.entry_bytes() + self.n() * 24) as f64;
+        let facts = self.statistics();
+        let passes = facts.entries_read as f64 / facts.factor_entries.max(1) as f64;
+        let substitution = passes * self.entry_bytes() as f64 + (self.n() * 24) as f64;
         Some(Cost { factorization, substitution, solves_per_digit: 0.0 })
     }
 

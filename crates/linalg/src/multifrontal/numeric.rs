@@ -13,9 +13,14 @@ const SMALL_SUBTREE: f64 = 2e7;
 /// Fronts of a subtree in postorder, and the contribution of its root.
 type Subtree<T> = (Vec<Front<T>>, Contribution<T>);
 
-/// Factorizes the matrix whose (scaled) entries are `values`. Fronts are returned in postorder.
-pub(super) fn factorize<T: Scalar>(structure: &Structure, values: &[T]) -> Result<Vec<Front<T>>, FactorizationError> {
-    let walk = Walk { structure, values, buffers: Buffers::new() };
+/// Factorizes the matrix whose (scaled) entries are `values`. Fronts are returned in postorder, packed
+/// or not.
+pub(super) fn factorize<T: Scalar>(
+    structure: &Structure,
+    values: &[T],
+    packed: bool,
+) -> Result<Vec<Front<T>>, FactorizationError> {
+    let walk = Walk { structure, values, packed, buffers: Buffers::new() };
     let trees = walk.subtrees(&structure.roots)?;
     Ok(trees.into_iter().flat_map(|(fronts, _)| fronts).collect())
 }
@@ -23,6 +28,7 @@ pub(super) fn factorize<T: Scalar>(structure: &Structure, values: &[T]) -> Resul
 struct Walk<'a, T> {
     structure: &'a Structure,
     values: &'a [T],
+    packed: bool,
     buffers: Buffers<T>,
 }
 
@@ -59,13 +65,16 @@ impl<T: Scalar> Walk<'_, T> {
         children: Vec<Contribution<T>>,
         fronts: &mut Vec<Front<T>>,
     ) -> Result<Contribution<T>, FactorizationError> {
-        let (front, contribution, best_rejected) =
+        let (mut front, contribution, best_rejected) =
             front::process(self.structure, self.values, k, children, &self.buffers);
         if self.structure.supernodes[k].parent.is_none()
             && let Some(&column) = front.delayed_columns.first()
         {
             let unknown = self.structure.permutation[column as usize] as usize;
             return Err(FactorizationError::Singular { unknown, pivot: best_rejected });
+        }
+        if self.packed {
+            front.pack();
         }
         fronts.push(front);
         Ok(contribution)

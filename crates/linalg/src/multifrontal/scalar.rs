@@ -18,6 +18,9 @@ pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
     /// A register.
     type Vector<S: Simd>: Copy;
     fn from_f64(x: f64) -> Self;
+    fn from_i16(x: i16) -> Self;
+    /// The nearest integer; halves go away from zero.
+    fn round_to_i16(self) -> i16;
     fn to_f64(self) -> f64;
     fn absolute(self) -> Self;
     /// The registers for a column of a tile.
@@ -36,6 +39,15 @@ impl Scalar for f64 {
     const ONE: Self = 1.0;
     fn from_f64(x: f64) -> Self {
         x
+    }
+    #[inline(always)]
+    fn from_i16(x: i16) -> Self {
+        x.into()
+    }
+    #[inline(always)]
+    fn round_to_i16(self) -> i16 {
+        // `round` would call a library routine in portable builds
+        (self + if self < 0.0 { -0.5 } else { 0.5 }) as i16
     }
     fn to_f64(self) -> f64 {
         self
@@ -70,6 +82,15 @@ impl Scalar for f32 {
     const ONE: Self = 1.0;
     fn from_f64(x: f64) -> Self {
         x as f32
+    }
+    #[inline(always)]
+    fn from_i16(x: i16) -> Self {
+        x.into()
+    }
+    #[inline(always)]
+    fn round_to_i16(self) -> i16 {
+        // `round` would call a library routine in portable builds
+        (self + if self < 0.0 { -0.5 } else { 0.5 }) as i16
     }
     fn to_f64(self) -> f64 {
         f64::from(self)

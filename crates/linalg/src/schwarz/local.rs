@@ -3,7 +3,7 @@
 use super::vertices::Vertices;
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::multifrontal::{MultifrontalFactorization, MultifrontalSolver};
-use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision};
+use crate::solver::{Factorization, FactorizationError, LinearSolver};
 use crate::symbolic::Symbolic;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -87,7 +87,7 @@ impl Subdomain {
         }
         let groups = unknowns.iter().map(|&i| pattern.groups()[i as usize]).collect();
         let block = Arc::new(CsrPattern::new(offsets, columns, groups, Vec::new()).expect("columns ascend"));
-        let symbolic = MultifrontalSolver::new(Precision::F32).analyse(&block)?;
+        let symbolic = MultifrontalSolver::packed().analyse(&block)?;
         Ok(Self { unknowns, own, entries, symbolic })
     }
 
@@ -104,7 +104,7 @@ impl Subdomain {
         // the earlier factors have been dropped by now
         let kept = values.iter().map(|&value| value as f32).collect();
         let block = CsrMatrix { pattern: self.symbolic.pattern().clone(), values };
-        let factors = MultifrontalSolver::new(Precision::F32).factorize_matrix(&self.symbolic, &block);
+        let factors = MultifrontalSolver::packed().factorize_matrix(&self.symbolic, &block);
         let factors = factors.map_err(|error| match error {
             FactorizationError::Singular { unknown, pivot } => {
                 FactorizationError::Singular { unknown: self.unknowns[unknown] as usize, pivot }

@@ -5,10 +5,10 @@
 //!
 //! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns. Each part
 //!    is extended by the nodes around it. The blocks of the matrix on these overlapping subdomains
-//!    are factorized in single precision by the multifrontal solver. A slave node, its multipliers
-//!    and the opposite master nodes are neighbours in the graph of the matrix, so contact
-//!    conditions lie within subdomains. The exact factors handle their zero diagonal entries,
-//!    unsymmetric slip couplings, and stiff elements next to soft ones.
+//!    are factorized in single precision by the multifrontal solver, and the factors are stored with
+//!    16 bits per entry. A slave node, its multipliers and the opposite master nodes are neighbours
+//!    in the graph of the matrix, so contact conditions lie within subdomains. The factors handle
+//!    their zero diagonal entries, unsymmetric slip couplings, and stiff elements next to soft ones.
 //! 2. *Coarse space.* Within small boxes, strongly coupled nodes of a body form aggregates, so
 //!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
@@ -49,11 +49,11 @@ use vertices::Vertices;
 
 const NAME: &str = "Schwarz preconditioner";
 
-/// Number of unknowns of a part. Larger parts need fewer iterations: at 100,000 unknowns, parts of
-/// 4500, 7000, 9000 and 13,000 take 42, 34, 27 and 26, measured without multipliers in the coarse
-/// space. Memory hardly depends on the size, because larger parts overlap less; the operations for
-/// the factors grow in proportion to it.
-pub const PART: usize = 9000;
+/// Number of unknowns of a part. With parts of 3000, 4500 and 9000, the solves of a load step of the
+/// half-ball with 294,000 unknowns take 112, 110 and 98 iterations, and those of two steps of the
+/// clutch with 297,000 unknowns take 91, 95 and 99. Small parts take fewer operations for the factors,
+/// in proportion to their size, and a seventh less memory.
+pub const PART: usize = 3000;
 
 /// Layers of nodes by which parts are extended. Two layers would save a quarter of the iterations
 /// and more than double the memory.
@@ -64,11 +64,11 @@ const LAYERS: usize = 1;
 const SOLVES_PER_DIGIT: f64 = 3.0;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
-const BYTES_PER_UNKNOWN: f64 = 6000.0;
+const BYTES_PER_UNKNOWN: f64 = 4400.0;
 const BYTES_PER_ENTRY: f64 = 20.0;
 
 /// Floating-point operations that take as long as computing the preconditioner; the factors alone need
-/// 1.7e5.
+/// 1.3e5.
 const OPERATIONS_PER_UNKNOWN: f64 = 4e5;
 
 /// Unknowns above which direct solvers are not tried after the preconditioner has failed: their
