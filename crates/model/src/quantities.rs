@@ -123,8 +123,8 @@ impl Quantities {
     }
 
     /// The first load step in which the strain energy rises by more than twice what was stored before
-    /// and what loads, supports and offsets add. The state then lies on another branch of equilibria,
-    /// for which Newton's method has left the neighbourhood of the path. The first step of a load case
+    /// and what loads, supports and offsets add. The state then probably lies on another branch of
+    /// equilibria: Newton's method has left the neighbourhood of the path. The first step of a load case
     /// is not judged. Test: `energy_from_nowhere_is_noticed`.
     pub fn jump(&self) -> Option<EnergyJump> {
         let stored = self.get("strain_energy")?;
@@ -139,8 +139,8 @@ impl Quantities {
     }
 }
 
-/// Ratio of a rise of the strain energy to its sources that counts as a jump. Work is integrated by the
-/// trapezoidal rule over the steps, which leaves far smaller differences.
+/// Ratio of a rise of the strain energy to its sources that counts as a jump. It leaves room for the
+/// trapezoidal rule, which integrates the work over the steps.
 const JUMP: f64 = 2.0;
 
 /// A rise of the strain energy that nothing explains.

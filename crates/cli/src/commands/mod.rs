@@ -101,8 +101,8 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
         context.console.warning(&format!(
             "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \
-             {}: Newton's method has jumped to another equilibrium; take more load steps, or a smaller stiffness of the \
-             penalty method",
+             {}: Newton's method has probably jumped to another equilibrium; use more load steps or, with the penalty \
+             method, a lower stiffness",
             digits(before),
             digits(rise),
             digits(added)

@@ -32,88 +32,67 @@ pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
     fn total<S: Simd>(simd: S, x: Self::Vector<S>) -> Self;
 }
 
-impl Scalar for f64 {
-    const SMALLEST_PIVOT: f64 = 1e-14;
-    const SYMMETRY: f64 = 16.0 * f64::EPSILON;
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    fn from_f64(x: f64) -> Self {
-        x
-    }
-    #[inline(always)]
-    fn from_i16(x: i16) -> Self {
-        x.into()
-    }
-    #[inline(always)]
-    fn round_to_i16(self) -> i16 {
-        // `round` would call a library routine in portable builds
-        (self + if self < 0.0 { -0.5 } else { 0.5 }) as i16
-    }
-    fn to_f64(self) -> f64 {
-        self
-    }
-    #[inline(always)]
-    fn absolute(self) -> Self {
-        self.abs()
-    }
-    type Vector<S: Simd> = S::f64s;
-    #[inline(always)]
-    fn vectors<S: Simd>(x: &[Self; SIDE]) -> &[Self::Vector<S>] {
-        S::as_simd_f64s(x).0
-    }
-    #[inline(always)]
-    fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S> {
-        simd.splat_f64s(x)
-    }
-    #[inline(always)]
-    fn multiply_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-        simd.mul_add_e_f64s(a, b, c)
-    }
-    #[inline(always)]
-    fn total<S: Simd>(simd: S, x: S::f64s) -> Self {
-        simd.reduce_sum_f64s(x)
-    }
+/// Implements the trait with the registers of a number format.
+macro_rules! scalar {
+    ($t:ident, $smallest:expr, $registers:ident, $as_simd:ident, $splat:ident, $mul_add:ident, $sum:ident) => {
+        impl Scalar for $t {
+            const SMALLEST_PIVOT: f64 = $smallest;
+            const SYMMETRY: f64 = 16.0 * $t::EPSILON as f64;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            type Vector<S: Simd> = S::$registers;
+
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+
+            #[inline(always)]
+            fn from_i16(x: i16) -> Self {
+                x.into()
+            }
+
+            #[inline(always)]
+            fn round_to_i16(self) -> i16 {
+                // `round` would call a library routine in portable builds
+                (self + if self < 0.0 { -0.5 } else { 0.5 }) as i16
+            }
+
+            fn to_f64(self) -> f64 {
+                self.into()
+            }
+
+            #[inline(always)]
+            fn absolute(self) -> Self {
+                self.abs()
+            }
+
+            #[inline(always)]
+            fn vectors<S: Simd>(x: &[Self; SIDE]) -> &[Self::Vector<S>] {
+                S::$as_simd(x).0
+            }
+
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S> {
+                simd.$splat(x)
+            }
+
+            #[inline(always)]
+            fn multiply_add<S: Simd>(
+                simd: S,
+                a: Self::Vector<S>,
+                b: Self::Vector<S>,
+                c: Self::Vector<S>,
+            ) -> Self::Vector<S> {
+                simd.$mul_add(a, b, c)
+            }
+
+            #[inline(always)]
+            fn total<S: Simd>(simd: S, x: Self::Vector<S>) -> Self {
+                simd.$sum(x)
+            }
+        }
+    };
 }
 
-impl Scalar for f32 {
-    const SMALLEST_PIVOT: f64 = 1e-9;
-    const SYMMETRY: f64 = 16.0 * f32::EPSILON as f64;
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    fn from_f64(x: f64) -> Self {
-        x as f32
-    }
-    #[inline(always)]
-    fn from_i16(x: i16) -> Self {
-        x.into()
-    }
-    #[inline(always)]
-    fn round_to_i16(self) -> i16 {
-        // `round` would call a library routine in portable builds
-        (self + if self < 0.0 { -0.5 } else { 0.5 }) as i16
-    }
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-    #[inline(always)]
-    fn absolute(self) -> Self {
-        self.abs()
-    }
-    type Vector<S: Simd> = S::f32s;
-    #[inline(always)]
-    fn vectors<S: Simd>(x: &[Self; SIDE]) -> &[Self::Vector<S>] {
-        S::as_simd_f32s(x).0
-    }
-    #[inline(always)]
-    fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S> {
-        simd.splat_f32s(x)
-    }
-    #[inline(always)]
-    fn multiply_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
-        simd.mul_add_e_f32s(a, b, c)
-    }
-    #[inline(always)]
-    fn total<S: Simd>(simd: S, x: S::f32s) -> Self {
-        simd.reduce_sum_f32s(x)
-    }
-}
+scalar!(f64, 1e-14, f64s, as_simd_f64s, splat_f64s, mul_add_e_f64s, reduce_sum_f64s);
+scalar!(f32, 1e-9, f32s, as_simd_f32s, splat_f32s, mul_add_e_f32s, reduce_sum_f32s);

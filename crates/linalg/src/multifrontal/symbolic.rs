@@ -44,7 +44,8 @@ pub(super) struct Entry {
 /// No such entry.
 pub(super) const MISSING: u32 = u32::MAX;
 
-/// Floating-point operations for them: LU, or Cholesky for a symmetric front.
+/// Floating-point operations for the factors of a front with `p` pivots and `r` rows beyond: LU, or
+/// Cholesky if it is symmetric.
 pub(super) fn front_operations(p: f64, r: f64, symmetric: bool) -> f64 {
     let lu = 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r;
     if symmetric { 0.5 * lu } else { lu }

@@ -89,8 +89,8 @@ def quantities(
     names : str or sequence of str, optional
         Quantities of the case; by default all of them.
     keep : int
-        Number of load paths kept for reverse passes. If the path of a reverse pass is no longer
-        available, it is computed again.
+        Number of load paths to keep for gradients. A gradient whose path was not kept computes the
+        path again.
 
     Returns
     -------
@@ -192,7 +192,7 @@ def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentia
     problem : Problem or MappedProblem
         A problem with an objective.
     keep : int
-        Number of gradients kept for reverse passes.
+        Number of gradients to keep until they are used.
 
     Returns
     -------
