@@ -30,9 +30,13 @@ impl Tolerance {
     }
 
     /// Whether an increment is within the bound: an absolute bound applies to the last increment,
-    /// as in the paper, and a relative bound to the expected next increment.
+    /// as in the paper, unless the expected next one is much smaller, and a relative bound to the
+    /// expected next increment.
     fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
-        self.allows(if matches!(self, Self::Absolute(_)) { last } else { next }, scale)
+        match self {
+            Self::Absolute(bound) => last <= bound || next <= FAR_BELOW * bound,
+            Self::Relative(bound) => next <= bound * scale,
+        }
     }
 }
 
@@ -42,7 +46,7 @@ pub struct Tolerances {
     /// Norm of the force residual R over the free unknowns.
     pub residual: Tolerance,
     /// Norm of the displacement increment: a relative bound applies to the expected next increment,
-    /// an absolute bound to the last.
+    /// an absolute bound to the last, unless a thousandth of it bounds the next.
     pub displacement: Tolerance,
     /// Norm of the contact residual H.
     pub contact: Tolerance,
@@ -159,10 +163,15 @@ const NEARLY: f64 = 1e-5;
 /// Largest ratio of two increments for which the next one is predicted.
 const CONTRACTION: f64 = 0.1;
 
+/// Fraction of an absolute bound on the last increment that the next one may have instead: Newton's
+/// method leaves such an error, or a smaller one, if the last increment is within the bound.
+const FAR_BELOW: f64 = 1e-3;
+
 /// Ratio of the relative residual of a linear solve to the scaled residual of the nonlinear
-/// equations, and the upper bound on the former.
+/// equations, and the upper bound on the former: the residual that the nonlinearity leaves is rarely
+/// below a hundredth of the previous one while the active set changes.
 const FORCING: f64 = 1e-1;
-const LOOSEST_SOLVE: f64 = 1e-4;
+const LOOSEST_SOLVE: f64 = 1e-2;
 
 /// Fraction of the tolerances below which a linear solve need not bring the residual of the nonlinear
 /// equations: more digits would not be used (Kelley, Iterative Methods for Linear and Nonlinear
@@ -286,14 +295,14 @@ impl<P: StepProblem> Run<'_, '_, P> {
             };
             let record = record(iteration, displacements, &next, &increment, fixed, step_length);
             let settled = base.active_set == next.active_set;
-            let foreseen = foreseen(self.records.last().filter(|_| settled), &record);
             at = next;
-            self.records.push(record);
             let scales = &at.scales;
+            let size = record.residual / scales.force + record.contact / scales.multiplier;
+            let foreseen = foreseen(self.records.last().filter(|_| settled), &record, size / last_size);
+            self.records.push(record);
             if converged(&record, foreseen, scales, &self.options.tolerances) {
                 return Ok((at, None));
             }
-            let size = record.residual / scales.force + record.contact / scales.multiplier;
             let progress = &mut self.progress;
             if size <= ROUNDED && record.displacement <= ROUNDING * scales.position && !progress.falls_to(size) {
                 return Ok((at, Some(size)));
@@ -482,18 +491,18 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
 }
 
 /// Estimates the norms of the next increments (displacements, multipliers). If full increments
-/// contract fast and the active set does not change, these are the last norms times their ratio to
-/// the previous norms. Newton's method actually contracts the next increment by the square of that
-/// ratio. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary
-/// Differential Equations II, IV.8.)
-fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f64) {
-    let rate = |before: f64, last: f64| if last < CONTRACTION * before { last / before } else { 1.0 };
+/// contract fast and the active set does not change, these are the last norms times a factor:
+/// the square of their ratio to the previous norms, as Newton's method contracts, but at least the
+/// `fall` of the residual, to which the next increment is proportional and in which the error of the
+/// linear solve shows. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1.)
+fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord, fall: f64) -> (f64, f64) {
+    let contraction = |ratio: f64| if ratio < CONTRACTION { fall.max(ratio * ratio) } else { 1.0 };
     let Some(before) = before.filter(|b| b.step_length == 1.0 && last.step_length == 1.0) else {
         return (last.displacement, last.multiplier);
     };
-    let slower = rate(before.displacement, last.displacement).max(match before.multiplier {
+    let slower = contraction(last.displacement / before.displacement).max(match before.multiplier {
         0.0 => 0.0,
-        multiplier => rate(multiplier, last.multiplier),
+        multiplier => contraction(last.multiplier / multiplier),
     });
     (slower * last.displacement, slower * last.multiplier)
 }
@@ -541,8 +550,9 @@ mod tests {
     use crate::spring::Spring;
     use slipstick_linalg::SolverChoice;
 
-    /// By definition: an absolute bound applies to the norm and to the last increment, a relative
-    /// bound to the fraction of the scale and to the next increment.
+    /// By definition: an absolute bound applies to the norm and to the last increment, unless the next
+    /// one is a thousand times smaller, and a relative bound to the fraction of the scale and to the next
+    /// increment.
     #[test]
     fn bounds_are_on_norms_or_on_parts_of_scales() {
         let (absolute, relative) = (Tolerance::Absolute(0.1), Tolerance::Relative(0.1));
@@ -552,28 +562,30 @@ mod tests {
             [[true, true], [true, true], [false, true], [false, true], [false, false]]
         );
         assert!(absolute.allows_increment(0.05, 7.0, 50.0) && !absolute.allows_increment(7.0, 0.05, 50.0));
+        assert!(absolute.allows_increment(7.0, 9e-5, 50.0) && !absolute.allows_increment(7.0, 2e-4, 50.0));
         assert!(relative.allows_increment(7.0, 0.05, 50.0) && !relative.allows_increment(0.05, 7.0, 50.0));
     }
 
-    /// By hand: a tenth of the residual, between 1e-4 and the solver's own tolerance; near the
+    /// By hand: a tenth of the residual, between 1e-2 and the solver's own tolerance; near the
     /// tolerances, a ten-thousandth of the stricter one.
     #[test]
     fn linear_solves_are_as_accurate_as_needed() {
         let scales = Scales { force: 10.0, multiplier: 2.0, displacement: 1.0, position: 1.0 };
         let mut options = NewtonOptions::default();
         let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-12, "{found} instead of {exact}");
-        close(options.forcing(1.0, &scales), 1e-4);
+        close(options.forcing(1.0, &scales), 1e-2);
         close(options.forcing(1e-5, &scales), 1e-6);
         close(options.forcing(1e-7, &scales), 1e-6);
-        close(options.forcing(1e-10, &scales), 1e-4);
+        close(options.forcing(1e-10, &scales), 1e-3);
         options.tolerances.contact = Tolerance::Absolute(2e-12);
         close(options.forcing(1e-8, &scales), 1e-8);
         options.linear_tolerance = 1e-7;
         close(options.forcing(1e-8, &scales), 1e-7);
     }
 
-    /// By hand: a contraction by a factor of 100 is expected to repeat; after a damped increment,
-    /// or a contraction by less than 10, none is expected.
+    /// By hand: after a contraction by a factor of 100, one by 100² is expected, or by the fall of the
+    /// residual if that is less; after a damped increment, or a contraction by less than 10, none is
+    /// expected.
     #[test]
     fn increments_are_foreseen_by_their_contraction() {
         let record = |displacement: f64, multiplier: f64, step_length: f64| IterationRecord {
@@ -587,13 +599,14 @@ mod tests {
             assert!(apart(found.0, exact.0) && apart(found.1, exact.1), "{found:?} instead of {exact:?}");
         };
         let last = record(1e-4, 3e-2, 1.0);
-        close(foreseen(None, &last), (1e-4, 3e-2));
+        close(foreseen(None, &last, 1e-5), (1e-4, 3e-2));
         // the slower contraction of the two, 1/100 and 1/50
-        close(foreseen(Some(&record(1e-2, 1.5, 1.0)), &last), (1e-4 / 50.0, 3e-2 / 50.0));
-        close(foreseen(Some(&record(1e-3, 30.0, 1.0)), &last), (1e-4, 3e-2));
-        close(foreseen(Some(&record(1e-2, 1.5, 0.5)), &last), (1e-4, 3e-2));
+        close(foreseen(Some(&record(1e-2, 1.5, 1.0)), &last, 1e-5), (1e-4 / 2500.0, 3e-2 / 2500.0));
+        close(foreseen(Some(&record(1e-2, 1.5, 1.0)), &last, 0.02), (2e-6, 6e-4));
+        close(foreseen(Some(&record(1e-3, 30.0, 1.0)), &last, 1e-5), (1e-4, 3e-2));
+        close(foreseen(Some(&record(1e-2, 1.5, 0.5)), &last, 1e-5), (1e-4, 3e-2));
         // without multipliers
-        close(foreseen(Some(&record(1e-2, 0.0, 1.0)), &record(1e-4, 0.0, 1.0)), (1e-6, 0.0));
+        close(foreseen(Some(&record(1e-2, 0.0, 1.0)), &record(1e-4, 0.0, 1.0), 1e-5), (1e-8, 0.0));
     }
 
     /// By counting: three iterations without a residual below 0.7 of the best are a stall, and the
