@@ -1,9 +1,10 @@
 //! Substitution for one or several right-hand sides with several threads.
 //!
-//! Small subtrees of the assembly tree are independent tasks. Their results for the fronts above
-//! are added in a fixed order; in these fronts the threads share the products. The choice of tasks
-//! depends only on the matrix. Each front is read once for all right-hand sides, and each of these
-//! is solved as it would be alone, bit for bit.
+//! Subtrees of the assembly tree are independent of each other. The fronts of a small one are solved
+//! by a single thread, with the entries of a vector over all unknowns; those above pass on what their
+//! subtrees add to the unknowns beyond. Sums have a fixed order, and the division into subtrees
+//! depends only on the matrix. Each front is read once for all right-hand sides, and each of these is
+//! solved as it would be alone, bit for bit.
 //!
 //! Right-hand sides are interleaved, so that the entries of an unknown lie together; in the fronts,
 //! they are the columns of a matrix.
@@ -11,35 +12,25 @@
 use super::Numeric;
 use super::front::Front;
 use super::scalar::Scalar;
-use super::symbolic::Structure;
+use super::symbolic::{Structure, Supernode};
 use super::trapezoid::{Trapezoid, padded};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Mutex;
 
 /// Number of factor entries below which a single thread does all the work.
 const WORTH_SHARING: usize = 500_000;
 
-/// A subtree with less than this fraction of all entries is a task.
+/// A subtree with less than this fraction of all entries is small.
 const SHARES: usize = 24;
 
-/// Division of the fronts into tasks.
+/// Division of the fronts.
 #[derive(Debug)]
 pub(super) struct Plan {
-    tasks: Vec<Task>,
-    /// Fronts above the tasks, in postorder.
-    top: Vec<usize>,
+    /// Whether the subtree below and with a front is small.
+    small: Vec<bool>,
     /// Start of each front's pivots in the order of elimination, [`padded`], then their total length.
     starts: Vec<usize>,
-}
-
-/// A subtree.
-#[derive(Debug)]
-struct Task {
-    fronts: Range<usize>,
-    /// Its unknowns in the permuted numbering.
-    unknowns: Range<usize>,
-    /// Its pivots in the order of elimination, without delayed ones.
-    pivots: Range<usize>,
 }
 
 impl Plan {
@@ -53,198 +44,306 @@ impl Plan {
             }
         }
         let total: usize = structure.roots.iter().map(|&root| entries[root]).sum();
-        let bound = if total < WORTH_SHARING { 0 } else { total / SHARES };
-        let is_small = |k: usize| entries[k] <= bound;
-        let is_task = |k: &usize| is_small(*k) && structure.supernodes[*k].parent.is_none_or(|p| !is_small(p));
-        let task = |k: usize| {
-            let (last, first) = (&structure.supernodes[k], structure.supernodes[k].first_descendant);
-            Task {
-                fronts: first..k + 1,
-                unknowns: structure.supernodes[first].first..last.first + last.pivots,
-                pivots: starts[first]..starts[k + 1],
-            }
-        };
-        let tasks = (0..fronts.len()).filter(is_task).map(task).collect();
-        let top = (0..fronts.len()).filter(|&k| !is_small(k)).collect();
-        Self { tasks, top, starts }
-    }
-
-    fn pivots(&self, k: usize) -> Range<usize> {
-        self.starts[k]..self.starts[k + 1]
-    }
-}
-
-/// The unknowns that a task uses: its own from `first` on, and a copy of those beyond.
-struct View<'a, T> {
-    first: usize,
-    /// Number of right-hand sides.
-    columns: usize,
-    own: &'a mut [T],
-    beyond: &'a mut [T],
-}
-
-impl<T: Scalar> View<'_, T> {
-    /// The entries of an unknown, one for each right-hand side.
-    fn at(&mut self, unknown: usize) -> &mut [T] {
-        let i = (unknown - self.first) * self.columns;
-        let past = self.own.len();
-        if i < past { &mut self.own[i..i + self.columns] } else { &mut self.beyond[i - past..i - past + self.columns] }
-    }
-
-    /// The entries of some unknowns, as columns of length `rows`.
-    fn gather(&mut self, unknowns: impl Iterator<Item = usize>, rows: usize, to: &mut [T]) {
-        for (i, unknown) in unknowns.enumerate() {
-            for (j, x) in self.at(unknown).iter().enumerate() {
-                to[j * rows + i] = *x;
-            }
-        }
+        let bound = if total < WORTH_SHARING { total } else { total / SHARES };
+        Self { small: entries.iter().map(|entries| *entries <= bound).collect(), starts }
     }
 }
 
 impl<T: Scalar> Numeric<T> {
     /// Solves in place, in the permuted numbering, for interleaved right-hand sides.
     pub(super) fn sweep(&self, transpose: bool, columns: usize, x: &mut [T]) {
-        let length = columns * self.plan.starts[self.fronts.len()];
-        let mut y = vec![T::ZERO; length];
-        self.forward(transpose, columns, x, &mut y);
-        self.backward(transpose, columns, x, &mut y);
-    }
-
-    /// y ← L⁻¹ x (transposed: U⁻ᵀ x), y front by front in the order of elimination.
-    fn forward(&self, transpose: bool, columns: usize, x: &mut [T], y: &mut [T]) {
-        let tasks = &self.plan.tasks;
-        let size = x.len();
-        let own = disjoint(x, tasks.iter().map(|t| of(columns, t.unknowns.clone())));
-        let stages = disjoint(y, tasks.iter().map(|t| of(columns, t.pivots.clone())));
-        // every task leaves zeros in the buffer
-        let updates: Vec<Vec<T>> = (tasks, own, stages)
-            .into_par_iter()
-            .map_init(
-                || vec![T::ZERO; size],
-                |buffer, (task, own, y)| {
-                    let beyond = &mut buffer[columns * task.unknowns.end..];
-                    let mut view = View { first: task.unknowns.start, columns, own, beyond };
-                    let mut update = Vec::new();
-                    for k in task.fronts.clone() {
-                        let w = &mut y[of(columns, within(self.plan.pivots(k), task.pivots.start))];
-                        self.forward_front(transpose, k, &mut view, w, &mut update);
-                    }
-                    let mut passed_on = Vec::with_capacity(columns * self.passed_on(task).count());
-                    for i in self.passed_on(task) {
-                        passed_on.extend_from_slice(view.at(i));
-                        view.at(i).fill(T::ZERO);
-                    }
-                    passed_on
-                },
-            )
-            .collect();
-        let mut view = View { first: 0, columns, own: x, beyond: &mut [] };
-        for (task, update) in tasks.iter().zip(updates) {
-            for (i, update) in self.passed_on(task).zip(update.chunks_exact(columns)) {
-                view.at(i).iter_mut().zip(update).for_each(|(x, u)| *x += *u);
-            }
-        }
-        let mut update = Vec::new();
-        for &k in &self.plan.top {
-            self.forward_front(transpose, k, &mut view, &mut y[of(columns, self.plan.pivots(k))], &mut update);
-        }
-    }
-
-    /// x ← U⁻¹ y (transposed: L⁻ᵀ y).
-    fn backward(&self, transpose: bool, columns: usize, x: &mut [T], y: &mut [T]) {
-        let size = x.len();
-        let mut view = View { first: 0, columns, own: x, beyond: &mut [] };
-        let mut known = Vec::new();
-        for &k in self.plan.top.iter().rev() {
-            self.backward_front(transpose, k, &mut view, &mut y[of(columns, self.plan.pivots(k))], &mut known);
-        }
-        let tasks = &self.plan.tasks;
-        let from_above = |t: &Task| self.passed_on(t).flat_map(|i| view.at(i).to_vec()).collect::<Vec<T>>();
-        let from_above: Vec<Vec<T>> = tasks.iter().map(from_above).collect();
-        let own = disjoint(x, tasks.iter().map(|t| of(columns, t.unknowns.clone())));
-        let stages = disjoint(y, tasks.iter().map(|t| of(columns, t.pivots.clone())));
-        let buffer = || vec![T::ZERO; size];
-        (tasks, own, stages, from_above).into_par_iter().for_each_init(buffer, |buffer, (task, own, y, from_above)| {
-            let beyond = &mut buffer[columns * task.unknowns.end..];
-            let mut view = View { first: task.unknowns.start, columns, own, beyond };
-            for (i, values) in self.passed_on(task).zip(from_above.chunks_exact(columns)) {
-                view.at(i).copy_from_slice(values);
-            }
-            let mut known = Vec::new();
-            for k in task.fronts.clone().rev() {
-                let w = &mut y[of(columns, within(self.plan.pivots(k), task.pivots.start))];
-                self.backward_front(transpose, k, &mut view, w, &mut known);
-            }
-        });
-    }
-
-    /// Unknowns beyond a task that its fronts couple to: those of its last front.
-    fn passed_on(&self, task: &Task) -> impl Iterator<Item = usize> + '_ {
-        self.structure.supernodes[task.fronts.end - 1].rows.iter().map(|&i| i as usize)
-    }
-
-    /// Rows (forward) and columns (backward) of a front beyond its pivots.
-    fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
-        delayed.iter().chain(&self.structure.supernodes[k].rows).map(|&i| i as usize)
-    }
-
-    fn forward_front(&self, transpose: bool, k: usize, x: &mut View<'_, T>, w: &mut [T], update: &mut Vec<T>) {
-        let front = &self.fronts[k];
-        let (pivots, delayed, factor) = if transpose {
-            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
-        } else {
-            (&front.pivot_rows, &front.delayed_rows, &front.lower)
-        };
-        x.gather(pivots.iter().map(|&i| i as usize), padded(pivots.len()), w);
-        let rows = padded(factor.beyond());
-        update.clear();
-        update.resize(rows * x.columns, T::ZERO);
-        factor.forward(x.columns, w, update);
-        for (i, unknown) in self.beyond(k, delayed).enumerate() {
-            for (j, x) in x.at(unknown).iter_mut().enumerate() {
-                *x += update[j * rows + i];
-            }
-        }
-    }
-
-    fn backward_front(&self, transpose: bool, k: usize, x: &mut View<'_, T>, w: &mut [T], known: &mut Vec<T>) {
-        let front = &self.fronts[k];
-        let (pivots, delayed, factor): (_, _, &Trapezoid<T>) = if transpose {
-            (&front.pivot_rows, &front.delayed_rows, &front.lower)
-        } else {
-            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
-        };
-        let (q, rows) = (padded(pivots.len()), padded(factor.beyond()));
-        known.clear();
-        known.resize(rows * x.columns, T::ZERO);
-        x.gather(self.beyond(k, delayed), rows, known);
-        factor.backward(x.columns, w, known);
-        for (i, &unknown) in pivots.iter().enumerate() {
-            for (j, x) in x.at(unknown as usize).iter_mut().enumerate() {
-                *x = w[j * q + i];
-            }
-        }
+        let sweep = Sweep { factors: self, transpose, columns, whole: Mutex::default() };
+        let mut y = vec![T::ZERO; columns * self.plan.starts[self.fronts.len()]];
+        sweep.forward(&self.structure.roots, x, &mut y);
+        let nothing = vec![Vec::new(); self.structure.roots.len()];
+        sweep.backward(&self.structure.roots, x, &mut y, nothing);
     }
 }
 
-/// The entries of a range of unknowns, with several for each.
-fn of(columns: usize, range: Range<usize>) -> Range<usize> {
-    columns * range.start..columns * range.end
+/// A substitution.
+struct Sweep<'a, T> {
+    factors: &'a Numeric<T>,
+    transpose: bool,
+    /// Number of right-hand sides.
+    columns: usize,
+    /// Free vectors over all unknowns, for small subtrees.
+    whole: Mutex<Vec<Vec<T>>>,
+}
+
+/// The pivots of a front that are read, the unknowns beyond before those of the supernode, and the
+/// factor.
+type Reading<'a, T> = (&'a [u32], &'a [u32], &'a Trapezoid<T>);
+
+impl<T: Scalar> Sweep<'_, T> {
+    /// y ← L⁻¹ x (transposed: U⁻ᵀ x) in subtrees that are adjacent: x their unknowns, y front by front
+    /// in the order of elimination. Returns what each adds to the unknowns beyond.
+    fn forward(&self, subtrees: &[usize], x: &mut [T], y: &mut [T]) -> Vec<Vec<T>> {
+        let parts = self.divide(subtrees, x, y);
+        parts.into_par_iter().map(|(k, x, y)| self.forward_subtree(k, x, y)).collect()
+    }
+
+    fn forward_subtree(&self, k: usize, x: &mut [T], y: &mut [T]) -> Vec<T> {
+        let (supernode, columns) = (self.supernode(k), self.columns);
+        let start = self.unknowns(k).start;
+        if self.factors.plan.small[k] {
+            return self.with_whole(|whole| {
+                let own = self.of(self.unknowns(k));
+                whole[own.clone()].copy_from_slice(x);
+                let (first, mut update) = (self.pivots(supernode.first_descendant).start, Vec::new());
+                for front in supernode.first_descendant..k + 1 {
+                    let y = &mut y[self.of(within(self.pivots(front), first))];
+                    self.forward_front(front, whole, 0, y, &mut update);
+                    let rows = padded(self.forward_reading(front).2.beyond());
+                    let beyond = self.forward_reading(front).1.iter().chain(&self.supernode(front).rows);
+                    scatter(beyond, 0, columns, &update, rows, whole);
+                }
+                x.copy_from_slice(&whole[own]);
+                let mut passed_on = Vec::with_capacity(columns * supernode.rows.len());
+                for &i in &supernode.rows {
+                    let at = &mut whole[columns * i as usize..columns * (i as usize + 1)];
+                    passed_on.extend_from_slice(at);
+                    at.fill(T::ZERO);
+                }
+                passed_on
+            });
+        }
+        let (below, own) = y.split_at_mut(columns * (self.pivots(k).start - self.first_pivot(k)));
+        let updates = self.forward(&supernode.children, &mut x[..columns * (supernode.first - start)], below);
+        let mut passed_on = vec![T::ZERO; columns * supernode.rows.len()];
+        for (&child, update) in supernode.children.iter().zip(updates) {
+            let places = self.places(child, k);
+            for (place, update) in places.zip(update.chunks_exact(columns)) {
+                let to = match place {
+                    Place::Inside(i) => &mut x[columns * i..columns * (i + 1)],
+                    Place::Beyond(i) => &mut passed_on[columns * i..columns * (i + 1)],
+                };
+                to.iter_mut().zip(update).for_each(|(to, update)| *to += *update);
+            }
+        }
+        let mut update = Vec::new();
+        self.forward_front(k, x, start, own, &mut update);
+        let (_, delayed, factor) = self.forward_reading(k);
+        let rows = padded(factor.beyond());
+        scatter(delayed.iter(), start, columns, &update, rows, x);
+        for (i, to) in passed_on.chunks_exact_mut(columns).enumerate() {
+            to.iter_mut().enumerate().for_each(|(j, to)| *to += update[j * rows + delayed.len() + i]);
+        }
+        passed_on
+    }
+
+    /// x ← U⁻¹ y (transposed: L⁻ᵀ y) in adjacent subtrees, with the unknowns beyond each.
+    fn backward(&self, subtrees: &[usize], x: &mut [T], y: &mut [T], above: Vec<Vec<T>>) {
+        let parts = self.divide(subtrees, x, y);
+        let all = parts.into_par_iter().zip(above);
+        all.for_each(|((k, x, y), above)| self.backward_subtree(k, x, y, &above));
+    }
+
+    fn backward_subtree(&self, k: usize, x: &mut [T], y: &mut [T], above: &[T]) {
+        let (supernode, columns) = (self.supernode(k), self.columns);
+        let start = self.unknowns(k).start;
+        let mut known = Vec::new();
+        if self.factors.plan.small[k] {
+            self.with_whole(|whole| {
+                let own = self.of(self.unknowns(k));
+                whole[own.clone()].copy_from_slice(x);
+                for (&i, above) in supernode.rows.iter().zip(above.chunks_exact(columns)) {
+                    whole[columns * i as usize..columns * (i as usize + 1)].copy_from_slice(above);
+                }
+                let first = self.first_pivot(k);
+                for front in (supernode.first_descendant..k + 1).rev() {
+                    let (pivots, delayed, factor) = self.backward_reading(front);
+                    let y = &mut y[self.of(within(self.pivots(front), first))];
+                    let rows = padded(factor.beyond());
+                    clear(&mut known, rows * columns);
+                    gather(delayed.iter().chain(&self.supernode(front).rows), 0, columns, whole, rows, &mut known);
+                    factor.backward(columns, y, &known);
+                    assign(pivots, 0, columns, y, whole);
+                }
+                x.copy_from_slice(&whole[own]);
+            });
+            return;
+        }
+        let (below, own) = y.split_at_mut(columns * (self.pivots(k).start - self.first_pivot(k)));
+        let (pivots, delayed, factor) = self.backward_reading(k);
+        let rows = padded(factor.beyond());
+        clear(&mut known, rows * columns);
+        gather(delayed.iter(), start, columns, x, rows, &mut known);
+        for (i, above) in above.chunks_exact(columns).enumerate() {
+            above.iter().enumerate().for_each(|(j, above)| known[j * rows + delayed.len() + i] = *above);
+        }
+        factor.backward(columns, own, &known);
+        assign(pivots, start, columns, own, x);
+        let beyond = |child: &usize| -> Vec<T> {
+            let of = |place| match place {
+                Place::Inside(i) => &x[columns * i..columns * (i + 1)],
+                Place::Beyond(i) => &above[columns * i..columns * (i + 1)],
+            };
+            self.places(*child, k).flat_map(of).copied().collect()
+        };
+        let beyond = supernode.children.iter().map(beyond).collect();
+        self.backward(&supernode.children, &mut x[..columns * (supernode.first - start)], below, beyond);
+    }
+
+    /// Solves with the triangle of a front; `update` receives what it adds beyond.
+    fn forward_front(&self, k: usize, x: &[T], start: usize, y: &mut [T], update: &mut Vec<T>) {
+        let (pivots, _, factor) = self.forward_reading(k);
+        gather(pivots.iter(), start, self.columns, x, padded(pivots.len()), y);
+        clear(update, padded(factor.beyond()) * self.columns);
+        factor.forward(self.columns, y, update);
+    }
+
+    fn forward_reading(&self, k: usize) -> Reading<'_, T> {
+        let front = &self.factors.fronts[k];
+        if self.transpose {
+            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
+        } else {
+            (&front.pivot_rows, &front.delayed_rows, &front.lower)
+        }
+    }
+
+    fn backward_reading(&self, k: usize) -> Reading<'_, T> {
+        let front = &self.factors.fronts[k];
+        if self.transpose {
+            (&front.pivot_rows, &front.delayed_rows, &front.lower)
+        } else {
+            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
+        }
+    }
+
+    fn supernode(&self, k: usize) -> &Supernode {
+        &self.factors.structure.supernodes[k]
+    }
+
+    /// The unknowns of a subtree.
+    fn unknowns(&self, k: usize) -> Range<usize> {
+        let last = self.supernode(k);
+        self.supernode(last.first_descendant).first..last.first + last.pivots
+    }
+
+    /// The places of a front's pivots in the order of elimination.
+    fn pivots(&self, k: usize) -> Range<usize> {
+        self.factors.plan.starts[k]..self.factors.plan.starts[k + 1]
+    }
+
+    /// The place of the first pivot of a subtree.
+    fn first_pivot(&self, k: usize) -> usize {
+        self.factors.plan.starts[self.supernode(k).first_descendant]
+    }
+
+    /// The entries of a range of unknowns.
+    fn of(&self, range: Range<usize>) -> Range<usize> {
+        self.columns * range.start..self.columns * range.end
+    }
+
+    /// Unknowns and pivots of adjacent subtrees.
+    fn divide<'x>(
+        &self,
+        subtrees: &[usize],
+        mut x: &'x mut [T],
+        mut y: &'x mut [T],
+    ) -> Vec<(usize, &'x mut [T], &'x mut [T])> {
+        let part = |&k: &usize| {
+            let (unknowns, pivots) = (self.unknowns(k).len(), self.pivots(k).end - self.first_pivot(k));
+            let own = x.split_off_mut(..self.columns * unknowns).expect("the unknowns of all subtrees");
+            (k, own, y.split_off_mut(..self.columns * pivots).expect("the pivots of all subtrees"))
+        };
+        subtrees.iter().map(part).collect()
+    }
+
+    /// Where the unknowns beyond a child lie: all belong to its parent or are beyond it as well.
+    fn places(&self, child: usize, parent: usize) -> impl Iterator<Item = Place> {
+        let (unknowns, beyond) = (self.unknowns(parent), &self.supernode(parent).rows);
+        let mut at = 0;
+        self.supernode(child).rows.iter().map(move |&row| {
+            if (row as usize) < unknowns.end {
+                return Place::Inside(row as usize - unknowns.start);
+            }
+            at += beyond[at..].iter().position(|&other| other == row).expect("rows of a child are rows of its parent");
+            Place::Beyond(at)
+        })
+    }
+
+    /// Runs a task with a vector that is zero outside the small subtrees, as long as all tasks leave it so.
+    fn with_whole<R>(&self, task: impl FnOnce(&mut [T]) -> R) -> R {
+        let free = || self.whole.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let taken = free().pop();
+        let mut whole = taken.unwrap_or_else(|| vec![T::ZERO; self.columns * self.factors.structure.n]);
+        let result = task(&mut whole);
+        free().push(whole);
+        result
+    }
+}
+
+/// The place of an unknown beyond a subtree, as the parent sees it.
+enum Place {
+    /// Among the unknowns of the parent's subtree.
+    Inside(usize),
+    /// Among those beyond it.
+    Beyond(usize),
 }
 
 fn within(range: Range<usize>, start: usize) -> Range<usize> {
     range.start - start..range.end - start
 }
 
-/// Parts of a slice; the ranges ascend and do not overlap.
-fn disjoint<T>(mut rest: &mut [T], ranges: impl Iterator<Item = Range<usize>>) -> Vec<&mut [T]> {
-    let mut at = 0;
-    let mut parts = Vec::new();
-    for range in ranges {
-        let (_, tail) = std::mem::take(&mut rest).split_at_mut(range.start - at);
-        let (part, tail) = tail.split_at_mut(range.len());
-        parts.push(part);
-        (rest, at) = (tail, range.end);
+fn clear<T: Scalar>(x: &mut Vec<T>, length: usize) {
+    x.clear();
+    x.resize(length, T::ZERO);
+}
+
+/// Copies entries of interleaved vectors, the first of which is that of unknown `start`, into columns
+/// of length `rows`.
+#[inline]
+fn gather<'a, T: Scalar>(
+    unknowns: impl Iterator<Item = &'a u32>,
+    start: usize,
+    columns: usize,
+    x: &[T],
+    rows: usize,
+    to: &mut [T],
+) {
+    if columns == 1 {
+        to.iter_mut().zip(unknowns).for_each(|(to, &i)| *to = x[i as usize - start]);
+        return;
     }
-    parts
+    for (row, &unknown) in unknowns.enumerate() {
+        let i = columns * (unknown as usize - start);
+        for (j, x) in x[i..i + columns].iter().enumerate() {
+            to[j * rows + row] = *x;
+        }
+    }
+}
+
+/// Adds columns of length `rows` to entries of interleaved vectors.
+#[inline]
+fn scatter<'a, T: Scalar>(
+    unknowns: impl Iterator<Item = &'a u32>,
+    start: usize,
+    columns: usize,
+    from: &[T],
+    rows: usize,
+    x: &mut [T],
+) {
+    if columns == 1 {
+        from.iter().zip(unknowns).for_each(|(from, &i)| x[i as usize - start] += *from);
+        return;
+    }
+    for (row, &unknown) in unknowns.enumerate() {
+        let i = columns * (unknown as usize - start);
+        for (j, x) in x[i..i + columns].iter_mut().enumerate() {
+            *x += from[j * rows + row];
+        }
+    }
+}
+
+/// Overwrites entries of interleaved vectors with columns of [`padded`] length.
+#[inline]
+fn assign<T: Scalar>(unknowns: &[u32], start: usize, columns: usize, from: &[T], x: &mut [T]) {
+    let rows = padded(unknowns.len());
+    for (row, &unknown) in unknowns.iter().enumerate() {
+        let i = columns * (unknown as usize - start);
+        for (j, x) in x[i..i + columns].iter_mut().enumerate() {
+            *x = from[j * rows + row];
+        }
+    }
 }
