@@ -378,8 +378,8 @@ fn an_optimization_of_rounding_ends() {
     assert!(place.good("explain never_closes").out.contains("place.translate"));
 }
 
-/// Five iterations are enough without friction but not with it: the first row is kept, and the
-/// failure names the coefficient.
+/// Five iterations are enough without friction but not with it in the third step: the first row is
+/// kept, and the failure names the coefficient.
 #[test]
 fn evaluate_goes_on_after_a_failure() {
     let place = Place::new();
@@ -387,7 +387,7 @@ fn evaluate_goes_on_after_a_failure() {
     let few = "--set load_path.max_newton_iterations=5 --set load_path.max_cutbacks=0";
     let line = format!("evaluate case.toml --design case --friction 0.3,0 {few}");
     let expected =
-        ["load step 1 failed: with friction 0.3, no convergence in 5 Newton iterations", "kept: case_evaluate"];
+        ["load step 3 failed: with friction 0.3, no convergence in 5 Newton iterations", "kept: case_evaluate"];
     place.bad(&line, 3, &expected);
     let table = place.table("case_evaluate/evaluate.csv");
     assert_eq!((table[1][0].as_str(), table[1][1].as_str()), ("0.3", ""));
