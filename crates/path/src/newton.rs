@@ -163,8 +163,8 @@ const NEARLY: f64 = 1e-5;
 /// Largest ratio of two increments for which the next one is predicted.
 const CONTRACTION: f64 = 0.1;
 
-/// Fraction of an absolute bound on the last increment that the next one may have instead: Newton's
-/// method leaves such an error, or a smaller one, if the last increment is within the bound.
+/// Fraction of an absolute bound that the expected next increment may reach if the last one exceeds the
+/// bound.
 const FAR_BELOW: f64 = 1e-3;
 
 /// Ratio of the relative residual of a linear solve to the scaled residual of the nonlinear

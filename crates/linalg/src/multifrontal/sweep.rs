@@ -70,8 +70,7 @@ struct Sweep<'a, T> {
     whole: Mutex<Vec<Vec<T>>>,
 }
 
-/// The pivots of a front that are read, the unknowns beyond before those of the supernode, and the
-/// factor.
+/// The unknowns of a front's pivots, the delayed ones beyond them, and the factor to solve with.
 type Reading<'a, T> = (&'a [u32], &'a [u32], &'a Trapezoid<T>);
 
 impl<T: Scalar> Sweep<'_, T> {
@@ -89,13 +88,13 @@ impl<T: Scalar> Sweep<'_, T> {
             return self.with_whole(|whole| {
                 let own = self.of(self.unknowns(k));
                 whole[own.clone()].copy_from_slice(x);
-                let (first, mut update) = (self.pivots(supernode.first_descendant).start, Vec::new());
+                let (first, mut update) = (self.first_pivot(k), Vec::new());
                 for front in supernode.first_descendant..k + 1 {
                     let y = &mut y[self.of(within(self.pivots(front), first))];
                     self.forward_front(front, whole, 0, y, &mut update);
-                    let rows = padded(self.forward_reading(front).2.beyond());
-                    let beyond = self.forward_reading(front).1.iter().chain(&self.supernode(front).rows);
-                    scatter(beyond, 0, columns, &update, rows, whole);
+                    let (_, delayed, factor) = self.forward_reading(front);
+                    let beyond = delayed.iter().chain(&self.supernode(front).rows);
+                    match_places(beyond, 0, columns, padded(factor.beyond()), |i, at| whole[i] += update[at]);
                 }
                 x.copy_from_slice(&whole[own]);
                 let mut passed_on = Vec::with_capacity(columns * supernode.rows.len());
@@ -124,7 +123,7 @@ impl<T: Scalar> Sweep<'_, T> {
         self.forward_front(k, x, start, own, &mut update);
         let (_, delayed, factor) = self.forward_reading(k);
         let rows = padded(factor.beyond());
-        scatter(delayed.iter(), start, columns, &update, rows, x);
+        match_places(delayed.iter(), start, columns, rows, |i, at| x[i] += update[at]);
         for (i, to) in passed_on.chunks_exact_mut(columns).enumerate() {
             to.iter_mut().enumerate().for_each(|(j, to)| *to += update[j * rows + delayed.len() + i]);
         }
@@ -155,9 +154,10 @@ impl<T: Scalar> Sweep<'_, T> {
                     let y = &mut y[self.of(within(self.pivots(front), first))];
                     let rows = padded(factor.beyond());
                     clear(&mut known, rows * columns);
-                    gather(delayed.iter().chain(&self.supernode(front).rows), 0, columns, whole, rows, &mut known);
+                    let beyond = delayed.iter().chain(&self.supernode(front).rows);
+                    match_places(beyond, 0, columns, rows, |i, at| known[at] = whole[i]);
                     factor.backward(columns, y, &known);
-                    assign(pivots, 0, columns, y, whole);
+                    match_places(pivots.iter(), 0, columns, padded(pivots.len()), |i, at| whole[i] = y[at]);
                 }
                 x.copy_from_slice(&whole[own]);
             });
@@ -167,12 +167,12 @@ impl<T: Scalar> Sweep<'_, T> {
         let (pivots, delayed, factor) = self.backward_reading(k);
         let rows = padded(factor.beyond());
         clear(&mut known, rows * columns);
-        gather(delayed.iter(), start, columns, x, rows, &mut known);
+        match_places(delayed.iter(), start, columns, rows, |i, at| known[at] = x[i]);
         for (i, above) in above.chunks_exact(columns).enumerate() {
             above.iter().enumerate().for_each(|(j, above)| known[j * rows + delayed.len() + i] = *above);
         }
         factor.backward(columns, own, &known);
-        assign(pivots, start, columns, own, x);
+        match_places(pivots.iter(), start, columns, padded(pivots.len()), |i, at| x[i] = own[at]);
         let beyond = |child: &usize| -> Vec<T> {
             let of = |place| match place {
                 Place::Inside(i) => &x[columns * i..columns * (i + 1)],
@@ -187,26 +187,27 @@ impl<T: Scalar> Sweep<'_, T> {
     /// Solves with the triangle of a front; `update` receives what it adds beyond.
     fn forward_front(&self, k: usize, x: &[T], start: usize, y: &mut [T], update: &mut Vec<T>) {
         let (pivots, _, factor) = self.forward_reading(k);
-        gather(pivots.iter(), start, self.columns, x, padded(pivots.len()), y);
+        match_places(pivots.iter(), start, self.columns, padded(pivots.len()), |i, at| y[at] = x[i]);
         clear(update, padded(factor.beyond()) * self.columns);
         factor.forward(self.columns, y, update);
     }
 
+    /// A front for the solve with L (transposed: with Uᵀ).
     fn forward_reading(&self, k: usize) -> Reading<'_, T> {
-        let front = &self.factors.fronts[k];
-        if self.transpose {
-            (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
-        } else {
-            (&front.pivot_rows, &front.delayed_rows, &front.lower)
-        }
+        self.reading(k, self.transpose)
     }
 
+    /// A front for the solve with U (transposed: with Lᵀ).
     fn backward_reading(&self, k: usize) -> Reading<'_, T> {
+        self.reading(k, !self.transpose)
+    }
+
+    fn reading(&self, k: usize, upper: bool) -> Reading<'_, T> {
         let front = &self.factors.fronts[k];
-        if self.transpose {
-            (&front.pivot_rows, &front.delayed_rows, &front.lower)
-        } else {
+        if upper {
             (&front.pivot_columns, &front.delayed_columns, front.upper.as_ref().unwrap_or(&front.lower))
+        } else {
+            (&front.pivot_rows, &front.delayed_rows, &front.lower)
         }
     }
 
@@ -263,7 +264,8 @@ impl<T: Scalar> Sweep<'_, T> {
         })
     }
 
-    /// Runs a task with a vector that is zero outside the small subtrees, as long as all tasks leave it so.
+    /// Runs a task with a vector over all unknowns. It is zero outside the small subtrees as long as all
+    /// tasks leave it so.
     fn with_whole<R>(&self, task: impl FnOnce(&mut [T]) -> R) -> R {
         let free = || self.whole.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let taken = free().pop();
@@ -291,59 +293,18 @@ fn clear<T: Scalar>(x: &mut Vec<T>, length: usize) {
     x.resize(length, T::ZERO);
 }
 
-/// Copies entries of interleaved vectors, the first of which is that of unknown `start`, into columns
-/// of length `rows`.
-#[inline]
-fn gather<'a, T: Scalar>(
+/// Calls `each` with the places of every entry of some unknowns: in interleaved vectors that start at
+/// unknown `start`, and in columns of length `rows`.
+#[inline(always)]
+fn match_places<'a>(
     unknowns: impl Iterator<Item = &'a u32>,
     start: usize,
     columns: usize,
-    x: &[T],
     rows: usize,
-    to: &mut [T],
+    mut each: impl FnMut(usize, usize),
 ) {
-    if columns == 1 {
-        to.iter_mut().zip(unknowns).for_each(|(to, &i)| *to = x[i as usize - start]);
-        return;
-    }
     for (row, &unknown) in unknowns.enumerate() {
-        let i = columns * (unknown as usize - start);
-        for (j, x) in x[i..i + columns].iter().enumerate() {
-            to[j * rows + row] = *x;
-        }
-    }
-}
-
-/// Adds columns of length `rows` to entries of interleaved vectors.
-#[inline]
-fn scatter<'a, T: Scalar>(
-    unknowns: impl Iterator<Item = &'a u32>,
-    start: usize,
-    columns: usize,
-    from: &[T],
-    rows: usize,
-    x: &mut [T],
-) {
-    if columns == 1 {
-        from.iter().zip(unknowns).for_each(|(from, &i)| x[i as usize - start] += *from);
-        return;
-    }
-    for (row, &unknown) in unknowns.enumerate() {
-        let i = columns * (unknown as usize - start);
-        for (j, x) in x[i..i + columns].iter_mut().enumerate() {
-            *x += from[j * rows + row];
-        }
-    }
-}
-
-/// Overwrites entries of interleaved vectors with columns of [`padded`] length.
-#[inline]
-fn assign<T: Scalar>(unknowns: &[u32], start: usize, columns: usize, from: &[T], x: &mut [T]) {
-    let rows = padded(unknowns.len());
-    for (row, &unknown) in unknowns.iter().enumerate() {
-        let i = columns * (unknown as usize - start);
-        for (j, x) in x[i..i + columns].iter_mut().enumerate() {
-            *x = from[j * rows + row];
-        }
+        let first = columns * (unknown as usize - start);
+        (0..columns).for_each(|j| each(first + j, j * rows + row));
     }
 }
