@@ -31,8 +31,17 @@ pub struct SolveReport {
     pub relative_residual: f64,
     /// ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞): the relative change of A and b for which x is exact.
     pub backward_error: f64,
+    /// ‖b − A x‖₂ / ‖b‖₂ of the start: 1 if none is given.
+    pub initial_residual: f64,
     /// Solves with the factors after the first one, or all of them if a start is given.
     pub iterations: usize,
+}
+
+impl SolveReport {
+    /// All solves with the factors.
+    pub fn solves(&self) -> usize {
+        self.iterations + usize::from(self.initial_residual == 1.0)
+    }
 }
 
 /// Limits of a verified solve.
@@ -188,14 +197,18 @@ fn solve_together(
     let of = |(rhs, x)| Solve::new(&matrix, rhs, x);
     let mut solves: Vec<Solve<'_>> = rhs.iter().copied().zip(x).map(of).collect();
     let without_guess = |solve: &Solve<'_>| !a.ranks().any(solve.x.iter().any(|x| *x != 0.0));
-    let mut cold: Vec<&mut Solve<'_>> =
-        solves.iter_mut().filter(|solve| solve.outcome.is_none() && without_guess(solve)).collect();
+    let (mut cold, warm): (Vec<&mut Solve<'_>>, Vec<_>) =
+        solves.iter_mut().filter(|solve| solve.outcome.is_none()).partition(|solve| without_guess(solve));
     let mut first: Vec<Vec<f64>> = cold.iter().map(|solve| solve.rhs.to_vec()).collect();
     matrix.precondition(&mut first);
     cold.iter_mut().zip(first).for_each(|(solve, first)| solve.x.copy_from_slice(&first));
-    for solve in solves.iter_mut().filter(|solve| solve.outcome.is_none()) {
-        solve.target = options.tolerance * norm_on(solve.rhs, a.ranks());
+    cold.into_iter().for_each(Solve::assess);
+    for solve in warm {
         solve.assess();
+        solve.report.initial_residual = solve.report.relative_residual;
+    }
+    for solve in &mut solves {
+        solve.target = options.tolerance * norm_on(solve.rhs, a.ranks());
     }
     let reaches = |report: &SolveReport| report.relative_residual <= options.tolerance;
     iterate(&matrix, &mut solves, options, &|report| reaches(report) || report.backward_error <= f64::EPSILON);
@@ -232,7 +245,7 @@ pub(crate) fn solve_weighted(
     options: &SolveOptions,
 ) -> Result<SolveReport, SolveError> {
     if norm_on(rhs, a.ranks()) == 0.0 {
-        return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
+        return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, initial_residual: 0.0, iterations: 0 });
     }
     let matrix = Matrix { a, f, transpose, norm: 0.0 };
     let mut x = vec![rhs.to_vec()];
@@ -315,7 +328,7 @@ impl<'a> Solve<'a> {
     /// Checks the right-hand side; nothing is left to do if it is zero or unusable.
     fn new(matrix: &'a Matrix<'a>, rhs: &'a [f64], x: &'a mut [f64]) -> Self {
         let (n, factors) = (matrix.a.n(), matrix.f.n());
-        let report = SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 };
+        let report = SolveReport { relative_residual: 0.0, backward_error: 0.0, initial_residual: 1.0, iterations: 0 };
         let outcome = if factors != n || rhs.len() != n || x.len() != n {
             Some(Err(SolveError::Dimension { n, factors, rhs: rhs.len(), solution: x.len() }))
         } else {
@@ -330,7 +343,7 @@ impl<'a> Solve<'a> {
                 Some(Err(if anywhere { unusable } else { SolveError::NonFinite }))
             } else if size == 0.0 {
                 x.fill(0.0);
-                Some(Ok(report))
+                Some(Ok(SolveReport { initial_residual: 0.0, ..report }))
             } else {
                 None
             }
@@ -385,7 +398,8 @@ impl<'a> Solve<'a> {
             (norm_on(&residual, a.ranks()) / norm_on(self.rhs, a.ranks()), backward_error)
         };
         if relative_residual.is_finite() && backward_error.is_finite() {
-            Ok((SolveReport { relative_residual, backward_error, iterations }, residual))
+            let initial_residual = self.report.initial_residual;
+            Ok((SolveReport { relative_residual, backward_error, initial_residual, iterations }, residual))
         } else {
             Err(SolveError::NonFinite)
         }

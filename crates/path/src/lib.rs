@@ -33,6 +33,7 @@ mod newton;
 #[cfg(test)]
 mod pressed;
 mod problem;
+mod reuse;
 pub mod slider;
 mod solver;
 #[cfg(test)]

@@ -2,16 +2,15 @@
 //! residual.
 //!
 //! Factors are reused: while the active set is almost the same, the factors of an earlier tangent
-//! precondition GMRES on the current one, as long as this is expected to cost less than new
-//! factors. Factors that the march kept for the adjoint are used in the same way. The decision is
-//! based on the cost that the factors report ([`slipstick_linalg::Cost`]), which follows from
-//! counts and not from a clock, so that a run can be repeated bit for bit.
+//! precondition GMRES on the current one, until new factors cost less (`reuse.rs`). Factors that the
+//! march kept for the adjoint are used in the same way.
 
 use crate::failure::{StateError, StepFailureKind};
+use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED};
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
-    Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Operator, PatternId,
-    Precision, Ranks, Reduction, SolveError, SolveOptions, SolveReport, Summed, Symbolic, Transposed, best_in_span,
+    Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, PatternId, Precision,
+    Ranks, Reduction, SolveError, SolveOptions, SolveReport, Summed, Symbolic, Transposed, best_in_span,
     solve_many_from,
 };
 use std::sync::Arc;
@@ -43,7 +42,7 @@ struct Slot {
     cached: Option<Cached>,
     /// The latest analysis, of the pattern of `cached` or of an earlier one.
     symbolic: Option<Symbolic>,
-    lagged: Option<Arc<KeptFactors>>,
+    lagged: Option<InUse>,
 }
 
 impl Slot {
@@ -81,32 +80,6 @@ struct Cached {
     layout: Arc<Layout>,
 }
 
-/// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
-pub(crate) struct KeptFactors {
-    factors: Arc<dyn Factorization>,
-    /// Whether they are factors of the transposed tangent.
-    transposed: bool,
-    fixed: Vec<bool>,
-    active_set: Vec<u8>,
-    /// If these factors are of the regularised matrix, the reason why the matrix itself has none.
-    singular: Option<StepFailureKind>,
-}
-
-impl KeptFactors {
-    /// Number of contact nodes whose status has changed since these were computed.
-    pub(crate) fn changed_nodes(&self, active_set: &[u8]) -> usize {
-        if self.active_set.len() != active_set.len() {
-            return usize::MAX;
-        }
-        self.active_set.iter().zip(active_set).filter(|(before, now)| before != now).count()
-    }
-
-    /// Memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
-        self.factors.bytes()
-    }
-}
-
 /// The free part of a tangent, or of its transpose, with the map back to all unknowns.
 pub(crate) struct Reduced {
     matrix: CsrMatrix,
@@ -123,26 +96,6 @@ pub(crate) struct Reduced {
 /// The term added to the diagonal of the multipliers' rows, whose entries are of order 1, if
 /// contact conditions repeat each other or a prescribed displacement.
 const REGULARISATION: f64 = 1e-7;
-
-/// Fraction of the break-even number of iterations that the march allows with earlier factors: new ones
-/// also serve the solves that follow. The sweep, which solves each tangent once, allows all of it.
-/// On a settled design of the half-ball, the march takes a fifth longer with 1, and the sweep a third
-/// longer with 0.5.
-const PATIENCE: f64 = 0.5;
-
-/// Cost of an iteration for one more right-hand side, relative to that for one alone: the factors
-/// are read once for all. Measured by `cargo run --release -p slipstick-linalg --example factor`.
-const TOGETHER: f64 = 0.4;
-
-/// Maximum number of contact nodes with changed status for which earlier factors are tried: each
-/// adds a few directions that the iteration must find.
-const MOST_CHANGED: usize = 4;
-
-/// Fewer iterations than this are not worth an attempt.
-const LEAST_BUDGET: usize = 3;
-
-/// Maximum number of iterations with earlier factors: each stores two vectors.
-const MOST_BUDGET: f64 = 60.0;
 
 /// Maximum number of iterations with the factors of an iterative solver, and number of directions
 /// kept before a restart.
@@ -266,7 +219,8 @@ impl LinearSystem {
 
     /// The latest factors, if they are of a system with these prescribed unknowns.
     pub(crate) fn latest(&self, fixed: &[bool]) -> Option<&Arc<KeptFactors>> {
-        [&self.now, &self.other].into_iter().filter_map(|slot| slot.lagged.as_ref()).find(|f| f.fixed == fixed)
+        let all = [&self.now, &self.other].into_iter().filter_map(|slot| slot.lagged.as_ref());
+        all.map(|in_use| &in_use.factors).find(|f| f.fixed == fixed)
     }
 
     /// The free part of `matrix`, or of its transpose; prepares the data of its pattern.
@@ -333,9 +287,7 @@ impl LinearSystem {
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
         self.counts.operations += part.operations;
         let (fixed, active_set) = (fixed.to_vec(), active_set.to_vec());
-        let kept = Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set, singular });
-        self.now.lagged = Some(kept.clone());
-        Ok(kept)
+        Ok(Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set, singular }))
     }
 
     /// Solves K x = `rhs` on the free unknowns. Uses factors of an earlier tangent if their active
@@ -356,33 +308,32 @@ impl LinearSystem {
     ) -> Result<Vec<f64>, StepFailureKind> {
         self.check_interrupt()?;
         let system = self.reduce(matrix, false, fixed, groups);
-        let rhs = system.restrict(rhs);
-        let at_hand = self.now.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
-        let start = vec![0.0; rhs.len()];
-        let one = std::slice::from_ref(&rhs);
-        let nearby = self.solve_nearby(&system, at_hand, fixed, vec![start], one, tolerance, PATIENCE).pop();
-        let x = match nearby.flatten() {
-            Some(x) => x,
-            None => self.solve_reduced(&system, fixed, active_set, one, tolerance)?.0.swap_remove(0),
-        };
-        Ok(system.prolong(&x, self.ranks()))
+        let rhs = [system.restrict(rhs)];
+        let mut at_hand = self.now.lagged.take().filter(|f| f.factors.changed_nodes(active_set) <= MOST_CHANGED);
+        let start = vec![vec![0.0; rhs[0].len()]];
+        let x = self.solve_reduced(&system, fixed, active_set, &mut at_hand, start, &rhs, tolerance)?.0;
+        self.now.lagged = at_hand;
+        Ok(system.prolong(&x[0], self.ranks()))
     }
 
     /// Solves a reduced system for several right-hand sides together, with the factors `at_hand` of
-    /// a nearby tangent, if this costs less than with new factors; `None` if it does not. Each
+    /// a nearby tangent if this costs less than with new factors, which otherwise replace them. Each
     /// iteration starts in the span of `similar` solutions; all vectors have one entry per unknown.
+    /// Also returns whether the factors are new.
+    ///
+    /// # Errors
+    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual
+    /// `tolerance`.
     pub(crate) fn solve_similar<'a, S: IntoIterator<Item = &'a Vec<f64>>>(
         &mut self,
         system: &Reduced,
         fixed: &[bool],
-        at_hand: Option<Arc<KeptFactors>>,
+        active_set: &[u8],
+        at_hand: &mut Option<InUse>,
         similar: impl IntoIterator<Item = S>,
         rhs: &[&[f64]],
         tolerance: f64,
-    ) -> Vec<Option<Vec<f64>>> {
-        if at_hand.is_none() {
-            return vec![None; rhs.len()];
-        }
+    ) -> Result<(Vec<Vec<f64>>, bool), StepFailureKind> {
         let begin = self.timings.begin();
         let rhs: Vec<Vec<f64>> = rhs.iter().map(|rhs| system.restrict(rhs)).collect();
         let matrix = system.on(self.backend.ranks());
@@ -392,66 +343,86 @@ impl LinearSystem {
         };
         let starts = rhs.iter().zip(similar).map(start).collect();
         self.timings.end(Phase::Solve, begin);
-        let found = self.solve_nearby(system, at_hand, fixed, starts, &rhs, tolerance, 1.0);
-        found.into_iter().map(|x| x.map(|x| system.prolong(&x, self.ranks()))).collect()
+        let (x, anew) = self.solve_reduced(system, fixed, active_set, at_hand, starts, &rhs, tolerance)?;
+        Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), anew))
     }
 
-    /// Solves a reduced system with new factors, for several right-hand sides together, and also
-    /// returns the factors.
-    ///
-    /// # Errors
-    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual
-    /// `tolerance`.
-    pub(crate) fn solve_anew(
-        &mut self,
-        system: &Reduced,
-        fixed: &[bool],
-        active_set: &[u8],
-        rhs: &[&[f64]],
-        tolerance: f64,
-    ) -> Result<(Vec<Vec<f64>>, Arc<KeptFactors>), StepFailureKind> {
-        let rhs: Vec<Vec<f64>> = rhs.iter().map(|rhs| system.restrict(rhs)).collect();
-        let (x, factors) = self.solve_reduced(system, fixed, active_set, &rhs, tolerance)?;
-        self.now.lagged = None;
-        Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), factors))
-    }
-
-    /// The solutions with new factors, and these factors. If those of an iterative solver do not lead
-    /// to a solution, direct solvers are used from then on; if those in single precision do not,
-    /// double precision.
+    /// The solutions, found from `x` with the factors at hand or with new ones, which then replace
+    /// them, and whether they are new.
     fn solve_reduced(
         &mut self,
         system: &Reduced,
         fixed: &[bool],
         active_set: &[u8],
+        at_hand: &mut Option<InUse>,
+        mut x: Vec<Vec<f64>>,
         rhs: &[Vec<f64>],
         tolerance: f64,
-    ) -> Result<(Vec<Vec<f64>>, Arc<KeptFactors>), StepFailureKind> {
+    ) -> Result<(Vec<Vec<f64>>, bool), StepFailureKind> {
+        let mut unsolved = vec![true; rhs.len()];
+        if let Some(in_use) = at_hand.as_mut().filter(|f| f.factors.fixed == fixed && !f.worn) {
+            unsolved = self.solve_nearby(system, in_use, &mut x, rhs, tolerance);
+        }
+        let places: Vec<usize> = (0..rhs.len()).filter(|&k| unsolved[k]).collect();
+        if places.is_empty() {
+            return Ok((x, false));
+        }
+        // drop the old factors before the new ones are computed
+        *at_hand = None;
+        let starts: Vec<Vec<f64>> = places.iter().map(|&k| std::mem::take(&mut x[k])).collect();
+        let rest: Vec<&[f64]> = places.iter().map(|&k| rhs[k].as_slice()).collect();
+        let (found, made) = self.solve_anew(system, fixed, active_set, &starts, &rest, tolerance)?;
+        places.into_iter().zip(found).for_each(|(k, found)| x[k] = found);
+        *at_hand = Some(made);
+        Ok((x, true))
+    }
+
+    /// The solutions with new factors, and these factors. If those of an iterative solver do not lead
+    /// to a solution, direct solvers are used from then on; if those in single precision do not,
+    /// double precision.
+    fn solve_anew(
+        &mut self,
+        system: &Reduced,
+        fixed: &[bool],
+        active_set: &[u8],
+        starts: &[Vec<f64>],
+        rhs: &[&[f64]],
+        tolerance: f64,
+    ) -> Result<(Vec<Vec<f64>>, InUse), StepFailureKind> {
         let factors = self.factorize(system, fixed, active_set)?;
-        let result = self.solve_exact(system, &factors, rhs, tolerance);
-        let iterative = factors.factors.cost().is_some_and(|cost| cost.solves_per_digit > 0.0);
-        if result.is_err() && iterative && self.now.solver.insist_on_direct() {
-            drop(factors);
-            return self.solve_reduced(system, fixed, active_set, rhs, tolerance);
-        }
-        match result {
-            Err(_) if factors.factors.precision() == Precision::F32 && self.now.solver.insist_on_double() => {
-                drop(factors);
-                let factors = self.factorize(system, fixed, active_set)?;
-                self.solve_exact(system, &factors, rhs, tolerance).map(|x| (x, factors))
+        let result = self.solve_exact(system, &factors, starts, rhs, tolerance);
+        let failed = match result {
+            Ok((x, reports)) => {
+                let mut made = InUse::new(factors);
+                made.count(&system.on(self.backend.ranks()), &reports, tolerance);
+                return Ok((x, made));
             }
-            result => result.map(|x| (x, factors)),
+            Err(failed) => failed,
+        };
+        let precision = factors.factors.precision();
+        let iterative = factors.factors.cost().is_some_and(|cost| cost.solves_per_digit > 0.0);
+        drop(factors);
+        if iterative && self.now.solver.insist_on_direct()
+            || precision == Precision::F32 && self.now.solver.insist_on_double()
+        {
+            return self.solve_anew(system, fixed, active_set, starts, rhs, tolerance);
         }
+        Err(failed)
     }
 
     fn solve_exact(
         &mut self,
         system: &Reduced,
         factors: &KeptFactors,
-        rhs: &[Vec<f64>],
+        starts: &[Vec<f64>],
+        rhs: &[&[f64]],
         tolerance: f64,
-    ) -> Result<Vec<Vec<f64>>, StepFailureKind> {
-        let mut x: Vec<Vec<f64>> = rhs.iter().map(|rhs| vec![0.0; rhs.len()]).collect();
+    ) -> Result<(Vec<Vec<f64>>, Vec<SolveReport>), StepFailureKind> {
+        let mut x = starts.to_vec();
+        if factors.singular.is_some() {
+            // only from zero does the iteration find the smallest multipliers
+            x.iter_mut().for_each(|x| x.fill(0.0));
+        }
         let begin = self.timings.begin();
         let matrix = system.on(self.backend.ranks());
         let cost = factors.factors.cost();
@@ -459,70 +430,66 @@ impl LinearSystem {
             true => SolveOptions { max_iterations: MOST_ITERATIONS, restart: RESTART, ..SolveOptions::new(tolerance) },
             false => SolveOptions::new(tolerance),
         };
-        let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
-        let results = solve_many_from(&matrix, factors.factors.as_ref(), false, &rhs, &mut x, &options);
+        let results = solve_many_from(&matrix, factors.factors.as_ref(), false, rhs, &mut x, &options);
         self.timings.end(Phase::Solve, begin);
         // without a solution, the conditions are contradictory rather than redundant, or something
         // is free to move
         let failure =
             |e: SolveError| factors.singular.clone().unwrap_or_else(|| StepFailureKind::Linear(e.to_string()));
-        let results: Result<Vec<_>, SolveError> = results.into_iter().collect();
-        results.map(|_| x).map_err(failure)
+        let reports: Result<Vec<SolveReport>, SolveError> = results.into_iter().collect();
+        reports.map(|reports| (x, reports)).map_err(failure)
     }
 
-    /// The solutions found from `x` with factors of a nearby tangent, if this costs less than
-    /// `patience` times what new ones cost.
+    /// Solves from `x` with factors of a nearby tangent, within the number of iterations that costs
+    /// less than new ones. Returns which right-hand sides are left without a solution; their `x` is
+    /// where another attempt starts.
     fn solve_nearby(
         &mut self,
         system: &Reduced,
-        at_hand: Option<Arc<KeptFactors>>,
-        fixed: &[bool],
-        mut x: Vec<Vec<f64>>,
+        in_use: &mut InUse,
+        x: &mut [Vec<f64>],
         rhs: &[Vec<f64>],
         tolerance: f64,
-        patience: f64,
-    ) -> Vec<Option<Vec<f64>>> {
-        let none = || vec![None; rhs.len()];
-        let Some(at_hand) = at_hand.filter(|f| f.fixed == fixed) else { return none() };
-        let ranks = self.backend.ranks();
-        let (matrix, factors) = (&system.on(ranks), at_hand.factors.as_ref());
-        let budget = self.budget.unwrap_or_else(|| budget(matrix, factors, rhs.len(), tolerance, patience));
+    ) -> Vec<bool> {
+        let matrix = &system.on(self.backend.ranks());
+        let factors = in_use.factors.factors.clone();
+        let budget = self.budget.unwrap_or_else(|| in_use.budget(matrix, system.transposed, rhs.len(), tolerance));
         if budget < LEAST_BUDGET {
-            return none();
+            return vec![true; rhs.len()];
         }
         let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
         let begin = self.timings.begin();
         let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
-        let results = if at_hand.transposed == system.transposed {
-            solve_many_from(matrix, factors, false, &rhs, &mut x, &options)
+        let results = if in_use.factors.transposed == system.transposed {
+            solve_many_from(matrix, factors.as_ref(), false, &rhs, x, &options)
         } else {
-            solve_many_from(matrix, &Transposed(factors), false, &rhs, &mut x, &options)
+            solve_many_from(matrix, &Transposed(factors.as_ref()), false, &rhs, x, &options)
         };
         self.timings.end(Phase::Solve, begin);
-        let found = |(x, result): (Vec<f64>, Result<SolveReport, SolveError>)| match result {
-            Ok(report) => {
-                self.counts.lagged += 1;
-                self.counts.lagged_iterations += report.iterations;
-                Some(x)
+        let mut reports = Vec::new();
+        let mut unsolved = Vec::new();
+        for (x, result) in x.iter_mut().zip(results) {
+            unsolved.push(result.is_err());
+            match result {
+                Ok(report) => {
+                    self.counts.lagged += 1;
+                    self.counts.lagged_iterations += report.iterations;
+                    reports.push(report);
+                }
+                Err(error) => {
+                    self.counts.given_up += 1;
+                    let useful = |report: SolveReport| report.relative_residual < 1.0;
+                    if !matches!(error, SolveError::NotConverged { report, .. } if useful(report)) {
+                        x.fill(0.0);
+                    }
+                }
             }
-            Err(_) => {
-                self.counts.given_up += 1;
-                None
-            }
-        };
-        x.into_iter().zip(results).map(found).collect()
+        }
+        if self.budget.is_none() {
+            in_use.count(matrix, &reports, tolerance);
+        }
+        unsolved
     }
-}
-
-/// The number of iterations with given factors, for `count` right-hand sides together, that costs
-/// less than `patience` times new factors, equal on all ranks; zero if the factors report no cost. New
-/// factors of an iterative solver need iterations too, in proportion to the digits of the `tolerance`.
-fn budget(matrix: &dyn Operator, factors: &dyn Factorization, count: usize, tolerance: f64, patience: f64) -> usize {
-    let Some(cost) = factors.cost() else { return 0 };
-    let alone = cost.substitution + matrix.product_cost();
-    let iteration = alone * (1.0 + TOGETHER * (count.max(1) - 1) as f64);
-    let anyway = cost.solves_per_digit * -tolerance.log10().min(0.0);
-    (anyway + (patience * cost.factorization / iteration).min(MOST_BUDGET)) as usize
 }
 
 impl Reduced {
@@ -576,61 +543,5 @@ impl Reduced {
         let mut full = vec![0.0; self.unknowns];
         self.reduction.prolong(&self.layout.join(x, ranks), &mut full);
         full
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use slipstick_linalg::{Cost, CsrPattern};
-
-    /// Factors that only have a cost, or not even that.
-    struct Costly(Option<Cost>);
-
-    impl Factorization for Costly {
-        fn solve(&self, _: &mut [f64]) {}
-
-        fn solve_transpose(&self, _: &mut [f64]) {}
-
-        fn n(&self) -> usize {
-            1
-        }
-
-        fn bytes(&self) -> usize {
-            0
-        }
-
-        fn precision(&self) -> Precision {
-            Precision::F64
-        }
-
-        fn cost(&self) -> Option<Cost> {
-            self.0
-        }
-    }
-
-    /// By hand: a product with a matrix of one entry costs 12, a solve 88, so an iteration
-    /// costs 100, and for six right-hand sides together three times as much. The budget is the given
-    /// part of the break-even number, at most 60, and zero if the cost is unknown. An iterative solver
-    /// with three solves per digit needs 12 for 1e-4 with new factors, and the budget comes on top.
-    #[test]
-    fn earlier_factors_are_given_what_new_ones_cost() {
-        let pattern = CsrPattern::new(vec![0, 1], vec![0], vec![0], vec![]).unwrap();
-        let matrix = CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0] };
-        let of = |factorization, substitution| {
-            let cost = Cost { factorization, substitution, solves_per_digit: 0.0 };
-            budget(&matrix, &Costly(Some(cost)), 1, 1e-10, 0.5)
-        };
-        assert_eq!(of(2000.0, 88.0), 10);
-        assert_eq!(of(2199.0, 88.0), 10);
-        assert_eq!(of(2000.0, 38.0), 20);
-        assert_eq!(of(2e6, 88.0), 60);
-        assert_eq!(of(0.0, 88.0), 0);
-        assert_eq!(budget(&matrix, &Costly(None), 1, 1e-10, 1.0), 0);
-        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0 };
-        assert_eq!(budget(&matrix, &Costly(Some(cost)), 1, 1e-10, 1.0), 20);
-        assert_eq!(budget(&matrix, &Costly(Some(cost)), 6, 1e-10, 1.0), 6);
-        let iterative = Cost { solves_per_digit: 3.0, ..cost };
-        assert_eq!(budget(&matrix, &Costly(Some(iterative)), 1, 1e-4, 0.5), 12 + 10);
     }
 }

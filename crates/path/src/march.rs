@@ -2,9 +2,9 @@
 
 use crate::divided::on_first;
 use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
-use crate::linear::KeptFactors;
 use crate::newton::{self, NewtonOptions, Start, StepReport, still_falls};
 use crate::problem::{Attempt, Evaluated, Held, Iteration, Method, StepProblem, StepState, Wanted};
+use crate::reuse::KeptFactors;
 use crate::solver::Solver;
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;

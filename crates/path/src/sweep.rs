@@ -1,9 +1,9 @@
 //! The adjoint sweep, written once for all methods.
 
 use crate::failure::{StateError, StepFailureKind};
-use crate::linear::KeptFactors;
 use crate::march::{Path, PathState};
 use crate::problem::{Adjoint, Evaluated, Held, Iteration, PreviousPullBack, StepProblem, StepState, Unknowns, Wanted};
+use crate::reuse::{InUse, KeptFactors};
 use crate::solver::Solver;
 use crate::timings::Phase;
 use std::collections::VecDeque;
@@ -211,8 +211,8 @@ struct Run<'r, 's, P: StepProblem> {
     adjoints: Vec<ResponseAdjoint>,
     /// Geometry of the next state to treat, if the step after that state has evaluated it.
     geometry: Option<P::Geometry>,
-    /// Factors of a later state of the path, with its index.
-    factors: Option<(usize, Arc<KeptFactors>)>,
+    /// The factors that were used last, with the index of the state that they belong to.
+    factors: Option<(usize, InUse)>,
 }
 
 /// The right-hand side of a response at a state, before the sign change.
@@ -268,19 +268,11 @@ impl<P: StepProblem> Run<'_, '_, P> {
         }
         let all: Vec<&[f64]> = right_hand_sides.iter().map(|side| side.unknowns.as_slice()).collect();
         let similar = right_hand_sides.iter().map(|side| &self.adjoints[side.response].solutions);
-        let at_hand = nearest(self.path, index, self.factors.as_ref());
-        let mut lambdas = linear.solve_similar(&system, fixed, at_hand, similar, &all, tolerance);
-        let mut new = None;
-        let unsolved: Vec<usize> = (0..all.len()).filter(|&k| lambdas[k].is_none()).collect();
-        if !unsolved.is_empty() {
-            // drop the old factors before the new ones are computed
-            self.factors = None;
-            let rest: Vec<&[f64]> = unsolved.iter().map(|&k| all[k]).collect();
-            let (found, made) = linear.solve_anew(&system, fixed, &here.active_set, &rest, tolerance)?;
-            unsolved.iter().zip(found).for_each(|(&k, lambda)| lambdas[k] = Some(lambda));
-            new = Some(made);
-        }
-        for (side, lambda) in right_hand_sides.iter().zip(lambdas.into_iter().flatten()) {
+        let (made, mut at_hand) = nearest(self.path, index, self.factors.take()).unzip();
+        let (lambdas, anew) =
+            linear.solve_similar(&system, fixed, &here.active_set, &mut at_hand, similar, &all, tolerance)?;
+        self.factors = if anew { Some(index) } else { made }.zip(at_hand);
+        for (side, lambda) in right_hand_sides.iter().zip(lambdas) {
             let RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit } = side;
             let own = &mut self.adjoints[*response];
             let begin = linear.timings().begin();
@@ -304,10 +296,6 @@ impl<P: StepProblem> Run<'_, '_, P> {
             *carry = problem.pull_back_previous(&step, &at, &lambda, eta);
             carry.add(explicit);
             linear.end(Phase::PullBack, begin);
-        }
-        let kept = here.factors.as_ref().filter(|f| made_at(self.path, index, f) == index);
-        if let Some(factors) = new.or(kept.cloned()) {
-            self.factors = Some((index, factors));
         }
         Ok(())
     }
@@ -342,13 +330,14 @@ impl<P: StepProblem> Run<'_, '_, P> {
     }
 }
 
-/// The factors for the solve at the state `index`: those of the march or of a later state,
-/// whichever is nearer.
-fn nearest(path: &Path, index: usize, later: Option<&(usize, Arc<KeptFactors>)>) -> Option<Arc<KeptFactors>> {
+/// The factors for the solve at the state `index`, with the index of the state that they belong to:
+/// those used last, unless they are worn, or those of the march, whichever is nearer.
+fn nearest(path: &Path, index: usize, last: Option<(usize, InUse)>) -> Option<(usize, InUse)> {
     let here = &path.states[index];
-    let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));
-    let later = later.map(|(made, f)| (made - index, f));
-    let far =
-        |(steps, factors): &(usize, &Arc<KeptFactors>)| factors.changed_nodes(&here.active_set).saturating_add(*steps);
-    [kept, later].into_iter().flatten().min_by_key(far).map(|(_, f)| f.clone())
+    let kept = here.factors.as_ref().map(|f| (made_at(path, index, f), InUse::new(f.clone())));
+    let last = last.filter(|(_, in_use)| !in_use.worn);
+    let far = |(made, in_use): &(usize, InUse)| {
+        in_use.factors.changed_nodes(&here.active_set).saturating_add(made.abs_diff(index))
+    };
+    [last, kept].into_iter().flatten().min_by_key(far)
 }
