@@ -131,6 +131,11 @@ const CHANGES: &[(&str, &str, &str)] = &[
         "iterations = 4\nschedule = { volume_fraction = [[2, 0.6], [1, 0.5]] }",
     ),
     (
+        "a schedule before the first iteration",
+        "iterations = 4",
+        "iterations = 4\nschedule = { volume_fraction = [[-1, 0.6], [1, 0.5]] }",
+    ),
+    (
         "a schedule of a radius without a filter",
         "iterations = 4",
         "iterations = 4\nschedule = { filter_radius = [[0, 1.5], [2, 1.2]] }",
