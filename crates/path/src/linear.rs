@@ -81,16 +81,18 @@ struct Cached {
 }
 
 /// The free part of a tangent, or of its transpose, with the map back to all unknowns.
-pub(crate) struct Reduced {
+pub(crate) struct Reduced<'a> {
     matrix: CsrMatrix,
     transposed: bool,
+    /// Which unknowns are prescribed.
+    fixed: &'a [bool],
+    /// Status of the contact nodes.
+    active_set: &'a [u8],
     reduction: Arc<Reduction>,
     /// Which block rows belong to multipliers.
     multipliers: Arc<[bool]>,
     /// Which of the free unknowns belong to this rank.
     layout: Arc<Layout>,
-    /// Number of all unknowns.
-    unknowns: usize,
 }
 
 /// The term added to the diagonal of the multipliers' rows, whose entries are of order 1, if
@@ -224,7 +226,14 @@ impl LinearSystem {
     }
 
     /// The free part of `matrix`, or of its transpose; prepares the data of its pattern.
-    pub(crate) fn reduce(&mut self, matrix: &BlockMatrix, transposed: bool, fixed: &[bool], groups: &[u32]) -> Reduced {
+    pub(crate) fn reduce<'a>(
+        &mut self,
+        matrix: &BlockMatrix,
+        transposed: bool,
+        fixed: &'a [bool],
+        groups: &[u32],
+        active_set: &'a [u8],
+    ) -> Reduced<'a> {
         self.take_up(fixed);
         let fits = self.now.cached.as_ref().is_some_and(|c| c.pattern == matrix.pattern().id() && c.fixed == fixed);
         // a pattern may be new on one rank only, but all ranks create a layout together
@@ -250,18 +259,13 @@ impl LinearSystem {
         let multipliers = cached.multipliers.clone();
         let begin = self.timings.begin();
         let free = if transposed { reduction.reduce_transposed(matrix) } else { reduction.reduce(matrix) };
-        let system = Reduced { matrix: free, transposed, reduction, multipliers, layout, unknowns: fixed.len() };
+        let system = Reduced { matrix: free, transposed, fixed, active_set, reduction, multipliers, layout };
         self.timings.end(Phase::Solve, begin);
         system
     }
 
     /// Computes new factors, which become the latest ones.
-    fn factorize(
-        &mut self,
-        system: &Reduced,
-        fixed: &[bool],
-        active_set: &[u8],
-    ) -> Result<Arc<KeptFactors>, StepFailureKind> {
+    fn factorize(&mut self, system: &Reduced<'_>) -> Result<Arc<KeptFactors>, StepFailureKind> {
         let fail = |e: FactorizationError| system.failure(e);
         // drop the old ones of this system first: they are no longer needed, and memory is scarce
         self.now.lagged = None;
@@ -286,7 +290,7 @@ impl LinearSystem {
         let part = factors.part();
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
         self.counts.operations += part.operations;
-        let (fixed, active_set) = (fixed.to_vec(), active_set.to_vec());
+        let (fixed, active_set) = (system.fixed.to_vec(), system.active_set.to_vec());
         Ok(Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set, singular }))
     }
 
@@ -307,11 +311,11 @@ impl LinearSystem {
         tolerance: f64,
     ) -> Result<Vec<f64>, StepFailureKind> {
         self.check_interrupt()?;
-        let system = self.reduce(matrix, false, fixed, groups);
+        let system = self.reduce(matrix, false, fixed, groups, active_set);
         let rhs = [system.restrict(rhs)];
         let mut at_hand = self.now.lagged.take().filter(|f| f.factors.changed_nodes(active_set) <= MOST_CHANGED);
         let start = vec![vec![0.0; rhs[0].len()]];
-        let x = self.solve_reduced(&system, fixed, active_set, &mut at_hand, start, &rhs, tolerance)?.0;
+        let x = self.solve_reduced(&system, &mut at_hand, start, &rhs, tolerance)?.0;
         self.now.lagged = at_hand;
         Ok(system.prolong(&x[0], self.ranks()))
     }
@@ -326,9 +330,7 @@ impl LinearSystem {
     /// `tolerance`.
     pub(crate) fn solve_similar<'a, S: IntoIterator<Item = &'a Vec<f64>>>(
         &mut self,
-        system: &Reduced,
-        fixed: &[bool],
-        active_set: &[u8],
+        system: &Reduced<'_>,
         at_hand: &mut Option<InUse>,
         similar: impl IntoIterator<Item = S>,
         rhs: &[&[f64]],
@@ -343,7 +345,7 @@ impl LinearSystem {
         };
         let starts = rhs.iter().zip(similar).map(start).collect();
         self.timings.end(Phase::Solve, begin);
-        let (x, anew) = self.solve_reduced(system, fixed, active_set, at_hand, starts, &rhs, tolerance)?;
+        let (x, anew) = self.solve_reduced(system, at_hand, starts, &rhs, tolerance)?;
         Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), anew))
     }
 
@@ -351,16 +353,14 @@ impl LinearSystem {
     /// them, and whether they are new.
     fn solve_reduced(
         &mut self,
-        system: &Reduced,
-        fixed: &[bool],
-        active_set: &[u8],
+        system: &Reduced<'_>,
         at_hand: &mut Option<InUse>,
         mut x: Vec<Vec<f64>>,
         rhs: &[Vec<f64>],
         tolerance: f64,
     ) -> Result<(Vec<Vec<f64>>, bool), StepFailureKind> {
         let mut unsolved = vec![true; rhs.len()];
-        if let Some(in_use) = at_hand.as_mut().filter(|f| f.factors.fixed == fixed && !f.worn) {
+        if let Some(in_use) = at_hand.as_mut().filter(|f| f.factors.fixed == system.fixed && !f.worn) {
             unsolved = self.solve_nearby(system, in_use, &mut x, rhs, tolerance);
         }
         let places: Vec<usize> = (0..rhs.len()).filter(|&k| unsolved[k]).collect();
@@ -371,7 +371,7 @@ impl LinearSystem {
         *at_hand = None;
         let starts: Vec<Vec<f64>> = places.iter().map(|&k| std::mem::take(&mut x[k])).collect();
         let rest: Vec<&[f64]> = places.iter().map(|&k| rhs[k].as_slice()).collect();
-        let (found, made) = self.solve_anew(system, fixed, active_set, &starts, &rest, tolerance)?;
+        let (found, made) = self.solve_anew(system, &starts, &rest, tolerance)?;
         places.into_iter().zip(found).for_each(|(k, found)| x[k] = found);
         *at_hand = Some(made);
         Ok((x, true))
@@ -382,14 +382,12 @@ impl LinearSystem {
     /// double precision.
     fn solve_anew(
         &mut self,
-        system: &Reduced,
-        fixed: &[bool],
-        active_set: &[u8],
+        system: &Reduced<'_>,
         starts: &[Vec<f64>],
         rhs: &[&[f64]],
         tolerance: f64,
     ) -> Result<(Vec<Vec<f64>>, InUse), StepFailureKind> {
-        let factors = self.factorize(system, fixed, active_set)?;
+        let factors = self.factorize(system)?;
         let result = self.solve_exact(system, &factors, starts, rhs, tolerance);
         let failed = match result {
             Ok((x, reports)) => {
@@ -405,14 +403,14 @@ impl LinearSystem {
         if iterative && self.now.solver.insist_on_direct()
             || precision == Precision::F32 && self.now.solver.insist_on_double()
         {
-            return self.solve_anew(system, fixed, active_set, starts, rhs, tolerance);
+            return self.solve_anew(system, starts, rhs, tolerance);
         }
         Err(failed)
     }
 
     fn solve_exact(
         &mut self,
-        system: &Reduced,
+        system: &Reduced<'_>,
         factors: &KeptFactors,
         starts: &[Vec<f64>],
         rhs: &[&[f64]],
@@ -445,7 +443,7 @@ impl LinearSystem {
     /// where another attempt starts.
     fn solve_nearby(
         &mut self,
-        system: &Reduced,
+        system: &Reduced<'_>,
         in_use: &mut InUse,
         x: &mut [Vec<f64>],
         rhs: &[Vec<f64>],
@@ -492,7 +490,7 @@ impl LinearSystem {
     }
 }
 
-impl Reduced {
+impl Reduced<'_> {
     /// The matrix with a small term on the diagonal of the multipliers' rows. It preconditions a
     /// matrix that is singular because some contact conditions follow from others, for instance if
     /// more slave nodes stick than master nodes can move against prescribed displacements. The
@@ -540,7 +538,7 @@ impl Reduced {
 
     /// A solution on all ranks, with the prescribed unknowns at zero.
     fn prolong(&self, x: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
-        let mut full = vec![0.0; self.unknowns];
+        let mut full = vec![0.0; self.fixed.len()];
         self.reduction.prolong(&self.layout.join(x, ranks), &mut full);
         full
     }

@@ -256,7 +256,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let Solver { linear, workspace, .. } = &mut *self.solver;
         let (fixed, groups) = (problem.unknowns().fixed(Held::None), &problem.unknowns().groups);
         let matrix = problem.tangent(&step, &at, workspace)?;
-        let system = linear.reduce(matrix, true, fixed, groups);
+        let system = linear.reduce(matrix, true, fixed, groups, &here.active_set);
         let tolerance = self.options.linear_tolerance;
         for RightHandSide { unknowns: rhs, residual, .. } in &mut right_hand_sides {
             if residual.iter().any(|&weight| weight != 0.0) {
@@ -269,8 +269,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let all: Vec<&[f64]> = right_hand_sides.iter().map(|side| side.unknowns.as_slice()).collect();
         let similar = right_hand_sides.iter().map(|side| &self.adjoints[side.response].solutions);
         let (made, mut at_hand) = nearest(self.path, index, self.factors.take()).unzip();
-        let (lambdas, anew) =
-            linear.solve_similar(&system, fixed, &here.active_set, &mut at_hand, similar, &all, tolerance)?;
+        let (lambdas, anew) = linear.solve_similar(&system, &mut at_hand, similar, &all, tolerance)?;
         self.factors = if anew { Some(index) } else { made }.zip(at_hand);
         for (side, lambda) in right_hand_sides.iter().zip(lambdas) {
             let RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit } = side;
