@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let b: Vec<f64> = (0..a.n()).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
         for (transpose, tolerance) in [(false, 1e-4), (false, 1e-10), (true, 1e-4), (true, 1e-10)] {
             let mut x = vec![0.0; a.n()];
-            let options = SolveOptions { tolerance, max_iterations: 300, restart: 300, give_up_early: false };
+            let options = SolveOptions { tolerance, max_iterations: 300, restart: 300, alternative: None };
             let start = Instant::now();
             let report = match solve_with(&a, factors.as_ref(), transpose, &b, &mut x, &options) {
                 Ok(report) | Err(SolveError::NotConverged { report, .. }) => report,

@@ -82,4 +82,6 @@ pub use solver::{
 pub use span::best_in_span;
 pub use supernodal::SupernodalSolver;
 pub use symbolic::Symbolic;
-pub use verified::{SolveError, SolveOptions, SolveReport, solve_from, solve_many_from, solve_verified, solve_with};
+pub use verified::{
+    Alternative, SolveError, SolveOptions, SolveReport, solve_from, solve_many_from, solve_verified, solve_with,
+};

@@ -300,7 +300,7 @@ pub fn test_on(
     let entry = |i: usize| (i as f64 * i as f64 * 0.618_034 + rank).sin();
     let rhs: Vec<f64> = weights.iter().enumerate().map(|(i, weight)| entry(i) / weight).collect();
     let (tolerance, most) = (TEST_TOLERANCE, TEST_ITERATIONS);
-    let options = SolveOptions { tolerance, max_iterations: most, restart: most, give_up_early: false };
+    let options = SolveOptions { tolerance, max_iterations: most, restart: most, alternative: None };
     let residual = match solve_weighted(a, factors, transpose, &rhs, weights, &options) {
         Ok(report) => report.relative_residual,
         Err(_) => f64::NAN,

@@ -4,9 +4,9 @@ mod common;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalFactorization, MultifrontalSolver, Precision,
-    RobustSolver, SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from, solve_many_from,
-    solve_verified, solve_with,
+    Alternative, CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalFactorization, MultifrontalSolver,
+    Precision, RobustSolver, SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from,
+    solve_many_from, solve_verified, solve_with,
 };
 use std::sync::Arc;
 
@@ -81,8 +81,13 @@ fn a_given_start_is_used_and_does_no_harm() {
     let mut x = exact.clone();
     assert_eq!(solve_from(&nearby, &factors, true, &b, &mut x, &options).unwrap().iterations, 0);
     x.iter_mut().zip(random.vector(a.n())).for_each(|(x, r)| *x *= 1.0 + 1e-6 * r);
+    let start = relative_residual(&nearby, true, &x, &b);
     let from_near = solve_from(&nearby, &factors, true, &b, &mut x, &options).unwrap();
     assert!(from_near.iterations < from_nothing.iterations, "{from_near:?}, {from_nothing:?}");
+    assert!((from_near.initial_residual / start - 1.0).abs() < 1e-6, "{from_near:?}, {start:e}");
+    // the first solve with the factors is not counted as an iteration if there is no start
+    assert_eq!(from_near.solves(), from_near.iterations);
+    assert_eq!((from_nothing.initial_residual, from_nothing.solves()), (1.0, from_nothing.iterations + 1));
     let mut far: Vec<f64> = random.vector(a.n()).iter().map(|r| 1e3 * r).collect();
     solve_from(&nearby, &factors, true, &b, &mut far, &options).unwrap();
     assert!(relative_residual(&nearby, true, &far, &b) <= 1e-10);
@@ -153,7 +158,7 @@ fn hopeless_factors_are_reported() {
     let factors = SupernodalSolver::new().analyse_and_factorize(&other).unwrap();
     let b = random.vector(a.n());
     let mut x = vec![0.0; a.n()];
-    let options = SolveOptions { tolerance: 1e-10, max_iterations: 5, restart: 5, give_up_early: false };
+    let options = SolveOptions { tolerance: 1e-10, max_iterations: 5, restart: 5, alternative: None };
     match solve_with(&a, factors.as_ref(), false, &b, &mut x, &options) {
         Err(SolveError::NotConverged { report, tolerance }) => {
             assert_eq!(tolerance, 1e-10);
@@ -288,12 +293,16 @@ fn hopeless_iterations_are_given_up() {
     let factors = SupernodalSolver::new().analyse_and_factorize(&identity).unwrap();
     let mut b = vec![0.0; n];
     b[0] = 1.0;
-    for (give_up_early, most) in [(false, 30), (true, 6)] {
-        let options = SolveOptions { tolerance: 1e-10, max_iterations: 30, restart: 30, give_up_early };
+    let alternative = Some(Alternative { preparation: 30.0, per_digit: 0.0 });
+    for (alternative, most) in [(None, 30), (alternative, 6)] {
+        let options = SolveOptions { tolerance: 1e-10, max_iterations: 30, restart: 30, alternative };
         let mut x = vec![0.0; n];
         match solve_with(&shift, factors.as_ref(), false, &b, &mut x, &options) {
             Err(SolveError::NotConverged { report, .. }) => {
-                assert!(report.iterations <= most && (give_up_early || report.iterations == most), "{report:?}");
+                assert!(
+                    report.iterations <= most && (alternative.is_some() || report.iterations == most),
+                    "{report:?}"
+                );
                 assert!(report.relative_residual >= 1.0 - 1e-12, "{report:?}");
             }
             other => panic!("{other:?}"),

@@ -9,8 +9,8 @@ use crate::failure::{StateError, StepFailureKind};
 use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED};
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
-    Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, PatternId, Precision,
-    Ranks, Reduction, SolveError, SolveOptions, SolveReport, Summed, Symbolic, Transposed, best_in_span,
+    Alternative, Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, PatternId,
+    Precision, Ranks, Reduction, SolveError, SolveOptions, SolveReport, Summed, Symbolic, Transposed, best_in_span,
     solve_many_from,
 };
 use std::sync::Arc;
@@ -451,11 +451,16 @@ impl LinearSystem {
     ) -> Vec<bool> {
         let matrix = &system.on(self.backend.ranks());
         let factors = in_use.factors.factors.clone();
-        let budget = self.budget.unwrap_or_else(|| in_use.budget(matrix, system.transposed, rhs.len(), tolerance));
+        let alternative = match self.budget {
+            Some(budget) => Some(Alternative { preparation: budget as f64, per_digit: 0.0 }),
+            None => in_use.alternative(matrix, system.transposed, rhs.len()),
+        };
+        let budget = alternative.map_or(0.0, |alternative| alternative.cost(-tolerance.log10().min(0.0))) as usize;
         if budget < LEAST_BUDGET {
             return vec![true; rhs.len()];
         }
-        let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
+        let max_iterations = self.budget.unwrap_or(2 * budget);
+        let options = SolveOptions { tolerance, max_iterations, restart: max_iterations, alternative };
         let begin = self.timings.begin();
         let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
         let results = if in_use.factors.transposed == system.transposed {

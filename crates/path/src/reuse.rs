@@ -8,7 +8,7 @@
 //! counts and not from a clock, so that a run can be repeated bit for bit.
 
 use crate::failure::StepFailureKind;
-use slipstick_linalg::{Cost, Factorization, Operator, SolveReport};
+use slipstick_linalg::{Alternative, Cost, Factorization, Operator, SolveReport};
 use std::sync::Arc;
 
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
@@ -76,15 +76,14 @@ impl InUse {
         Self { factors, solves: 0.0, digits: 0.0, last: [0.0; 2], worn: false }
     }
 
-    /// The number of iterations, for `count` right-hand sides together, at which new factors of a
-    /// system, transposed or not, would cost less; equal on all ranks, and zero if the factors report
-    /// no cost. New factors of an iterative solver need iterations too, in proportion to the digits of
-    /// the `tolerance`.
-    pub fn budget(&self, matrix: &dyn Operator, transposed: bool, count: usize, tolerance: f64) -> usize {
-        let Some(cost) = self.factors.factors.cost() else { return 0 };
+    /// What new factors of a system, transposed or not, would cost instead of these, for `count`
+    /// right-hand sides together; equal on all ranks. `None` if the factors report no cost. New factors
+    /// of an iterative solver need iterations too.
+    pub fn alternative(&self, matrix: &dyn Operator, transposed: bool, count: usize) -> Option<Alternative> {
+        let cost = self.factors.factors.cost()?;
         let patience = if transposed { 1.0 } else { PATIENCE };
-        let anyway = cost.solves_per_digit * -tolerance.log10().min(0.0);
-        (anyway + (patience * factorization(cost, matrix) / together(count)).min(MOST_BUDGET)) as usize
+        let preparation = (patience * factorization(cost, matrix) / together(count)).min(MOST_BUDGET);
+        Some(Alternative { preparation, per_digit: cost.solves_per_digit })
     }
 
     /// Counts a solve with these reports, and decides whether the factors are worn.
@@ -156,27 +155,24 @@ mod tests {
     }
 
     /// By hand: with a solve of cost 88, an iteration costs 100, and for six right-hand sides together
-    /// three times as much. The budget is the break-even number for the transposed system, half of it
-    /// for the other, at most 60, and zero if the cost is unknown. An iterative solver with three
-    /// solves per digit needs 12 for 1e-4 with new factors, and the budget comes on top.
+    /// three times as much. New factors are worth the break-even number of iterations to the
+    /// transposed system, half of it to the other, at most 60, and nothing is known without a cost. If
+    /// an iterative solver needs three solves per digit, four digits take 12 with new factors.
     #[test]
     fn earlier_factors_are_given_what_new_ones_cost() {
         let matrix = matrix();
         let of = |factorization, substitution| {
             let cost = Cost { factorization, substitution, solves_per_digit: 0.0 };
-            in_use(Some(cost)).budget(&matrix, false, 1, 1e-10)
+            in_use(Some(cost)).alternative(&matrix, false, 1).unwrap().cost(10.0)
         };
-        assert_eq!(of(2000.0, 88.0), 10);
-        assert_eq!(of(2199.0, 88.0), 10);
-        assert_eq!(of(2000.0, 38.0), 20);
-        assert_eq!(of(2e6, 88.0), 60);
-        assert_eq!(of(0.0, 88.0), 0);
-        assert_eq!(in_use(None).budget(&matrix, true, 1, 1e-10), 0);
+        assert_eq!((of(2000.0, 88.0), of(2000.0, 38.0), of(2e6, 88.0), of(0.0, 88.0)), (10.0, 20.0, 60.0, 0.0));
+        assert_eq!(in_use(None).alternative(&matrix, true, 1), None);
         let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0 };
-        assert_eq!(in_use(Some(cost)).budget(&matrix, true, 1, 1e-10), 20);
-        assert_eq!(in_use(Some(cost)).budget(&matrix, true, 6, 1e-10), 6);
+        assert_eq!(in_use(Some(cost)).alternative(&matrix, true, 1).unwrap().cost(10.0), 20.0);
+        let of_six = in_use(Some(cost)).alternative(&matrix, true, 6).unwrap().cost(10.0);
+        assert!((of_six - 20.0 / 3.0).abs() < 1e-14, "{of_six}");
         let iterative = Cost { solves_per_digit: 3.0, ..cost };
-        assert_eq!(in_use(Some(iterative)).budget(&matrix, false, 1, 1e-4), 12 + 10);
+        assert_eq!(in_use(Some(iterative)).alternative(&matrix, false, 1).unwrap().cost(4.0), 12.0 + 10.0);
     }
 
     /// By hand: new factors cost 20 solves, and uses for four digits each take 8, 10, … of them. With

@@ -392,8 +392,7 @@ impl ContactZoneFactorization {
     /// around it detects this.
     fn iterate(&self, transpose: bool, rhs: &mut [f64]) {
         let matrix = self.cycle.matrix();
-        let options =
-            SolveOptions { tolerance: TOLERANCE, max_iterations: MOST, restart: RESTART, give_up_early: false };
+        let options = SolveOptions { tolerance: TOLERANCE, max_iterations: MOST, restart: RESTART, alternative: None };
         let mut x = vec![0.0; rhs.len()];
         let iterations = match solve_with(&matrix, &self.cycle, transpose, rhs, &mut x, &options) {
             Ok(report) => report.iterations,

@@ -1,6 +1,6 @@
 //! Iterations of several right-hand sides in one space of directions.
 
-use super::{Found, HOPE, LEAST_SEEN, Solve, SolveOptions};
+use super::{Found, Solve, SolveOptions};
 use crate::csr::norm_on;
 use crate::vectors::{dots, subtract};
 use slipstick_ranks::Ranks;
@@ -33,9 +33,8 @@ struct Member {
     /// Norm of the residual at the start.
     beta: f64,
     taken: usize,
-    /// Maximum number of iterations, now and in later cycles.
+    /// Maximum number of iterations.
     steps: usize,
-    left: usize,
     ended: bool,
     given_up: bool,
     finite: bool,
@@ -53,7 +52,6 @@ impl SharedCycle {
                 beta,
                 taken: 0,
                 steps: left.min(options.restart.max(1)),
-                left,
                 ended: false,
                 given_up: false,
                 finite: true,
@@ -134,9 +132,8 @@ impl Member {
             self.ended = true;
             return;
         }
-        let (wanted, fallen) = ((wanted / self.beta).ln(), (self.norm / self.beta).ln());
-        let slow = HOPE * fallen * self.left as f64 > wanted * self.taken as f64;
-        if options.give_up_early && self.taken >= LEAST_SEEN && slow {
+        let course = [self.beta, self.norm, wanted];
+        if options.alternative.is_some_and(|other| other.beats(self.taken, course)) {
             (self.ended, self.given_up) = (true, true);
         }
     }
