@@ -264,11 +264,9 @@ impl LinearSystem {
         system
     }
 
-    /// Computes new factors, which become the latest ones.
+    /// Computes new factors.
     fn factorize(&mut self, system: &Reduced<'_>) -> Result<Arc<KeptFactors>, StepFailureKind> {
         let fail = |e: FactorizationError| system.failure(e);
-        // drop the old ones of this system first: they are no longer needed, and memory is scarce
-        self.now.lagged = None;
         let begin = self.timings.begin();
         let pattern = &system.matrix.pattern;
         let symbolic = self.now.solver.analyse_after(pattern, self.now.symbolic.as_slice()).map_err(fail)?;
@@ -350,7 +348,7 @@ impl LinearSystem {
     }
 
     /// The solutions, found from `x` with the factors at hand or with new ones, which then replace
-    /// them, and whether they are new.
+    /// these, and whether the factors are new.
     fn solve_reduced(
         &mut self,
         system: &Reduced<'_>,
@@ -367,7 +365,7 @@ impl LinearSystem {
         if places.is_empty() {
             return Ok((x, false));
         }
-        // drop the old factors before the new ones are computed
+        // drop the old factors before the new ones are computed: memory is scarce
         *at_hand = None;
         let starts: Vec<Vec<f64>> = places.iter().map(|&k| std::mem::take(&mut x[k])).collect();
         let rest: Vec<&[f64]> = places.iter().map(|&k| rhs[k].as_slice()).collect();
@@ -408,6 +406,7 @@ impl LinearSystem {
         Err(failed)
     }
 
+    /// The solutions, found from `starts` with the factors of the system itself.
     fn solve_exact(
         &mut self,
         system: &Reduced<'_>,
@@ -438,9 +437,8 @@ impl LinearSystem {
         reports.map(|reports| (x, reports)).map_err(failure)
     }
 
-    /// Solves from `x` with factors of a nearby tangent, within the number of iterations that costs
-    /// less than new ones. Returns which right-hand sides are left without a solution; their `x` is
-    /// where another attempt starts.
+    /// Solves from `x` with factors of a nearby tangent, unless new ones are expected to cost less.
+    /// Returns which right-hand sides are left without a solution; another attempt starts at their `x`.
     fn solve_nearby(
         &mut self,
         system: &Reduced<'_>,
@@ -459,6 +457,7 @@ impl LinearSystem {
         if budget < LEAST_BUDGET {
             return vec![true; rhs.len()];
         }
+        // the prediction decides; this bounds the memory for directions
         let max_iterations = self.budget.unwrap_or(2 * budget);
         let options = SolveOptions { tolerance, max_iterations, restart: max_iterations, alternative };
         let begin = self.timings.begin();

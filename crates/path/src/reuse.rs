@@ -37,10 +37,9 @@ impl KeptFactors {
     }
 }
 
-/// Fraction of the break-even number of iterations that the march allows with earlier factors: new ones
-/// also serve the solves that follow. The sweep, which solves each tangent once, allows all of it.
-/// On a settled design of the half-ball, the march costs a tenth more with 1, and the sweep a fifth
-/// more with 0.5.
+/// Fraction of the cost of new factors that the march saves by earlier ones: new ones also serve the
+/// solves that follow. The sweep, which solves each tangent once, saves all of it. On a settled design
+/// of the half-ball, the march costs a tenth more with 1, and the sweep a fifth more with 0.5.
 const PATIENCE: f64 = 0.5;
 
 /// Cost of an iteration for one more right-hand side, relative to that for one alone: the factors
@@ -54,7 +53,8 @@ pub(crate) const MOST_CHANGED: usize = 4;
 /// Fewer iterations than this are not worth an attempt.
 pub(crate) const LEAST_BUDGET: usize = 3;
 
-/// Maximum number of iterations with earlier factors: each stores two vectors.
+/// Maximum number of iterations that new factors are considered to be worth: each iteration stores two
+/// vectors.
 const MOST_BUDGET: f64 = 60.0;
 
 /// Factors with the work that they have done.
