@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs the studies of the seal, the gripper finger, the snap-fit, the buffer and the snap-through, and puts their
-# numbers between the marks of the pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it for single cases.
+# numbers between the marks of the pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it
+# for single cases; `full_clutch`, which takes two hours, only if it is named.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -88,8 +89,23 @@ snap() {
     "$program" render $study/more_viscous $study/start $study/less_viscous --curve time push -o docs/figures/snap_force.png
 }
 
+full_clutch() {
+    awk -F, '
+        BEGIN { print "| iteration | θ | volume fraction | open / slipping at the end | Newton iterations | s |\n|--:|--:|--:|--:|--:|--:|" }
+        NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+        {
+            printf "| %d | −%.2f | %.4f | %d / %d | %d | %.0f |\n", $1, -$at["objective"], $at["volume_fraction"], $at["open"],
+                $at["slip"], $at["newton_iterations"], $at["seconds"]
+        }' cases/clutch/full/full/history.csv > "$work/full.md"
+    put cases/clutch/README.md full "$work/full.md"
+}
+
 for case in ${*:-seal gripper detent buffer snap}; do
-    "$program" study "cases/$case/study.toml"
+    if [ "$case" = full_clutch ]; then
+        "$program" study cases/clutch/full.toml
+    else
+        "$program" study "cases/$case/study.toml"
+    fi
     "$case"
-    [ "$case" = snap ] || numbers "$case"
+    case $case in snap | full_clutch) ;; *) numbers "$case" ;; esac
 done
