@@ -68,14 +68,14 @@ fn quantities_are_maximised_and_bounded() {
     assert!(place.path("curve.png").is_file());
 }
 
-/// One iteration with a move limit of 0.2 cannot lead from half of the material to a fifth. The
-/// warning states the violation of the last design, V / V_max − 1 with V from the history.
+/// One iteration with a move limit of 0.1 leads from half of the material to two fifths at best, not to
+/// one fifth. The warning states the violation of the last design, V / V_max − 1 with V from the history.
 #[test]
 fn a_design_that_violates_its_constraints_is_warned_of() {
     let place = Place::with("volume_fraction = 0.5", "volume_fraction = 0.2");
     let told = place.good("optimize case.toml --iterations 1").err;
     let violation = column(&place.table("case/history.csv"), "volume_fraction")[1] / 0.2 - 1.0;
-    assert!(violation > 0.4, "{violation}");
+    assert!(violation > 0.99, "{violation}");
     let expected = format!("the design violates its constraints: the largest relative violation is {violation:.3} (");
     assert!(told.contains(&expected), "{expected}\n{told}");
 }
