@@ -75,7 +75,7 @@ impl Scaling {
         let mut factors = vec![1.0; a.n()];
         multiply(&mut factors, &of_shared, -0.5);
         let mut scaling = Self { rows: factors.clone(), columns: factors, shared };
-        scaling.level(SWEEPS, None, |scaling| scaling.largest_entries(a));
+        scaling.level_within(SWEEPS, None, a);
         scaling
     }
 
@@ -86,7 +86,7 @@ impl Scaling {
         let ones = vec![1.0; part.n()];
         let mut scaling = Self { rows: ones.clone(), columns: ones, shared: vec![false; part.n()] };
         scaling.level(SWEEPS, None, |scaling| {
-            let (mut rows, mut columns) = scaling.largest_entries(part);
+            let (mut rows, mut columns) = scaling.largest_entries(part, &every_row(part));
             add(&mut rows);
             add(&mut columns);
             (rows, columns)
@@ -94,8 +94,19 @@ impl Scaling {
         scaling
     }
 
-    /// Levels rows and columns that do not share factors; `largest` returns the sizes of all rows and
-    /// columns. Sizes that are `known` are not computed.
+    /// Levels the rows and columns of `a` that do not share factors. Sizes that are `known` are not
+    /// computed.
+    fn level_within(&mut self, sweeps: usize, known: Option<(Vec<f64>, Vec<f64>)>, a: &CsrMatrix) {
+        let counts = |&i: &u32| {
+            let alone = |j: u32| !self.shared[j as usize];
+            alone(i) || a.row(i as usize).0.iter().any(|&j| alone(j))
+        };
+        let rows: Vec<u32> = every_row(a).into_iter().filter(counts).collect();
+        self.level(sweeps, known, |scaling| scaling.largest_entries(a, &rows));
+    }
+
+    /// Levels rows and columns that do not share factors, whose sizes `largest` returns; sizes of the
+    /// others are ignored. Sizes that are `known` are not computed.
     fn level(
         &mut self,
         sweeps: usize,
@@ -139,7 +150,7 @@ impl Scaling {
         let Some(mut scaling) = earlier.filter(|scaling| scaling.rows.len() == a.n()) else {
             return Self::equilibrate(a);
         };
-        let (mut rows, mut columns) = scaling.largest_entries(a);
+        let (mut rows, mut columns) = scaling.largest_entries(a, &every_row(a));
         scaling.share(&mut rows, &mut columns);
         let is_out = |size: f64| size != 0.0 && !(1.0 / LEVEL..=LEVEL).contains(&size);
         let out: Vec<usize> = (0..a.n()).filter(|&i| is_out(rows[i]) || is_out(columns[i])).collect();
@@ -149,28 +160,27 @@ impl Scaling {
         if out.len() as f64 > MOST_OUT_OF_LEVEL * a.n() as f64 || out.iter().any(|&i| scaling.shared[i]) {
             return Self::equilibrate(a);
         }
-        scaling.level(1, Some((rows, columns)), |scaling| scaling.largest_entries(a));
+        scaling.level_within(1, Some((rows, columns)), a);
         scaling
     }
 
-    /// Largest absolute entry of each scaled row and column. Maxima do not depend on the order in
-    /// which threads compute them.
-    fn largest_entries(&self, a: &CsrMatrix) -> (Vec<f64>, Vec<f64>) {
+    /// Largest absolute entry of each scaled row and column, among the entries in `rows`. Maxima do
+    /// not depend on the order in which threads compute them.
+    fn largest_entries(&self, a: &CsrMatrix, rows: &[u32]) -> (Vec<f64>, Vec<f64>) {
         let n = a.n();
-        let mut rows = vec![0.0f64; n];
-        let columns = rows
+        let mut sizes = vec![0.0f64; rows.len()];
+        let columns = sizes
             .par_chunks_mut(ROWS_PER_TASK)
-            .enumerate()
+            .zip(rows.par_chunks(ROWS_PER_TASK))
             .fold(
                 || vec![0.0f64; n],
-                |mut columns, (task, rows)| {
-                    for (k, row) in rows.iter_mut().enumerate() {
-                        let i = task * ROWS_PER_TASK + k;
-                        let (places, values) = a.row(i);
+                |mut columns, (sizes, rows)| {
+                    for (size, &i) in sizes.iter_mut().zip(rows) {
+                        let (places, values) = a.row(i as usize);
                         for (&j, value) in places.iter().zip(values) {
                             let j = j as usize;
-                            let scaled = value.abs() * self.rows[i] * self.columns[j];
-                            *row = row.max(scaled);
+                            let scaled = value.abs() * self.rows[i as usize] * self.columns[j];
+                            *size = size.max(scaled);
                             columns[j] = columns[j].max(scaled);
                         }
                     }
@@ -184,7 +194,9 @@ impl Scaling {
                     columns
                 },
             );
-        (rows, columns)
+        let mut of_rows = vec![0.0; n];
+        rows.iter().zip(sizes).for_each(|(&i, size)| of_rows[i as usize] = size);
+        (of_rows, columns)
     }
 
     /// Entries of the scaled matrix, converted, in the order of the pattern.
@@ -198,6 +210,10 @@ impl Scaling {
         }
         values
     }
+}
+
+fn every_row(a: &CsrMatrix) -> Vec<u32> {
+    (0..a.n() as u32).collect()
 }
 
 /// Multiplies each factor by the power of two next to `size^exponent`. Factors with a size of zero
@@ -306,7 +322,7 @@ mod tests {
         let first = Scaling::equilibrate(&matrix(1.0, 1.0));
         let next = Scaling::follow(Some(first.clone()), &matrix(1e6, 1.0));
         assert_eq!(next.rows[..39], first.rows[..39]);
-        let (rows, columns) = next.largest_entries(&matrix(1e6, 1.0));
+        let (rows, columns) = next.largest_entries(&matrix(1e6, 1.0), &[39]);
         assert!([rows[39], columns[39]].iter().all(|size| (0.25..=4.0).contains(size)), "{rows:?}, {columns:?}");
         let other = matrix(1.0, 1e6);
         let again = Scaling::follow(Some(first), &other);

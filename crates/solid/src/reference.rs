@@ -18,9 +18,10 @@ pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamm
     let (law, full, n) = (&section.material, section.formulation == Formulation::Full, x.len());
     let (zero, one, third) = (T::from(0.0), T::from(1.0), T::from(1.0 / 3.0));
     let at_point = |(at, weight): ([f64; 3], f64)| -> (T, [[T; 3]; 3]) {
-        let slopes: [Vec<_>; 3] = from_fn(|b| shapes(n, from_fn(|c| Dual { value: at[c], slope: f64::from(b == c) })));
-        let dx = from_fn(|a| from_fn(|b| T::from((0..n).map(|i| x[i][a] * slopes[b][i].slope).sum())));
-        let du = |a: usize, b: usize| (0..n).fold(zero, |sum, i| sum + u[i][a] * T::from(slopes[b][i].slope));
+        let slopes: [Vec<_>; 3] =
+            from_fn(|b| shapes(n, from_fn(|c| Dual { value: at[c], slopes: [f64::from(b == c)] })));
+        let dx = from_fn(|a| from_fn(|b| T::from((0..n).map(|i| x[i][a] * slopes[b][i].slopes[0]).sum())));
+        let du = |a: usize, b: usize| (0..n).fold(zero, |sum, i| sum + u[i][a] * T::from(slopes[b][i].slopes[0]));
         // Cramer's rule solves H ∂X/∂ξ = ∂u/∂ξ.
         let replaced = |a, b| from_fn(|c| if c == b { from_fn(|beta| du(a, beta)) } else { dx[c] });
         let h = from_fn(|a| from_fn(|b| determinant(&replaced(a, b)) / determinant(&dx)));

@@ -13,7 +13,7 @@
 //! = P.
 
 use crate::dual::Dual;
-use crate::law::Material;
+use crate::law::{Material, Real};
 use crate::model::{Hexahedron, InvertedElements, SolidModel, refuse};
 use crate::quadratic::AveragedPoints;
 use crate::tet4::Batch;
@@ -71,28 +71,21 @@ fn cofactor(f: &Tensor) -> Tensor {
 
 /// P = ∂Ψ/∂F.
 fn first_piola_kirchhoff(material: &Material, f: &Tensor) -> Tensor {
-    from_fn(|i| {
-        from_fn(|j| {
-            let varied: [[Dual<f64>; 3]; 3] =
-                from_fn(|a| from_fn(|b| Dual { value: f[a][b], slope: f64::from((a, b) == (i, j)) }));
-            material.energy(&varied).slope
-        })
-    })
+    derivatives(material, |a, b| f[a][b])
 }
 
 /// ∂P/∂F : V.
 fn stress_change(material: &Material, f: &Tensor, along: &Tensor) -> Tensor {
-    from_fn(|i| {
-        from_fn(|j| {
-            let varied: [[Dual<Dual<f64>>; 3]; 3] = from_fn(|a| {
-                from_fn(|b| Dual {
-                    value: Dual { value: f[a][b], slope: along[a][b] },
-                    slope: Dual { value: f64::from((a, b) == (i, j)), slope: 0.0 },
-                })
-            });
-            material.energy(&varied).slope.slope
-        })
-    })
+    let changes = derivatives(material, |a, b| Dual { value: f[a][b], slopes: [along[a][b]] });
+    changes.map(|row| row.map(|entry| entry.slopes[0]))
+}
+
+/// ∂Ψ/∂F at the F with these entries.
+fn derivatives<T: Real>(material: &Material, entry: impl Fn(usize, usize) -> T) -> [[T; 3]; 3] {
+    let unit = |k: usize| from_fn(|l| T::from(f64::from(k == l)));
+    let varied: [[Dual<T, 9>; 3]; 3] = from_fn(|a| from_fn(|b| Dual { value: entry(a, b), slopes: unit(3 * a + b) }));
+    let slopes = material.energy(&varied).slopes;
+    from_fn(|a| from_fn(|b| slopes[3 * a + b]))
 }
 
 /// σ at deformation gradient F. \[F/L²\]

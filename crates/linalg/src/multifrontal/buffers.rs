@@ -27,9 +27,20 @@ impl<T: Scalar> Buffers<T> {
     pub fn zeros(&self, length: usize) -> Vec<T> {
         let mut buffer = self.reuse(length).unwrap_or_default();
         buffer.clear();
-        buffer.reserve_exact(length);
-        // Written immediately: memory that is read before it is written would be mapped twice.
-        buffer.resize(length, T::ZERO);
+        extend(&mut buffer, length);
+        buffer
+    }
+
+    /// The same with zeros only on and below the diagonal of a square matrix with this number of rows;
+    /// entries above may be anything.
+    pub fn zeros_below(&self, rows: usize) -> Vec<T> {
+        let mut buffer = self.reuse(rows * rows).unwrap_or_default();
+        buffer.truncate(rows * rows);
+        let written = buffer.len();
+        extend(&mut buffer, rows * rows);
+        for (j, column) in buffer[..written].chunks_mut(rows.max(1)).enumerate() {
+            column.iter_mut().skip(j).for_each(|entry| *entry = T::ZERO);
+        }
         buffer
     }
 
@@ -62,6 +73,13 @@ impl<T: Scalar> Buffers<T> {
     }
 }
 
+/// Appends zeros. They are written immediately: memory that is read before it is written would be
+/// mapped twice.
+fn extend<T: Scalar>(buffer: &mut Vec<T>, length: usize) {
+    buffer.reserve_exact(length - buffer.len());
+    buffer.resize(length, T::ZERO);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,6 +98,10 @@ mod tests {
         let again = buffers.zeros(WORTH_KEEPING);
         assert_eq!(again.as_ptr(), place);
         assert_eq!(again, vec![0.0; WORTH_KEEPING]);
+        buffers.put(vec![2.0; WORTH_KEEPING]);
+        let (rows, mut lower) = (131, buffers.zeros_below(131));
+        lower.iter_mut().enumerate().filter(|(k, _)| k % rows < k / rows).for_each(|(_, above)| *above = 0.0);
+        assert_eq!(lower, vec![0.0; rows * rows]);
         for factor in 1..=KEPT + 1 {
             buffers.put(vec![1.0; factor * WORTH_KEEPING]);
         }

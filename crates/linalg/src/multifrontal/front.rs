@@ -209,12 +209,10 @@ impl<'a, T: Scalar> Assembly<'a, T> {
     fn is_symmetric(&self) -> bool {
         let round_off = T::SYMMETRY;
         let is_mirrored = |entry: &Entry| {
-            let value = self.values[entry.source as usize].to_f64();
+            let value = self.values[entry.source as usize];
             match entry.mirror {
-                MISSING => value == 0.0,
-                // the other of the two is compared
-                _ if entry.row <= entry.column => true,
-                mirror => (value - self.values[mirror as usize].to_f64()).abs() <= round_off,
+                MISSING => value == T::ZERO,
+                mirror => (value - self.values[mirror as usize]).absolute() <= round_off,
             }
         };
         self.children.iter().all(|child| child.contribution.content != Content::All)

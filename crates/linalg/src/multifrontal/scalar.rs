@@ -12,7 +12,7 @@ pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
     /// it only detects zeros: such factors are still good preconditioners.
     const SMALLEST_PIVOT: f64;
     /// Largest difference between two entries of the scaled matrix that counts as round-off.
-    const SYMMETRY: f64;
+    const SYMMETRY: Self;
     const ZERO: Self;
     const ONE: Self;
     /// A register.
@@ -37,7 +37,7 @@ macro_rules! scalar {
     ($t:ident, $smallest:expr, $registers:ident, $as_simd:ident, $splat:ident, $mul_add:ident, $sum:ident) => {
         impl Scalar for $t {
             const SMALLEST_PIVOT: f64 = $smallest;
-            const SYMMETRY: f64 = 16.0 * $t::EPSILON as f64;
+            const SYMMETRY: Self = 16.0 * $t::EPSILON;
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             type Vector<S: Simd> = S::$registers;

@@ -86,7 +86,7 @@ impl<T: Scalar> Assembly<'_, T> {
     /// F22, r × r, on and below the diagonal. Releases the contributions of the children.
     fn lower_triangle_beyond(&mut self, buffers: &Buffers<T>) -> Vec<T> {
         let r = self.beyond;
-        let mut f22 = buffers.zeros(r * r);
+        let mut f22 = buffers.zeros_below(r);
         let columns = f22.chunks_exact_mut(r.max(1)).enumerate();
         self.add_below(columns.map(|(j, beyond)| (j, [].as_mut_slice(), beyond)).collect(), |child, j| {
             child.beyond_sources[j]

@@ -134,45 +134,43 @@ impl<T: Scalar> Trapezoid<T> {
     /// below.
     pub fn of_lower(triangle: &[T], beyond: &[T], pivots: usize) -> Self {
         let rows = beyond.len().checked_div(pivots).unwrap_or(0);
-        let entry = |i, j| if i < pivots { triangle[i + j * pivots] } else { beyond[i - pivots + j * rows] };
-        Self::new(pivots, rows, entry)
+        Self::new(pivots, rows, |i| triangle[i + i * pivots], (triangle, pivots, 1), (beyond, rows, 1))
     }
 
     /// The same with ones on the diagonal.
     pub fn of_unit_lower(triangle: &[T], beyond: &[T], pivots: usize) -> Self {
         let rows = beyond.len().checked_div(pivots).unwrap_or(0);
-        Self::new(pivots, rows, |i, j| match i {
-            _ if i == j => T::ONE,
-            _ if i < pivots => triangle[i + j * pivots],
-            _ => beyond[i - pivots + j * rows],
-        })
+        Self::new(pivots, rows, |_| T::ONE, (triangle, pivots, 1), (beyond, rows, 1))
     }
 
     /// The transpose of the triangle on and above the diagonal of a column-major square matrix, and of
     /// the columns `beyond` to its right.
     pub fn of_upper(triangle: &[T], beyond: &[T], pivots: usize) -> Self {
         let columns = beyond.len().checked_div(pivots).unwrap_or(0);
-        let entry = |i, j| if i < pivots { triangle[j + i * pivots] } else { beyond[j + (i - pivots) * pivots] };
-        Self::new(pivots, columns, entry)
+        Self::new(pivots, columns, |i| triangle[i + i * pivots], (triangle, 1, pivots), (beyond, 1, pivots))
     }
 
-    /// `entry` returns the entry in row i and column j ≤ i.
-    fn new(pivots: usize, beyond: usize, entry: impl Fn(usize, usize) -> T) -> Self {
+    /// From the entries on the diagonal, and from two matrices with the distances of their columns and
+    /// of their rows in memory: the triangle and the rows beyond.
+    fn new(
+        pivots: usize,
+        beyond: usize,
+        diagonal: impl Fn(usize) -> T,
+        triangle: (&[T], usize, usize),
+        rows_beyond: (&[T], usize, usize),
+    ) -> Self {
         let (panels, below) = (pivots.div_ceil(SIDE), beyond.div_ceil(SIDE));
         let mut tiles = Vec::with_capacity(entries(pivots, beyond) / (SIDE * SIDE));
-        // rows from `first` to `end`, at most one tile
-        let tile = |panel: usize, first: usize, end: usize| {
-            let mut tile = Tile([[T::ZERO; SIDE]; SIDE]);
-            let columns = SIDE * panel..pivots.min(SIDE * (panel + 1));
-            for (j, to) in columns.zip(&mut tile.0) {
-                (first..end.min(first + SIDE)).zip(to).for_each(|(i, to)| *to = entry(i, j));
-            }
-            tile
-        };
         for panel in 0..panels {
-            tiles.push(inverse(SIDE * panel, pivots, &entry));
-            tiles.extend((panel + 1..panels).map(|row| tile(panel, SIDE * row, pivots)));
-            tiles.extend((0..below).map(|row| tile(panel, pivots + SIDE * row, pivots + beyond)));
+            let first = SIDE * panel;
+            let columns = first..pivots.min(first + SIDE);
+            let on_diagonal = tile_of(triangle, columns.clone(), columns.clone());
+            tiles.push(inverse(&on_diagonal, columns.clone().map(&diagonal)));
+            let tile = |matrix, rows: usize, row: usize| {
+                tile_of(matrix, SIDE * row..rows.min(SIDE * (row + 1)), columns.clone())
+            };
+            tiles.extend((panel + 1..panels).map(|row| tile(triangle, pivots, row)));
+            tiles.extend((0..below).map(|row| tile(rows_beyond, beyond, row)));
         }
         Self { pivots, beyond, tiles: Tiles::Full(tiles) }
     }
@@ -375,20 +373,47 @@ fn first<T>(x: &[T]) -> &[T; SIDE] {
     x.first_chunk().expect("whole tiles")
 }
 
-/// The inverse of the diagonal tile that starts at row `first`.
-fn inverse<T: Scalar>(first: usize, pivots: usize, entry: &impl Fn(usize, usize) -> T) -> Tile<T> {
-    let mut lower = [[0.0; SIDE]; SIDE];
-    for i in 0..SIDE {
-        let inside = first + i < pivots;
-        lower[i][i] = if inside { entry(first + i, first + i).to_f64() } else { 1.0 };
-        (0..i).filter(|_| inside).for_each(|j| lower[i][j] = entry(first + i, first + j).to_f64());
+/// At most `SIDE` rows and columns of a matrix, given with the distances of its columns and of its
+/// rows in memory; zeros elsewhere.
+#[inline]
+fn tile_of<T: Scalar>(
+    (values, column_stride, row_stride): (&[T], usize, usize),
+    rows: Range<usize>,
+    columns: Range<usize>,
+) -> Tile<T> {
+    let mut tile = Tile([[T::ZERO; SIDE]; SIDE]);
+    let start = |i: usize, j: usize| i * row_stride + j * column_stride;
+    let whole = rows.len() == SIDE && columns.len() == SIDE;
+    if whole && row_stride == 1 {
+        for (j, to) in columns.zip(&mut tile.0) {
+            to.copy_from_slice(&values[start(rows.start, j)..][..SIDE]);
+        }
+    } else if whole && column_stride == 1 {
+        for (i, row) in rows.enumerate() {
+            let from: &[T; SIDE] = first(&values[start(row, columns.start)..]);
+            for j in 0..SIDE {
+                tile.0[j][i] = from[j];
+            }
+        }
+    } else {
+        for (j, to) in columns.zip(&mut tile.0) {
+            rows.clone().zip(to).for_each(|(i, to)| *to = values[start(i, j)]);
+        }
     }
+    tile
+}
+
+/// The inverse of a lower triangle with these entries on its `diagonal`; beyond them, that of the unit
+/// matrix.
+fn inverse<T: Scalar>(triangle: &Tile<T>, diagonal: impl Iterator<Item = T>) -> Tile<T> {
+    let mut pivots = [1.0; SIDE];
+    pivots.iter_mut().zip(diagonal).for_each(|(to, pivot)| *to = pivot.to_f64());
     let mut tile = Tile([[T::ZERO; SIDE]; SIDE]);
     for (j, column) in tile.0.iter_mut().enumerate() {
         let mut x = [0.0; SIDE];
         for i in j..SIDE {
-            let known: f64 = (j..i).map(|k| lower[i][k] * x[k]).sum();
-            x[i] = (if i == j { 1.0 } else { 0.0 } - known) / lower[i][i];
+            let known: f64 = (j..i).map(|k| triangle.0[k][i].to_f64() * x[k]).sum();
+            x[i] = (if i == j { 1.0 } else { 0.0 } - known) / pivots[i];
             column[i] = T::from_f64(x[i]);
         }
     }

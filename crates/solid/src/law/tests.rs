@@ -110,13 +110,13 @@ fn stresses_are_derivatives_of_the_energy() {
             for n in 0..9 {
                 let (a, b) = (n / 3, n % 3);
                 let seeded = from_fn(|i| from_fn(|k| Dual {
-                    value: Dual { value: f[i][k], slope: CHANGE[i][k] },
-                    slope: f64::from((i, k) == (a, b)).into(),
+                    value: Dual { value: f[i][k], slopes: [CHANGE[i][k]] },
+                    slopes: [f64::from((i, k) == (a, b)).into()],
                 }));
-                let expected = law.energy(&seeded).slope;
+                let expected = law.energy(&seeded).slopes[0];
                 let [found, found_slope] = [stress, slope].map(|p| law.shear_modulus() * p[a][b]);
                 assert!((found - expected.value).abs() < 1e-13 * 7.0, "{law:?} {f:?}: {found} {expected:?}");
-                assert!((found_slope - expected.slope).abs() < 1e-13 * 7.0, "{law:?} {f:?}: {found_slope} {expected:?}");
+                assert!((found_slope - expected.slopes[0]).abs() < 1e-13 * 7.0, "{law:?} {f:?}: {found_slope} {expected:?}");
                 if let Some(exponent) = law.volumetric_exponent() {
                     let (inverse, j) = invert(pulp::Scalar, &f);
                     let volumetric = law.volumetric(pulp::Scalar, &[j; POINTS])[0];
@@ -165,15 +165,15 @@ fn laws_have_their_small_strain_limit() {
                 let unit = |n: usize, a: usize, b: usize| f64::from(n == 3 * a + b);
                 from_fn(|a| {
                     from_fn(|b| Dual {
-                        value: Dual { value: f(a, b), slope: unit(first, a, b) },
-                        slope: Dual { value: unit(second, a, b), slope: 0.0 },
+                        value: Dual { value: f(a, b), slopes: [unit(first, a, b)] },
+                        slopes: [Dual { value: unit(second, a, b), slopes: [0.0] }],
                     })
                 })
             };
             let limit = law.small_strain_energy(&seeded(&|_, _| 0.0));
             let at_rest = law.energy(&seeded(&|a, b| f64::from(a == b)));
-            assert!(at_rest.value.value.abs() < 1e-15 && at_rest.slope.value.abs() < 1e-15, "{law}: {at_rest:?}");
-            let [found, expected] = [at_rest, limit].map(|energy| energy.slope.slope);
+            assert!(at_rest.value.value.abs() < 1e-15 && at_rest.slopes[0].value.abs() < 1e-15, "{law}: {at_rest:?}");
+            let [found, expected] = [at_rest, limit].map(|energy| energy.slopes[0].slopes[0]);
             assert!((found - expected).abs() < 1e-13 * e, "{law}, {first} {second}: {found} {expected}");
             expected
         };

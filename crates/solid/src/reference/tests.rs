@@ -19,12 +19,14 @@ fn work(
     scaling: ElementScaling,
     slope: ElementScaling,
 ) -> [f64; 3] {
-    let dual =
-        |value, first, second| Dual { value: Dual { value, slope: second }, slope: Dual { value: first, slope: 0.0 } };
+    let dual = |value, first, second| Dual {
+        value: Dual { value, slopes: [second] },
+        slopes: [Dual { value: first, slopes: [0.0] }],
+    };
     let u: Vec<[Dual<Dual<f64>>; 3]> = (0..x.len()).map(|i| from_fn(|a| dual(u[i][a], w[i][a], v[i][a]))).collect();
     let scaling = [dual(scaling.factor, 0.0, slope.factor), dual(scaling.gamma, 0.0, slope.gamma)];
     let energy = energy(section, x, &u, scaling);
-    [energy.value.value, energy.slope.value, energy.slope.slope]
+    [energy.value.value, energy.slopes[0].value, energy.slopes[0].slopes[0]]
 }
 
 /// Force and tangent product.
