@@ -41,13 +41,14 @@ pub struct PatternError {
     pub n: usize,
 }
 
-/// A square scalar sparse matrix by rows. Entries may be zero; the pattern stays.
+/// A square scalar sparse matrix by rows, in double precision or (for its products) in single
+/// precision. Entries may be zero; the pattern stays.
 #[derive(Debug, Clone)]
-pub struct CsrMatrix {
+pub struct CsrMatrix<T = f64> {
     /// The sparsity.
     pub pattern: Arc<CsrPattern>,
     /// The entries, in the order of [`CsrPattern::columns`].
-    pub values: Vec<f64>,
+    pub values: Vec<T>,
 }
 
 impl CsrPattern {
@@ -158,14 +159,14 @@ impl PartialEq for CsrPattern {
 
 impl Eq for CsrPattern {}
 
-impl CsrMatrix {
+impl<T: Copy + Into<f64> + Sync> CsrMatrix<T> {
     /// Number of rows and columns.
     pub fn n(&self) -> usize {
         self.pattern.n()
     }
 
     /// Columns and values of row `i`.
-    pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
+    pub fn row(&self, i: usize) -> (&[u32], &[T]) {
         let range = self.pattern.row_range(i);
         (&self.pattern.columns[range.clone()], &self.values[range])
     }
@@ -178,43 +179,8 @@ impl CsrMatrix {
         self.check_lengths(x, y);
         y.par_iter_mut().with_min_len(ROWS_PER_TASK).enumerate().for_each(|(i, y)| {
             let (columns, values) = self.row(i);
-            *y = columns.iter().zip(values).map(|(&j, a)| a * x[j as usize]).sum();
+            *y = columns.iter().zip(values).map(|(&j, &a)| a.into() * x[j as usize]).sum();
         });
-    }
-
-    /// `Y = A X` for several vectors: entries are read once for a few of them. Each product is the
-    /// one of [`CsrMatrix::mul`], bit for bit.
-    ///
-    /// # Panics
-    /// If a length differs from the number of rows, or the numbers of vectors differ.
-    pub fn mul_many(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
-        const WIDTH: usize = 8;
-        assert_eq!(x.len(), y.len(), "each vector needs a product");
-        for (x, y) in x.chunks(WIDTH).zip(y.chunks_mut(WIDTH)) {
-            if let ([x], [y]) = (x, &mut *y) {
-                self.mul(x, y);
-                continue;
-            }
-            let mut together = vec![[0.0; WIDTH]; self.n()];
-            for (c, (x, y)) in x.iter().zip(&*y).enumerate() {
-                self.check_lengths(x, y);
-                together.iter_mut().zip(x).for_each(|(to, x)| to[c] = *x);
-            }
-            let product = |i: usize| {
-                let (columns, values) = self.row(i);
-                // the neutral element of a sum
-                let mut sums = [-0.0; WIDTH];
-                for (&j, a) in columns.iter().zip(values) {
-                    sums.iter_mut().zip(&together[j as usize]).for_each(|(sum, x)| *sum += a * x);
-                }
-                sums
-            };
-            let products: Vec<[f64; WIDTH]> =
-                (0..self.n()).into_par_iter().with_min_len(ROWS_PER_TASK).map(product).collect();
-            for (c, y) in y.iter_mut().enumerate() {
-                y.iter_mut().zip(&products).for_each(|(y, products)| *y = products[c]);
-            }
-        }
     }
 
     /// `y = Aᵀ x`, with the same result for any number of threads: the parts of a large matrix, whose
@@ -262,8 +228,60 @@ impl CsrMatrix {
     fn scatter(&self, rows: Range<usize>, x: &[f64], first: usize, y: &mut [f64]) {
         for i in rows {
             let (columns, values) = self.row(i);
-            for (&j, a) in columns.iter().zip(values) {
-                y[j as usize - first] += a * x[i];
+            for (&j, &a) in columns.iter().zip(values) {
+                y[j as usize - first] += a.into() * x[i];
+            }
+        }
+    }
+
+    fn check_lengths(&self, x: &[f64], y: &[f64]) {
+        let n = self.n();
+        assert!(
+            x.len() == n && y.len() == n,
+            "the matrix has {n} rows, but the vectors have {} and {} entries",
+            x.len(),
+            y.len()
+        );
+    }
+}
+
+impl CsrMatrix {
+    /// The matrix in single precision.
+    pub(crate) fn rounded(&self) -> CsrMatrix<f32> {
+        CsrMatrix { pattern: self.pattern.clone(), values: self.values.iter().map(|&value| value as f32).collect() }
+    }
+
+    /// `Y = A X` for several vectors: entries are read once for a few of them. Each product is the
+    /// one of [`CsrMatrix::mul`], bit for bit.
+    ///
+    /// # Panics
+    /// If a length differs from the number of rows, or the numbers of vectors differ.
+    pub fn mul_many(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
+        const WIDTH: usize = 8;
+        assert_eq!(x.len(), y.len(), "each vector needs a product");
+        for (x, y) in x.chunks(WIDTH).zip(y.chunks_mut(WIDTH)) {
+            if let ([x], [y]) = (x, &mut *y) {
+                self.mul(x, y);
+                continue;
+            }
+            let mut together = vec![[0.0; WIDTH]; self.n()];
+            for (c, (x, y)) in x.iter().zip(&*y).enumerate() {
+                self.check_lengths(x, y);
+                together.iter_mut().zip(x).for_each(|(to, x)| to[c] = *x);
+            }
+            let product = |i: usize| {
+                let (columns, values) = self.row(i);
+                // the neutral element of a sum
+                let mut sums = [-0.0; WIDTH];
+                for (&j, a) in columns.iter().zip(values) {
+                    sums.iter_mut().zip(&together[j as usize]).for_each(|(sum, x)| *sum += a * x);
+                }
+                sums
+            };
+            let products: Vec<[f64; WIDTH]> =
+                (0..self.n()).into_par_iter().with_min_len(ROWS_PER_TASK).map(product).collect();
+            for (c, y) in y.iter_mut().enumerate() {
+                y.iter_mut().zip(&products).for_each(|(y, products)| *y = products[c]);
             }
         }
     }
@@ -330,16 +348,6 @@ impl CsrMatrix {
         let k = start + self.values[start..].iter().position(|a| !a.is_finite())?;
         let row = self.pattern.row_offsets.partition_point(|&offset| offset <= k) - 1;
         Some((row, self.pattern.columns[k] as usize))
-    }
-
-    fn check_lengths(&self, x: &[f64], y: &[f64]) {
-        let n = self.n();
-        assert!(
-            x.len() == n && y.len() == n,
-            "the matrix has {n} rows, but the vectors have {} and {} entries",
-            x.len(),
-            y.len()
-        );
     }
 }
 

@@ -34,7 +34,6 @@ mod vertices;
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::multifrontal::MultifrontalFactorization;
-use crate::operator::Operator;
 use crate::robust::{Link, RobustSolver, SolverChoice};
 use crate::solver::{
     Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Precision, check_columns,
@@ -64,7 +63,7 @@ const SOLVES_PER_DIGIT: f64 = 3.0;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
 const BYTES_PER_UNKNOWN: f64 = 4400.0;
-const BYTES_PER_ENTRY: f64 = 20.0;
+const BYTES_PER_ENTRY: f64 = 16.0;
 
 /// Floating-point operations that take as long as computing the preconditioner; the factors alone need
 /// 1.3e5.
@@ -192,7 +191,7 @@ impl LinearSolver for SchwarzSolver {
             subdomains.par_iter().zip(earlier).with_max_len(1).map(factorize).collect();
         let parts = parts?;
         self.latest = Some((subdomains.clone(), parts.clone()));
-        Ok(Box::new(SchwarzFactorization { a: a.clone(), subdomains: subdomains.clone(), parts, coarse }))
+        Ok(Box::new(SchwarzFactorization { a: a.rounded(), subdomains: subdomains.clone(), parts, coarse }))
     }
 
     fn precision(&self) -> Precision {
@@ -206,7 +205,8 @@ impl LinearSolver for SchwarzSolver {
 
 /// The preconditioner of a matrix.
 struct SchwarzFactorization {
-    a: CsrMatrix,
+    /// In single precision, like the factors.
+    a: CsrMatrix<f32>,
     subdomains: Arc<[Subdomain]>,
     parts: Vec<Arc<Part>>,
     coarse: Coarse,
@@ -215,6 +215,18 @@ struct SchwarzFactorization {
 impl SchwarzFactorization {
     fn local(&self, transpose: bool, rhs: &[f64], x: &mut [f64]) {
         local::solve(&self.subdomains, &self.parts, transpose, rhs, x);
+    }
+
+    /// b − A x, or with the transpose of A.
+    fn residual(&self, transpose: bool, x: &[f64], rhs: &[f64]) -> Vec<f64> {
+        let mut left = vec![0.0; rhs.len()];
+        if transpose {
+            self.a.mul_transpose(x, &mut left);
+        } else {
+            self.a.mul(x, &mut left);
+        }
+        left.iter_mut().zip(rhs).for_each(|(left, rhs)| *left = rhs - *left);
+        left
     }
 
     fn factors(&self) -> impl Iterator<Item = &MultifrontalFactorization> {
@@ -229,18 +241,17 @@ impl SchwarzFactorization {
 impl Factorization for SchwarzFactorization {
     fn solve(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
-        let (mut x, mut left) = (vec![0.0; rhs.len()], vec![0.0; rhs.len()]);
+        let mut x = vec![0.0; rhs.len()];
         self.local(false, rhs, &mut x);
-        self.a.residual(false, &x, rhs, &mut left);
-        self.coarse.solve(false, &left, &mut x);
+        self.coarse.solve(false, &self.residual(false, &x, rhs), &mut x);
         rhs.copy_from_slice(&x);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
-        let (mut x, mut left) = (vec![0.0; rhs.len()], vec![0.0; rhs.len()]);
+        let mut x = vec![0.0; rhs.len()];
         self.coarse.solve(true, rhs, &mut x);
-        self.a.residual(true, &x, rhs, &mut left);
+        let left = self.residual(true, &x, rhs);
         self.local(true, &left, &mut x);
         rhs.copy_from_slice(&x);
     }
@@ -252,7 +263,7 @@ impl Factorization for SchwarzFactorization {
     /// Includes the copy of the matrix that the second step needs.
     fn bytes(&self) -> usize {
         let local: usize = self.parts.iter().map(|part| part.bytes()).sum();
-        local + self.coarse.bytes() + 8 * self.a.values.len()
+        local + self.coarse.bytes() + 4 * self.a.values.len()
     }
 
     fn precision(&self) -> Precision {
@@ -263,7 +274,7 @@ impl Factorization for SchwarzFactorization {
     /// pass over all factors and the matrix.
     fn cost(&self) -> Option<Cost> {
         let factors: f64 = self.factors().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
-        let substitution = self.bytes() as f64 + self.a.product_cost();
+        let substitution = self.bytes() as f64 + 4.0 * self.a.values.len() as f64;
         Some(Cost {
             factorization: factors + self.coarse.product_cost(),
             substitution,
