@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs the studies of the seal, the gripper finger, the snap-fit, the buffer and the snap-through, and puts their
 # numbers between the marks of the pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it
-# for single cases; `full_clutch`, which takes two hours, only if it is named.
+# for single cases. `finer_clutch`, `mapped_clutch` and `full_clutch`, which take one to two hours each, run only if they
+# are named.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -89,23 +90,34 @@ snap() {
     "$program" render $study/more_viscous $study/start $study/less_viscous --curve time push -o docs/figures/snap_force.png
 }
 
-full_clutch() {
-    awk -F, '
+# clutch RUN NAME EVERY: every so many rows of the history of a run of the clutch.
+clutch() {
+    awk -F, -v every="$3" '
         BEGIN { print "| iteration | θ | volume fraction | open / slipping at the end | Newton iterations | s |\n|--:|--:|--:|--:|--:|--:|" }
         NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
-        {
+        $1 % every == 0 {
             printf "| %d | −%.2f | %.4f | %d / %d | %d | %.0f |\n", $1, -$at["objective"], $at["volume_fraction"], $at["open"],
                 $at["slip"], $at["newton_iterations"], $at["seconds"]
-        }' cases/clutch/full/full/history.csv > "$work/full.md"
-    put cases/clutch/README.md full "$work/full.md"
+        }' "cases/clutch/$1/history.csv" > "$work/$2.md"
+    put cases/clutch/README.md "$2" "$work/$2.md"
 }
 
+full_clutch() { clutch full/full full 1; }
+
+finer_clutch() { clutch finer/eighth eighth 10; }
+
+mapped_clutch() { clutch mapped/mapped mapped 1; }
+
 for case in ${*:-seal gripper detent buffer snap}; do
-    if [ "$case" = full_clutch ]; then
-        "$program" study cases/clutch/full.toml
-    else
+    case $case in
+    *_clutch)
+        "$program" study "cases/clutch/${case%_clutch}.toml"
+        "$case"
+        ;;
+    *)
         "$program" study "cases/$case/study.toml"
-    fi
-    "$case"
-    case $case in snap | full_clutch) ;; *) numbers "$case" ;; esac
+        "$case"
+        [ "$case" = snap ] || numbers "$case"
+        ;;
+    esac
 done

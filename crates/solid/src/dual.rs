@@ -1,7 +1,6 @@
 //! Dual numbers, with which functions of numbers give exact derivatives.
 
 use crate::law::Real;
-use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
 /// x + Σ xₖ′εₖ with εᵢεⱼ = 0: a number and its derivatives in N directions. Nested dual numbers give
@@ -30,8 +29,11 @@ macro_rules! rule_of_differentiation {
         impl<T: Real, const N: usize> $trait for Dual<T, N> {
             type Output = Self;
             fn $name(self, $y: Self) -> Self {
-                let $x = self;
-                Self { value: $value, slopes: from_fn(|$k| $slope) }
+                let ($x, mut slopes) = (self, self.slopes);
+                for $k in 0..N {
+                    slopes[$k] = $slope;
+                }
+                Self { value: $value, slopes }
             }
         }
     };
