@@ -17,7 +17,7 @@
 //!
 //! With the restricted additive operator M₁ of the first step and that of the second, Q = P (Rᵀ A
 //! P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same factors,
-//! is Mᵀ = Qᵀ + M₁ᵀ (I − Aᵀ Qᵀ). [`solve_verified`](crate::solve_verified) iterates with this
+//! is Mᵀ = Qᵀ + M₁ᵀ (I − Aᵀ Qᵀ). The residuals I − A M₁ and I − Aᵀ Qᵀ use A in single precision. [`solve_verified`](crate::solve_verified) iterates with this
 //! preconditioner.
 //!
 //! References: Smith, Bjørstad and Gropp, *Domain Decomposition*, Cambridge University Press (1996);
