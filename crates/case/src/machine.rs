@@ -56,6 +56,7 @@ impl Machine {
             LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
             LinearSolverChoice::Faer => one(SolverChoice::Faer),
             LinearSolverChoice::Schwarz => alone().map(|()| LinearSystem::new(Schwarz(nodes(mesh)))),
+            LinearSolverChoice::Cudss => alone().and_then(|()| cudss()),
             LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners, mesh, slaves),
         }
     }
@@ -106,6 +107,35 @@ impl Machine {
             help: "choose \"auto\", or build it with `--features petsc` (docs/cluster.md)".into(),
         })
     }
+}
+
+/// The solver on a GPU.
+#[cfg(feature = "cudss")]
+fn cudss() -> Result<LinearSystem, BuildError> {
+    use slipstick_cudss::{CudssBackend, CudssError, Device};
+
+    let device = Device::open().map_err(|error| BuildError {
+        path: "solver.linear".into(),
+        message: error.to_string(),
+        help: match error {
+            CudssError::Library { .. } | CudssError::Version { .. } => {
+                "install the NVIDIA driver and cuDSS 1, and name the folder of libcudss in LD_LIBRARY_PATH \
+                 (docs/gpu.md); or choose \"auto\""
+            }
+            _ => "choose \"auto\", or check with `nvidia-smi` that a GPU is free (docs/gpu.md)",
+        }
+        .into(),
+    })?;
+    Ok(LinearSystem::new(CudssBackend::new(Arc::new(device))))
+}
+
+#[cfg(not(feature = "cudss"))]
+fn cudss() -> Result<LinearSystem, BuildError> {
+    Err(BuildError {
+        path: "solver.linear".into(),
+        message: "this program was built without cuDSS".into(),
+        help: "choose \"auto\", or build it with `--features cudss` (docs/gpu.md)".into(),
+    })
 }
 
 /// The nodes of a mesh for the Schwarz preconditioner.

@@ -55,7 +55,7 @@ pub mod multifrontal;
 pub mod operator;
 pub mod reduce;
 pub mod robust;
-mod scaling;
+pub mod scaling;
 pub mod schwarz;
 pub mod solver;
 pub mod span;
@@ -70,10 +70,11 @@ pub use identity::PatternId;
 pub use layout::Layout;
 #[cfg(feature = "metis")]
 pub use metis::partition_graph;
-pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
+pub use multifrontal::{EliminationTree, MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
 pub use reduce::Reduction;
 pub use robust::{Link, RobustSolver, SolverChoice, test_on};
+pub use scaling::Scaling;
 pub use schwarz::{Automatic, Forecast, Nodes, Schwarz, SchwarzSolver};
 pub use slipstick_ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use solver::{

@@ -32,8 +32,10 @@ const LEVEL: f64 = 16.0;
 /// Row and column factors that bring the largest entry of every row and column of
 /// `diag(rows) A diag(columns)` close to one. Powers of two, so that scaling is free of rounding.
 #[derive(Debug, Clone)]
-pub(crate) struct Scaling {
+pub struct Scaling {
+    /// The factors of the rows.
     pub rows: Vec<f64>,
+    /// The factors of the columns.
     pub columns: Vec<f64>,
     /// Unknowns whose row and column have the same factor, so that a symmetric part of the matrix
     /// stays symmetric. Of their row and their column, only the larger is close to one.
@@ -200,14 +202,27 @@ impl Scaling {
     }
 
     /// Entries of the scaled matrix, converted, in the order of the pattern.
-    pub fn apply<T>(&self, a: &CsrMatrix, convert: impl Fn(f64) -> T) -> Vec<T> {
-        let mut values = Vec::with_capacity(a.values.len());
-        for i in 0..a.n() {
-            let (columns, row) = a.row(i);
-            let scaled =
-                columns.iter().zip(row).map(|(&j, value)| convert(value * self.rows[i] * self.columns[j as usize]));
-            values.extend(scaled);
+    pub fn apply<T: Copy + Send>(&self, a: &CsrMatrix, convert: impl Fn(f64) -> T + Sync) -> Vec<T> {
+        let mut values = vec![convert(0.0); a.values.len()];
+        let mut rest = values.as_mut_slice();
+        let mut tasks = Vec::with_capacity(a.n().div_ceil(ROWS_PER_TASK));
+        for first in (0..a.n()).step_by(ROWS_PER_TASK) {
+            let rows = first..a.n().min(first + ROWS_PER_TASK);
+            let entries = a.pattern.row_offsets()[rows.end] - a.pattern.row_offsets()[first];
+            let (own, others) = rest.split_at_mut(entries);
+            tasks.push((rows, own));
+            rest = others;
         }
+        tasks.into_par_iter().for_each(|(rows, mut values)| {
+            for i in rows {
+                let (columns, row) = a.row(i);
+                let (scaled, others) = values.split_at_mut(row.len());
+                for ((scaled, value), &j) in scaled.iter_mut().zip(row).zip(columns) {
+                    *scaled = convert(value * self.rows[i] * self.columns[j as usize]);
+                }
+                values = others;
+            }
+        });
         values
     }
 }

@@ -31,6 +31,9 @@ pub use slipstick_path as path;
 pub use slipstick_ranks as ranks;
 pub use slipstick_solid as solid;
 
+/// cuDSS: devices with which matrices are factorized.
+#[cfg(feature = "cudss")]
+pub use slipstick_cudss as cudss;
 /// PETSc and MPI: sessions with which problems are built.
 #[cfg(feature = "petsc")]
 pub use slipstick_petsc as petsc;

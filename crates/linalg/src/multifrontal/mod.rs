@@ -27,6 +27,7 @@
 
 mod buffers;
 mod dense;
+mod elimination;
 mod front;
 mod numeric;
 mod ordering;
@@ -44,6 +45,7 @@ use crate::solver::{
     Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Pivot, Precision, check_columns,
 };
 use crate::symbolic::Symbolic;
+pub use elimination::EliminationTree;
 use front::Front;
 use scalar::Scalar;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -133,7 +135,7 @@ impl MultifrontalSolver {
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will
     /// need, only from the analysis; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
-        Some(Structure::without_entries(pattern, None).ok()?.0.size())
+        Some(Structure::without_entries(pattern, None, true).ok()?.0.size())
     }
 
     /// The same from an analysis; `None` if it is that of another solver.

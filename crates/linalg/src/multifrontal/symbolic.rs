@@ -88,20 +88,22 @@ impl Structure {
     /// with all fronts above. If the zone is small, it costs least to eliminate it last: the fronts of
     /// the bodies are then symmetric. A known order is adapted to a zone that has grown since.
     pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
-        let (structure, ordering) = Self::without_entries(pattern, known)?;
+        let (structure, ordering) = Self::without_entries(pattern, known, true)?;
         Ok((structure.place_entries(pattern), ordering))
     }
 
-    /// The same without the positions of the matrix entries, which need most of the memory.
+    /// The same without the positions of the matrix entries, which need most of the memory;
+    /// `use_symmetry` says whether symmetric fronts cost half as much as others.
     pub fn without_entries(
         pattern: &CsrPattern,
         known: Option<&Arc<Ordering>>,
+        use_symmetry: bool,
     ) -> Result<(Self, Arc<Ordering>), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
         }
         let graph = QuotientGraph::new(pattern);
-        let zone = graph.contact_zone();
+        let zone = if use_symmetry { graph.contact_zone() } else { vec![false; graph.len()] };
         let in_order = |vertices: &[u32]| Self::in_order(pattern, &graph, &zone, vertices.to_vec());
         if let Some(known) = known.filter(|known| known.groups == pattern.groups()) {
             let structure = match &known.last {

@@ -44,6 +44,7 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
             ("faer", LinearSolverChoice::Faer),
             ("schwarz", LinearSolverChoice::Schwarz),
             ("petsc", LinearSolverChoice::Petsc),
+            ("cudss", LinearSolverChoice::Cudss),
         ];
         let linear = table.word("linear", &words).or(LinearSolverChoice::Auto);
         let others = "requires the solver PETSc";

@@ -185,6 +185,8 @@ pub enum LinearSolverChoice {
     Schwarz,
     /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
     Petsc,
+    /// cuDSS on an NVIDIA GPU, in a build with the feature `cudss`.
+    Cudss,
 }
 
 /// PETSc's preconditioner for the tangent.

@@ -1,0 +1,271 @@
+//! The linear solver: scaling, elimination order, and factors on a device.
+
+use crate::device::{Device, Plain};
+use crate::dissection::Dissection;
+use crate::error::CudssError;
+use crate::factors::{Factors, Places};
+use rayon::prelude::*;
+use slipstick_linalg::{
+    Backend, Cost, CsrMatrix, CsrPattern, EliminationTree, FactorPart, Factorization, FactorizationError, LinearSolver,
+    Link, MultifrontalSolver, Precision, RobustSolver, Scaling, Symbolic,
+};
+use std::sync::Arc;
+
+/// Unknowns above which the processor is not tried if the device fails: it would take too long.
+const LARGEST_FALLBACK: usize = 120_000;
+
+/// Bytes that a core of the processor moves while the device does one operation of a factorization,
+/// while an entry of the matrix is scaled and copied there, and while a solve reads one byte of the
+/// factors. Fitted to factorizations with 100,000 and 303,000 unknowns on an NVIDIA H200, with 8 GB/s
+/// for the core (docs/gpu.md); the ratios decide how long factors are reused.
+const BYTES_PER_OPERATION: f64 = 3e-4;
+const BYTES_PER_ENTRY: f64 = 64.0;
+const BYTES_PER_BYTE: f64 = 0.01;
+
+/// Factors that are kept for the next matrix: the latest, and those that it replaced, which may
+/// still be in use while the latest are computed.
+const MOST_KEPT: usize = 2;
+
+/// Solvers on a device: in single precision, then in double. If both fail on a matrix of moderate
+/// size, the multifrontal solver of the processor follows, which can name the unknown at which a
+/// matrix is singular.
+#[derive(Debug, Clone)]
+pub struct CudssBackend {
+    device: Arc<Device>,
+}
+
+impl CudssBackend {
+    /// On `device`.
+    pub fn new(device: Arc<Device>) -> Self {
+        Self { device }
+    }
+}
+
+impl Backend for CudssBackend {
+    fn solver(&self) -> Box<dyn LinearSolver> {
+        let on_device = |precision| Link::new(CudssSolver::new(&self.device, precision));
+        Box::new(RobustSolver::of(vec![
+            on_device(Precision::F32),
+            on_device(Precision::F64),
+            Link::new(MultifrontalSolver::new(Precision::F64)).up_to(LARGEST_FALLBACK),
+        ]))
+    }
+}
+
+/// Computes factors on a device.
+///
+/// The elimination order is that of [`MultifrontalSolver`], in which a multiplier follows its
+/// node, so that its pivot is not zero.
+#[derive(Debug)]
+pub struct CudssSolver {
+    device: Arc<Device>,
+    precision: Precision,
+    /// The scaling of the latest matrix.
+    scaling: Option<Scaling>,
+    /// The latest factors, the last ones last. Those that nothing else uses are overwritten.
+    kept: Vec<Arc<Factors>>,
+}
+
+/// The analysis of a pattern.
+#[derive(Debug)]
+struct Analysis {
+    tree: EliminationTree,
+    dissection: Dissection,
+}
+
+impl CudssSolver {
+    /// A solver with factors of the given precision.
+    pub fn new(device: &Arc<Device>, precision: Precision) -> Self {
+        Self { device: device.clone(), precision, scaling: None, kept: Vec::new() }
+    }
+
+    fn fail(n: usize, error: impl ToString) -> FactorizationError {
+        FactorizationError::Backend { solver: "cuDSS", n, reason: error.to_string() }
+    }
+
+    /// Factors that can be overwritten, or new ones.
+    fn factors(&mut self, pattern: &CsrPattern, dissection: &Dissection) -> Result<Arc<Factors>, CudssError> {
+        let precision = self.precision;
+        let suits = |factors: &Arc<Factors>| factors.places.id == pattern.id() && factors.precision == precision;
+        self.kept.retain(suits);
+        if let Some(unused) = self.kept.iter().position(|factors| Arc::strong_count(factors) == 1) {
+            return Ok(self.kept.remove(unused));
+        }
+        let places = match self.kept.first() {
+            Some(factors) => factors.places.clone(),
+            None => Arc::new(Places::new(&self.device, pattern)?),
+        };
+        Ok(Arc::new(Factors::new(&self.device, &places, precision, dissection)?))
+    }
+
+    fn factorize_scaled(&mut self, analysis: &Analysis, a: &CsrMatrix) -> Result<CudssFactorization, CudssError> {
+        let scaling = Scaling::follow(self.scaling.take(), a);
+        let factors = self.factors(&a.pattern, &analysis.dissection)?;
+        match self.precision {
+            Precision::F32 => factors.renew(&scaling.apply(a, |value| value as f32))?,
+            Precision::F64 => factors.renew(&scaling.apply(a, |value| value))?,
+        }
+        let (entries, bytes) = (a.values.len(), factors.bytes()?);
+        if self.kept.len() == MOST_KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push(factors.clone());
+        self.scaling = Some(scaling.clone());
+        Ok(CudssFactorization { factors, scaling, entries, bytes, operations: analysis.tree.size().1 })
+    }
+}
+
+impl LinearSolver for CudssSolver {
+    fn name(&self) -> &'static str {
+        match self.precision {
+            Precision::F64 => "cuDSS in double precision",
+            Precision::F32 => "cuDSS in single precision",
+        }
+    }
+
+    fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
+        let own = || earlier.iter().filter_map(|symbolic| Some((symbolic, symbolic.content::<Analysis>()?)));
+        if let Some((symbolic, _)) = own().find(|(symbolic, _)| symbolic.is_of(pattern)) {
+            return Ok(symbolic.clone());
+        }
+        if i32::try_from(pattern.entries()).is_err() {
+            return Err(Self::fail(pattern.n(), "the matrix has more than 2^31 entries"));
+        }
+        let earlier = own().next().map(|(_, analysis)| &analysis.tree);
+        let tree = EliminationTree::new(pattern, earlier).map_err(|reason| Self::fail(pattern.n(), reason))?;
+        let dissection = Dissection::of(&tree);
+        Ok(Symbolic::new(pattern, Analysis { tree, dissection }))
+    }
+
+    fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let analysis = symbolic.content_for::<Analysis>(a)?;
+        match self.factorize_scaled(analysis, a) {
+            Ok(factors) => Ok(Box::new(factors)),
+            Err(error) => {
+                // what the device still holds may be unusable, or fill its memory
+                self.kept.clear();
+                Err(Self::fail(a.n(), error))
+            }
+        }
+    }
+
+    fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    fn insist_on_double(&mut self) -> bool {
+        std::mem::replace(&mut self.precision, Precision::F64) == Precision::F32
+    }
+}
+
+/// Factors on a device.
+#[derive(Debug)]
+struct CudssFactorization {
+    factors: Arc<Factors>,
+    scaling: Scaling,
+    /// Entries of the matrix.
+    entries: usize,
+    /// Memory on the device. \[bytes\]
+    bytes: usize,
+    /// Floating-point operations of a factorization.
+    operations: f64,
+}
+
+impl CudssFactorization {
+    /// A failed solve leaves NaN, which no verified solve accepts as a solution.
+    fn apply(&self, transpose: bool, rhs: &mut [f64]) {
+        let (before, after) = match transpose {
+            false => (&self.scaling.rows, &self.scaling.columns),
+            true => (&self.scaling.columns, &self.scaling.rows),
+        };
+        scale(rhs, before);
+        // single precision has a smaller range
+        let size = rhs.iter().fold(0.0f64, |largest, b| largest.max(b.abs()));
+        if size > 0.0 {
+            rhs.iter_mut().for_each(|b| *b /= size);
+        }
+        let solved = match self.factors.precision {
+            Precision::F32 => self.solve_as(transpose, rhs, |b| b as f32, f64::from),
+            Precision::F64 => self.factors.solve(transpose, rhs),
+        };
+        if solved.is_err() {
+            rhs.fill(f64::NAN);
+        }
+        if size > 0.0 {
+            rhs.iter_mut().for_each(|b| *b *= size);
+        }
+        scale(rhs, after);
+    }
+
+    fn solve_as<T: Plain>(
+        &self,
+        transpose: bool,
+        rhs: &mut [f64],
+        to: impl Fn(f64) -> T,
+        from: impl Fn(T) -> f64,
+    ) -> Result<(), CudssError> {
+        let mut converted: Vec<T> = rhs.iter().map(|&b| to(b)).collect();
+        self.factors.solve(transpose, &mut converted)?;
+        rhs.iter_mut().zip(converted).for_each(|(b, x)| *b = from(x));
+        Ok(())
+    }
+
+    fn apply_many(&self, transpose: bool, rhs: &mut [f64]) {
+        assert!(rhs.len().is_multiple_of(self.n().max(1)), "right-hand sides have an entry per unknown");
+        self.apply(transpose, rhs);
+    }
+}
+
+/// Multiplies each column of `vectors` by `factors`.
+fn scale(vectors: &mut [f64], factors: &[f64]) {
+    for column in vectors.chunks_exact_mut(factors.len().max(1)) {
+        column.par_iter_mut().zip(factors).with_min_len(16_384).for_each(|(v, factor)| *v *= factor);
+    }
+}
+
+impl Factorization for CudssFactorization {
+    fn solve(&self, rhs: &mut [f64]) {
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
+        self.apply(false, rhs);
+    }
+
+    fn solve_transpose(&self, rhs: &mut [f64]) {
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
+        self.apply(true, rhs);
+    }
+
+    fn n(&self) -> usize {
+        self.scaling.rows.len()
+    }
+
+    /// On the device.
+    fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    fn precision(&self) -> Precision {
+        self.factors.precision
+    }
+
+    fn cost(&self) -> Option<Cost> {
+        let factorization = BYTES_PER_OPERATION * self.operations + BYTES_PER_ENTRY * self.entries as f64;
+        let substitution = BYTES_PER_BYTE * self.bytes as f64 + (self.n() * 24) as f64;
+        Some(Cost { factorization, substitution, solves_per_digit: 0.0 })
+    }
+
+    fn part(&self) -> FactorPart {
+        FactorPart { bytes: self.bytes, operations: self.operations }
+    }
+
+    fn row_scaling(&self) -> Option<&[f64]> {
+        Some(&self.scaling.rows)
+    }
+
+    fn solve_many(&self, rhs: &mut [f64]) {
+        self.apply_many(false, rhs);
+    }
+
+    fn solve_transpose_many(&self, rhs: &mut [f64]) {
+        self.apply_many(true, rhs);
+    }
+}
