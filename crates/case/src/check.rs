@@ -134,6 +134,8 @@ pub struct Inspection {
     pub steps: usize,
     /// Predicted memory of one factorization. \[bytes\]
     pub factor_bytes: f64,
+    /// Whether this memory is that of a GPU, which `peak_bytes` and `kept_bytes` do not contain.
+    pub factors_on_gpu: bool,
     /// Number of load steps whose factors fit into `adjoint.memory` and are reused for the
     /// gradient, if no step is cut back. It is 0 for the plain Uzawa iteration, whose inner solves
     /// are of other systems.
@@ -267,8 +269,10 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     let Factorization { unknowns, bytes: factor_bytes, operations: factor_operations, matrix_bytes, iterative, double } =
         factorization(case, problem)?;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
-    let working = if iterative { memory::iterations(unknowns) } else { memory::FRONTS * factor_bytes };
-    let (factors, matrix, kept) = (factor_bytes, matrix_bytes, steps_with_factors);
+    let factors_on_gpu = case.solver.linear == LinearSolverChoice::Cudss;
+    let factors = if factors_on_gpu { 0.0 } else { factor_bytes };
+    let working = if iterative { memory::iterations(unknowns) } else { memory::FRONTS * factors };
+    let (matrix, kept) = (matrix_bytes, steps_with_factors);
     let systems = memory::Systems { factors, working, double, matrix, kept };
     let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
     let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
@@ -287,6 +291,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         variables: problem.variables().map_or(0, slipstick_design::DesignVariables::count),
         steps: case.steps(),
         factor_bytes,
+        factors_on_gpu,
         steps_with_factors,
         peak_bytes,
         kept_bytes,
@@ -597,6 +602,12 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
         // several ranks, whose direct factors are larger, are not possible
         let (bytes, operations) = SchwarzSolver::predict(pattern);
         return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: true, double: bytes });
+    }
+    if case.solver.linear == LinearSolverChoice::Cudss {
+        let tree = slipstick_linalg::EliminationTree::new(pattern, None);
+        let (entries, operations) = tree.map_or((0.0, 0.0), |tree| tree.size());
+        let (bytes, double) = (memory::ON_GPU * 4.0 * entries, 8.0 * entries);
+        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: false, double });
     }
     let forecast = Automatic::forecast(pattern);
     let double = 8.0 * forecast.direct_entries;

@@ -3,6 +3,7 @@
 
 #[path = "../../linalg/tests/common/mod.rs"]
 mod common;
+mod stand_in;
 
 use common::{Brick, Random};
 use slipstick_cudss::{CudssBackend, CudssError, CudssSolver, Device};
@@ -24,17 +25,7 @@ static STAND_IN: OnceLock<Mutex<StandIn>> = OnceLock::new();
 impl StandIn {
     fn get() -> MutexGuard<'static, Self> {
         let made = STAND_IN.get_or_init(|| {
-            let folder = tempfile::tempdir().unwrap().keep();
-            let path = folder.join("libstand_in.so");
-            let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/stand_in.c");
-            let compiler = std::env::var("CC").unwrap_or("cc".into());
-            let mut command = std::process::Command::new(compiler);
-            command
-                .args(["-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror", "-o"])
-                .arg(&path)
-                .arg(source)
-                .arg("-lm");
-            assert!(command.status().unwrap().success());
+            let [path, _] = stand_in::compile(&tempfile::tempdir().unwrap().keep());
             // SAFETY: the library has no initializers.
             let library = unsafe { libloading::Library::new(&path) }.unwrap();
             Mutex::new(Self { path, library })

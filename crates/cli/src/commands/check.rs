@@ -208,6 +208,7 @@ fn sharp_edges(setup: &Setup) -> Vec<String> {
 
 fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<String> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let on_gpu = inspection.factors_on_gpu;
     let designed = match inspection.variables {
         variables if variables == inspection.designed => inspection.designed.to_string(),
         variables => format!("{}, which share {}", inspection.designed, counted(variables, "variable")),
@@ -216,12 +217,14 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
         row("load steps", inspection.steps.to_string()),
         row("unknowns of a step", inspection.unknowns.to_string()),
         row("designed elements", designed),
-        row("factors, predicted", bytes(inspection.factor_bytes)),
+        row(if on_gpu { "factors on the GPU, predicted" } else { "factors, predicted" }, bytes(inspection.factor_bytes)),
         row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
         row("predicted memory of a run", bytes(inspection.peak_bytes - inspection.kept_bytes)),
         row("plus kept factors, at most", bytes(inspection.kept_bytes)),
-        row("one factorization, roughly", format!("{seconds:.2} s on one core")),
     ];
+    if !on_gpu {
+        rows.push(row("one factorization, roughly", format!("{seconds:.2} s on one core")));
+    }
     if inspection.iterative {
         rows.push(row("linear solver", "iterative".to_owned()));
     }
