@@ -58,6 +58,7 @@ TEXT
     row faer "dense kernels of the fronts, and its sparse LU as a second solver"
     row flate2 "compressed VTU files"
     row indicatif "the progress bar"
+    row libloading "the CUDA driver and cuDSS at run time; only in builds with the feature \`cudss\`"
     row metis-sys "nested dissection by METIS (a C library, Apache 2.0, bundled); feature \`metis\`"
     row miette "errors that show the line of the case file"
     row nalgebra "vectors and matrices of size three"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the measurements of docs/gpu.md and inserts them between the markers of that page. Needs a GPU and cuDSS, and 15
+# Makes the measurements of docs/gpu.md and inserts them between the markers of that page. Needs a GPU and cuDSS, and ten
 # minutes. `measure.sh NAME …` repeats single measurements. PROGRAMS is a folder with programs that are already built.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -30,20 +30,16 @@ factors() {
     done
 }
 
-# A load step with its gradient: LINEAR, elements of the plate, of the ball.
+# A load step of the half-ball with its gradient: elements of the plate, of the ball.
 step() {
-    sed "s/\[14, 3, 14\]/[$2]/; s/\[10, 2, 1\]/[$3]/; s/\"schwarz\"/\"$1\"/" docs/performance/half_ball.toml \
+    sed "s/\[14, 3, 14\]/[$1]/; s/\[10, 2, 1\]/[$2]/; s/\"schwarz\"/\"cudss\"/" docs/performance/half_ball.toml \
         > "$work/case.toml"
     "$program" bench "$work/case.toml" --steps 1 --threads "$threads" | grep -v '^$' | sed '/gradient, without/,$d'
 }
 
 steps() {
-    local linear
-    for linear in cudss auto; do
-        echo "linear = \"$linear\""
-        step $linear '63, 14, 63' '45, 9, 5'
-        step $linear '97, 21, 97' '69, 14, 7'
-    done
+    step '63, 14, 63' '45, 9, 5'
+    step '97, 21, 97' '69, 14, 7'
 }
 
 # The half-ball of the paper's size at a settled design, as in docs/performance/measure.sh.

@@ -606,7 +606,9 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
     if case.solver.linear == LinearSolverChoice::Cudss {
         let tree = slipstick_linalg::EliminationTree::new(pattern, None);
         let (entries, operations) = tree.map_or((0.0, 0.0), |tree| tree.size());
-        let (bytes, double) = (memory::ON_GPU * 4.0 * entries, 8.0 * entries);
+        // in single precision
+        let bytes = 4.0 * entries + memory::ON_GPU * pattern.entries() as f64;
+        let double = 8.0 * entries;
         return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: false, double });
     }
     let forecast = Automatic::forecast(pattern);

@@ -1,6 +1,7 @@
 //! The binary tree of a nested dissection, as cuDSS takes it.
 
-use slipstick_linalg::EliminationTree;
+use rayon::prelude::*;
+use slipstick_linalg::{CsrPattern, EliminationTree};
 
 /// Most levels of the tree, cuDSS's default, and the least that it accepts.
 const MOST_LEVELS: usize = 10;
@@ -26,6 +27,9 @@ pub(crate) struct Dissection {
     /// Number of unknowns of each part, of which there are 2^levels − 1, in the order of their
     /// elimination; parts can be empty.
     pub(crate) parts: Vec<i32>,
+    /// The part of each unknown, by its number: the root has the number 1, and the parts below part
+    /// k have the numbers 2 k and 2 k + 1.
+    part: Vec<u32>,
 }
 
 /// The part of level `depth` below the root, and `place` from the left, in the order of elimination.
@@ -67,7 +71,25 @@ impl Dissection {
             }
             parts.push((order.len() - start) as i32);
         }
-        Self { order, levels: levels as i32, parts }
+        let numbers = (0..levels).rev().flat_map(|depth| (1 << depth)..(2 << depth));
+        let mut part = vec![0; order.len()];
+        let mut unknowns = order.iter();
+        for (number, &count) in numbers.zip(&parts) {
+            unknowns.by_ref().take(count as usize).for_each(|&unknown| part[unknown as usize] = number);
+        }
+        Self { order, levels: levels as i32, parts, part }
+    }
+
+    /// Whether in `pattern`, with the same unknowns, the parts separate those below them: of two
+    /// coupled unknowns that are in different parts, one is in a part above the other's.
+    pub(crate) fn suits(&self, pattern: &CsrPattern) -> bool {
+        let above = |a: u32, b: u32| a <= b && b >> (b.ilog2() - a.ilog2()) == a;
+        let suits = |i: usize| {
+            let own = self.part[i];
+            let related = |&j: &u32| above(own, self.part[j as usize]) || above(self.part[j as usize], own);
+            pattern.row(i).iter().all(related)
+        };
+        self.part.len() == pattern.n() && (0..pattern.n()).into_par_iter().with_min_len(4096).all(suits)
     }
 }
 
@@ -123,19 +145,26 @@ mod tests {
     use super::*;
     use slipstick_linalg::CsrPattern;
 
-    /// A grid of m × m unknowns, each coupled to its neighbours.
-    fn grid(m: usize) -> CsrPattern {
+    /// A grid of m × m unknowns, each coupled to its neighbours, and the first one to `others`.
+    fn grid_with(m: usize, others: &[u32]) -> CsrPattern {
         let row = |k: usize| {
             let (i, j) = (k / m, k % m);
             let around = |c: usize| c.saturating_sub(1)..(c + 2).min(m);
             around(i).flat_map(|a| around(j).map(move |b| (a * m + b) as u32)).collect::<Vec<_>>()
         };
-        let rows: Vec<Vec<u32>> = (0..m * m).map(row).collect();
+        let mut rows: Vec<Vec<u32>> = (0..m * m).map(row).collect();
+        rows[0].extend(others);
+        rows[0].sort_unstable();
+        rows[0].dedup();
         let offsets = std::iter::once(0).chain(rows.iter().scan(0, |sum, row| {
             *sum += row.len();
             Some(*sum)
         }));
         CsrPattern::new(offsets.collect(), rows.concat(), (0..(m * m) as u32).collect(), vec![]).unwrap()
+    }
+
+    fn grid(m: usize) -> CsrPattern {
+        grid_with(m, &[])
     }
 
     /// By definition: every unknown is in one part, and coupled ones are in parts of which one is
@@ -144,7 +173,9 @@ mod tests {
     fn separators_separate() {
         for m in [1, 2, 9, 70] {
             let pattern = grid(m);
-            let Dissection { order, levels, parts } = Dissection::of(&EliminationTree::new(&pattern, None).unwrap());
+            let dissection = Dissection::of(&EliminationTree::new(&pattern, None).unwrap());
+            assert!(dissection.suits(&pattern));
+            let Dissection { order, levels, parts, .. } = dissection;
             let mut sorted = order.clone();
             sorted.sort_unstable();
             assert_eq!(sorted, (0..(m * m) as i32).collect::<Vec<_>>());
@@ -165,6 +196,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A coupling across a separator needs another dissection, one with the separator or within a part
+    /// does not.
+    #[test]
+    fn couplings_across_separators_are_found() {
+        let m = 70;
+        let dissection = Dissection::of(&EliminationTree::new(&grid(m), None).unwrap());
+        let of_part = |number: u32| (1..(m * m) as u32).filter(|&i| dissection.part[i as usize] == number).collect();
+        let own = dissection.part[0];
+        let [root, same, sibling]: [Vec<u32>; 3] = [1, own, own ^ 1].map(of_part);
+        assert!(dissection.suits(&grid_with(m, &root)) && dissection.suits(&grid_with(m, &same)));
+        assert!(!dissection.suits(&grid_with(m, &sibling[..1])));
     }
 
     /// The two sides of the root of a square grid are about as large, and the separator small.

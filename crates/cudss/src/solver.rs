@@ -69,8 +69,9 @@ pub struct CudssSolver {
 /// The analysis of a pattern.
 #[derive(Debug)]
 struct Analysis {
-    tree: EliminationTree,
-    dissection: Dissection,
+    /// Of this pattern, or of an earlier one whose dissection suits this one.
+    tree: Arc<EliminationTree>,
+    dissection: Arc<Dissection>,
 }
 
 impl CudssSolver {
@@ -131,10 +132,15 @@ impl LinearSolver for CudssSolver {
         if i32::try_from(pattern.entries()).is_err() {
             return Err(Self::fail(pattern.n(), "the matrix has more than 2^31 entries"));
         }
-        let earlier = own().next().map(|(_, analysis)| &analysis.tree);
-        let tree = EliminationTree::new(pattern, earlier).map_err(|reason| Self::fail(pattern.n(), reason))?;
-        let dissection = Dissection::of(&tree);
-        Ok(Symbolic::new(pattern, Analysis { tree, dissection }))
+        let earlier = own().next().map(|(_, analysis)| analysis);
+        let suits = |earlier: &&Analysis| earlier.tree.has_unknowns_of(pattern) && earlier.dissection.suits(pattern);
+        if let Some(Analysis { tree, dissection }) = earlier.filter(suits) {
+            return Ok(Symbolic::new(pattern, Analysis { tree: tree.clone(), dissection: dissection.clone() }));
+        }
+        let tree = EliminationTree::new(pattern, earlier.map(|analysis| analysis.tree.as_ref()));
+        let tree = tree.map_err(|reason| Self::fail(pattern.n(), reason))?;
+        let dissection = Arc::new(Dissection::of(&tree));
+        Ok(Symbolic::new(pattern, Analysis { tree: Arc::new(tree), dissection }))
     }
 
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {

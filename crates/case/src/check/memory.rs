@@ -29,9 +29,9 @@ const PROGRAM: f64 = 13e6;
 /// parent. Measured.
 pub(super) const FRONTS: f64 = 0.5;
 
-/// Memory of cuDSS on a GPU relative to that of the entries of its factors in single precision.
-/// Measured (docs/gpu.md).
-pub(super) const ON_GPU: f64 = 1.4;
+/// Memory of cuDSS on a GPU beside the entries of its factors, for each entry of the matrix. Measured
+/// (docs/gpu.md). \[bytes\]
+pub(super) const ON_GPU: f64 = 50.0;
 
 /// Directions that iterations keep, with a product for each.
 const DIRECTIONS: f64 = 30.0;

@@ -217,7 +217,10 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
         row("load steps", inspection.steps.to_string()),
         row("unknowns of a step", inspection.unknowns.to_string()),
         row("designed elements", designed),
-        row(if on_gpu { "factors on the GPU, predicted" } else { "factors, predicted" }, bytes(inspection.factor_bytes)),
+        row(
+            if on_gpu { "factors on the GPU, predicted" } else { "factors, predicted" },
+            bytes(inspection.factor_bytes),
+        ),
         row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
         row("predicted memory of a run", bytes(inspection.peak_bytes - inspection.kept_bytes)),
         row("plus kept factors, at most", bytes(inspection.kept_bytes)),

@@ -25,6 +25,11 @@ impl EliminationTree {
         Ok(Self { structure, ordering })
     }
 
+    /// Whether `pattern` has the unknowns of this tree, by their elimination groups.
+    pub fn has_unknowns_of(&self, pattern: &CsrPattern) -> bool {
+        self.ordering.has_unknowns_of(pattern)
+    }
+
     /// The unknowns in the order of their elimination.
     pub fn order(&self) -> &[u32] {
         &self.structure.permutation

@@ -77,6 +77,13 @@ pub(super) struct Ordering {
     operations: f64,
 }
 
+impl Ordering {
+    /// Whether `pattern` has the same unknowns, by their elimination groups.
+    pub fn has_unknowns_of(&self, pattern: &CsrPattern) -> bool {
+        self.groups == pattern.groups()
+    }
+}
+
 /// Growth of the operations beyond which a known order is replaced.
 const WORN: f64 = 1.15;
 
@@ -105,7 +112,7 @@ impl Structure {
         let graph = QuotientGraph::new(pattern);
         let zone = if use_symmetry { graph.contact_zone() } else { vec![false; graph.len()] };
         let in_order = |vertices: &[u32]| Self::in_order(pattern, &graph, &zone, vertices.to_vec());
-        if let Some(known) = known.filter(|known| known.groups == pattern.groups()) {
+        if let Some(known) = known.filter(|known| known.has_unknowns_of(pattern)) {
             let structure = match &known.last {
                 None => in_order(&known.vertices),
                 Some(last) => {

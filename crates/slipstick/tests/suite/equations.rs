@@ -243,6 +243,7 @@ const DOCUMENTS: &[&str] = &[
     "docs/crates.md",
     "docs/edges.md",
     "docs/cluster.md",
+    "docs/gpu.md",
     "docs/bracket.md",
     "docs/tutorials/first_design.md",
     "docs/tutorials/my_mesh.md",
