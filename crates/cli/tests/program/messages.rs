@@ -153,6 +153,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("no iterations", "iterations = 4", "iterations = 0"),
     ("an asymptote factor above one", "iterations = 4", "iterations = 4\nmma = { asydecr = 1.5 }"),
     ("an unknown solver", "every = 2", "every = 2\n[solver]\nlinear = \"pardiso\""),
+    ("a solver that is not built in", "every = 2", "every = 2\n[solver]\nlinear = \"cudss\""),
     ("a string instead of true", "every = 2", "every = 2\npieces = \"yes\""),
     ("memory without a unit", "every = 2", "every = 2\n[adjoint]\nmemory = \"8\""),
     (
