@@ -5,8 +5,8 @@
 //! ```
 //!
 //! `crates/slipstick/examples/export_matrix.rs` writes such files. The first factorization contains
-//! cuDSS's analysis; times of the next ones and of solves are the shortest of several, on the whole
-//! with scaling and transfers. Iterations are those to a residual of 1e-10, after the first solve.
+//! cuDSS's analysis; times of the next ones and of solves are the shortest of several, including
+//! scaling and transfers. Iterations are those to a residual of 1e-10, after the first solve.
 
 #[path = "../../linalg/examples/exported/mod.rs"]
 mod exported;
@@ -25,7 +25,10 @@ const SOLVES: usize = 10;
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().ok_or("arguments: FILE [f32|f64]...")?;
-    let precisions: Vec<String> = arguments.collect();
+    let mut precisions: Vec<String> = arguments.collect();
+    if precisions.is_empty() {
+        precisions = vec!["f32".into(), "f64".into()];
+    }
     let a = read(&file)?.matrix;
     let device = Arc::new(Device::open()?);
     println!("{} unknowns, {} entries; {}, cuDSS {}", a.n(), a.values.len(), device.name(), device.version());
@@ -49,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             (next, factors) = (next.min(seconds), Some(made?));
         }
         let factors = factors.ok_or("no factorization")?;
-        let used = (free - device.memory()?[0]) as f64 * 1e-9;
+        let used = free.saturating_sub(device.memory()?[0]) as f64 * 1e-9;
         let [forward, transposed] = [false, true].map(|transpose| solves(&a, factors.as_ref(), transpose));
         let ((solve, iterations), (back, again)) = (forward?, transposed?);
         println!(

@@ -2,6 +2,7 @@
 
 use crate::error::CudssError;
 use crate::library::{Cudss, Driver, Object, property, result, status};
+use slipstick_linalg::Precision;
 use std::ffi::{CStr, OsStr, c_char, c_void};
 use std::fmt;
 use std::path::Path;
@@ -23,49 +24,58 @@ pub struct Device {
     driver: Driver,
     cudss: Cudss,
     context: Object,
-    /// Null only while the device is opened. Whoever holds the lock may call the libraries.
-    handle: Mutex<Handle>,
+    /// The driver's number of the device.
+    number: i32,
+    /// Whoever holds the lock may call the libraries.
+    handles: Mutex<Handles>,
     name: String,
     version: String,
 }
 
-struct Handle(Object);
+/// Handles of cuDSS for factors in single and in double precision: version 0.7 could not use one for
+/// both. Null only while the device is opened.
+struct Handles([Object; 2]);
 
-// SAFETY: the handle is used only under the lock, after the context has been made that of the
-// thread.
-unsafe impl Send for Handle {}
+// SAFETY: the handles are used only under the lock, while the context is that of the thread.
+unsafe impl Send for Handles {}
 // SAFETY: the context is only passed to the driver, which accepts it from any thread.
 unsafe impl Send for Device {}
 // SAFETY: as above; everything else is protected by the lock or never changes.
 unsafe impl Sync for Device {}
 
-/// The number of the only device that is used.
+/// The place of the device among those that CUDA shows.
 const FIRST: i32 = 0;
 
 impl Device {
     /// Loads the libraries and opens the device.
     ///
     /// # Errors
-    /// [`CudssError::Library`] if a library cannot be loaded, [`CudssError::Version`] if cuDSS is
-    /// another one, [`CudssError::NoDevice`] without a GPU.
+    /// [`CudssError::Library`] if a library cannot be loaded, [`CudssError::Version`] if the major
+    /// version of cuDSS is not 1, [`CudssError::NoDevice`] without a GPU.
     pub fn open() -> Result<Self, CudssError> {
         let [driver, cudss] = NAMES.map(|names| names.iter().map(OsStr::new).collect::<Vec<_>>());
-        Self::load(&driver, &cudss)
+        // SAFETY: libraries with these names are NVIDIA's.
+        unsafe { Self::load(&driver, &cudss) }
     }
 
     /// The same with libraries at these places.
     ///
+    /// # Safety
+    /// The libraries have the functions of the CUDA driver and of cuDSS, as NVIDIA documents them.
+    ///
     /// # Errors
     /// As [`Device::open`].
-    pub fn with_libraries(driver: &Path, cudss: &Path) -> Result<Self, CudssError> {
-        Self::load(&[driver.as_os_str()], &[cudss.as_os_str()])
+    pub unsafe fn with_libraries(driver: &Path, cudss: &Path) -> Result<Self, CudssError> {
+        // SAFETY: as for this function.
+        unsafe { Self::load(&[driver.as_os_str()], &[cudss.as_os_str()]) }
     }
 
-    fn load(driver: &[&OsStr], cudss: &[&OsStr]) -> Result<Self, CudssError> {
-        // SAFETY: these are the documented functions of the driver, which any version has.
+    /// # Safety
+    /// As [`Device::with_libraries`].
+    unsafe fn load(driver: &[&OsStr], cudss: &[&OsStr]) -> Result<Self, CudssError> {
+        // SAFETY: as for this function; any version of the driver has these functions.
         let driver = unsafe { Driver::load(driver) }?;
-        // SAFETY: these are the documented functions of cuDSS 1; the version is checked before any
-        // other call.
+        // SAFETY: as for this function; the version is checked before any other call.
         let cudss = unsafe { Cudss::load(cudss) }?;
         let mut version = [0; 3];
         for (part, number) in version.iter_mut().zip([property::MAJOR, property::MINOR, property::PATCH]) {
@@ -99,16 +109,19 @@ impl Device {
         }
         // SAFETY: the driver ends the name with a zero, within its length.
         let name = unsafe { CStr::from_ptr(name.as_ptr()) }.to_string_lossy().into_owned();
-        let handle = Mutex::new(Handle(std::ptr::null_mut()));
-        let mut device = Self { driver, cudss, context, handle, name, version };
-        let mut handle = std::ptr::null_mut();
-        let calls = device.calls()?;
-        // SAFETY: the context is that of this thread; a place for the handle.
-        let created = calls.cudss("starting cuDSS", |cudss| unsafe { (cudss.create)(&mut handle) });
+        let handles = Mutex::new(Handles([std::ptr::null_mut(); 2]));
+        let device = Self { driver, cudss, context, number, handles, name, version };
+        let mut calls = device.calls()?;
+        for precision in 0..2 {
+            // cuDSS asks to destroy handles even of failed calls, which `Drop` does
+            let mut handle = std::ptr::null_mut();
+            // SAFETY: the context is that of this thread; a place for the handle.
+            let created = calls.cudss("starting cuDSS", |cudss| unsafe { (cudss.create)(&mut handle) });
+            calls.handles.0[precision] = handle;
+            created?;
+        }
         drop(calls);
-        // cuDSS asks to destroy handles even of failed calls, which `Drop` does
-        device.handle.get_mut().unwrap_or_else(PoisonError::into_inner).0 = handle;
-        created.map(|()| device)
+        Ok(device)
     }
 
     /// Name of the GPU.
@@ -129,13 +142,13 @@ impl Device {
         self.calls()?.memory()
     }
 
-    /// The right to call the libraries, with the device's context as that of the thread.
+    /// The right to call the libraries, with the device's context as that of the thread. It must be
+    /// dropped before it is asked for again.
     pub(crate) fn calls(&self) -> Result<Calls<'_>, CudssError> {
-        let handle = self.handle.lock().unwrap_or_else(PoisonError::into_inner);
-        let calls = Calls { device: self, handle };
+        let handles = self.handles.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: a context of the driver.
-        calls.driver("choosing the device", |driver| unsafe { (driver.set_context)(self.context) })?;
-        Ok(calls)
+        driver_check(&self.driver, "choosing the device", unsafe { (self.driver.push_context)(self.context) })?;
+        Ok(Calls { device: self, handles })
     }
 }
 
@@ -147,28 +160,36 @@ impl fmt::Debug for Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        let Ok(calls) = self.calls() else { return };
-        let handle = calls.handle();
-        if !handle.is_null() {
-            // SAFETY: created by cuDSS and destroyed once; factors keep the device alive.
-            unsafe { (self.cudss.destroy)(handle) };
+        if let Ok(calls) = self.calls() {
+            for handle in calls.handles.0.into_iter().filter(|handle| !handle.is_null()) {
+                // SAFETY: created by cuDSS and destroyed once; factors keep the device alive.
+                unsafe { (self.cudss.destroy)(handle) };
+            }
         }
-        drop(calls);
         // SAFETY: retained once.
-        unsafe { (self.driver.release_context)(FIRST) };
+        unsafe { (self.driver.release_context)(self.number) };
     }
 }
 
 /// The right to call the libraries.
 pub(crate) struct Calls<'a> {
     device: &'a Device,
-    handle: MutexGuard<'a, Handle>,
+    handles: MutexGuard<'a, Handles>,
+}
+
+impl Drop for Calls<'_> {
+    /// Gives the thread back the context that it had.
+    fn drop(&mut self) {
+        let mut context = std::ptr::null_mut();
+        // SAFETY: a place for the context that `calls` has pushed.
+        unsafe { (self.device.driver.pop_context)(&mut context) };
+    }
 }
 
 impl Calls<'_> {
-    /// The handle of cuDSS.
-    pub(crate) fn handle(&self) -> Object {
-        self.handle.0
+    /// The handle of cuDSS for factors of the given precision.
+    pub(crate) fn handle(&self, precision: Precision) -> Object {
+        self.handles.0[usize::from(precision == Precision::F64)]
     }
 
     /// Calls the driver.
@@ -195,7 +216,10 @@ impl Calls<'_> {
     }
 
     fn full(&self, call: &'static str) -> CudssError {
-        let [free, total] = self.memory().unwrap_or_default().map(|bytes| bytes / 1_000_000);
+        let [mut free, mut total] = [0; 2];
+        // SAFETY: as in `memory`; if this fails too, the sizes stay zero.
+        unsafe { (self.device.driver.memory)(&mut free, &mut total) };
+        let [free, total] = [free, total].map(|bytes| bytes / 1_000_000);
         CudssError::Memory { call, device: self.device.name.clone(), free, total }
     }
 }
@@ -226,11 +250,21 @@ pub(crate) struct DeviceArray {
     bytes: usize,
 }
 
-/// Numbers without padding, of which any bits are a value.
-pub(crate) trait Plain: Copy {}
-impl Plain for i32 {}
-impl Plain for f32 {}
-impl Plain for f64 {}
+/// Numbers.
+///
+/// # Safety
+/// They have no padding, and any bits are a value.
+pub(crate) unsafe trait Plain: Copy {}
+// SAFETY: integers and floating-point numbers are such.
+unsafe impl Plain for i32 {}
+// SAFETY: as above.
+unsafe impl Plain for i64 {}
+// SAFETY: as above.
+unsafe impl Plain for f32 {}
+// SAFETY: as above.
+unsafe impl Plain for f64 {}
+// SAFETY: an array has no padding between its elements.
+unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
 impl DeviceArray {
     /// An array of `count` numbers, not initialized.

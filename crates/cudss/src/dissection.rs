@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use slipstick_linalg::{CsrPattern, EliminationTree};
 
-/// Most levels of the tree, cuDSS's default, and the least that it accepts.
+/// Largest and smallest number of levels of the tree: cuDSS's default, and the least it accepts.
 const MOST_LEVELS: usize = 10;
 const LEAST_LEVELS: usize = 2;
 
@@ -198,8 +198,8 @@ mod tests {
         }
     }
 
-    /// A coupling across a separator needs another dissection, one with the separator or within a part
-    /// does not.
+    /// A coupling across a separator requires a new dissection; a coupling with the separator or within a
+    /// part does not.
     #[test]
     fn couplings_across_separators_are_found() {
         let m = 70;

@@ -11,19 +11,19 @@ pub enum CudssError {
         /// The reason, as the system reports it.
         reason: String,
     },
-    /// cuDSS has another major version than the one whose interface is used.
-    #[error("cuDSS has version {found}, but version {needed} is needed")]
+    /// The major version of cuDSS is not supported.
+    #[error("found cuDSS {found}, but version {needed} is required")]
     Version {
         /// The version found.
         found: String,
-        /// The version needed.
+        /// The version required.
         needed: &'static str,
     },
     /// The driver reports no GPU.
     #[error("there is no NVIDIA GPU that CUDA can use")]
     NoDevice,
-    /// The memory of the device is full.
-    #[error("the memory of {device} is full at {call}: {free} of {total} MB are free")]
+    /// The memory of the device is too small.
+    #[error("{device} has too little memory for {call}: {free} of {total} MB are free")]
     Memory {
         /// The attempted operation.
         call: &'static str,

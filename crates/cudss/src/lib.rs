@@ -7,7 +7,7 @@
 //! with its transpose.
 //!
 //! The matrix is equilibrated as for the multifrontal solver of `slipstick-linalg`. Factors are in
-//! single precision, in double precision where that is not sufficient. cuDSS exchanges pivots
+//! single precision, or in double precision where single is not sufficient. cuDSS exchanges pivots
 //! only within a supernode and replaces those that are too small, so its factors can belong to a
 //! nearby matrix. Therefore all factors are tested, and all solutions are verified by
 //! [`solve_verified`](slipstick_linalg::solve_verified) like those of any other solver.

@@ -51,7 +51,8 @@ functions! {
         device_name = b"cuDeviceGetName\0"(*mut c_char, i32, i32);
         retain_context = b"cuDevicePrimaryCtxRetain\0"(*mut Object, i32);
         release_context = b"cuDevicePrimaryCtxRelease_v2\0"(i32);
-        set_context = b"cuCtxSetCurrent\0"(Object);
+        push_context = b"cuCtxPushCurrent_v2\0"(Object);
+        pop_context = b"cuCtxPopCurrent_v2\0"(*mut Object);
         memory = b"cuMemGetInfo_v2\0"(*mut usize, *mut usize);
         allocate = b"cuMemAlloc_v2\0"(*mut u64, usize);
         free = b"cuMemFree_v2\0"(u64);

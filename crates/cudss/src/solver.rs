@@ -1,29 +1,29 @@
 //! The linear solver: scaling, elimination order, and factors on a device.
 
-use crate::device::{Device, Plain};
+use crate::device::Device;
 use crate::dissection::Dissection;
 use crate::error::CudssError;
-use crate::factors::{Factors, Places};
+use crate::factors::{Factors, Number, Places};
 use rayon::prelude::*;
 use slipstick_linalg::{
     Backend, Cost, CsrMatrix, CsrPattern, EliminationTree, FactorPart, Factorization, FactorizationError, LinearSolver,
     Link, MultifrontalSolver, Precision, RobustSolver, Scaling, Symbolic,
 };
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Unknowns above which the processor is not tried if the device fails: it would take too long.
 const LARGEST_FALLBACK: usize = 120_000;
 
 /// Bytes that a core of the processor moves while the device does one operation of a factorization,
 /// while an entry of the matrix is scaled and copied there, and while a solve reads one byte of the
-/// factors. Fitted to factorizations with 100,000 and 303,000 unknowns on an NVIDIA H200, with 8 GB/s
-/// for the core (docs/gpu.md); the ratios decide how long factors are reused.
+/// factors. Fitted to the times of docs/gpu.md with 101,000 and 303,000 unknowns, for a core that moves
+/// 8 GB/s. The ratios decide how long factors are reused.
 const BYTES_PER_OPERATION: f64 = 3e-4;
 const BYTES_PER_ENTRY: f64 = 64.0;
 const BYTES_PER_BYTE: f64 = 0.01;
 
-/// Factors that are kept for the next matrix: the latest, and those that it replaced, which may
-/// still be in use while the latest are computed.
+/// Sets of factors that are kept for the next matrix: the latest, and the one that it replaced, which
+/// may still be in use while the latest is computed.
 const MOST_KEPT: usize = 2;
 
 /// Solvers on a device: in single precision, then in double. If both fail on a matrix of moderate
@@ -43,10 +43,11 @@ impl CudssBackend {
 
 impl Backend for CudssBackend {
     fn solver(&self) -> Box<dyn LinearSolver> {
-        let on_device = |precision| Link::new(CudssSolver::new(&self.device, precision));
+        let single = CudssSolver::new(&self.device, Precision::F32);
+        let double = single.in_precision(Precision::F64);
         Box::new(RobustSolver::of(vec![
-            on_device(Precision::F32),
-            on_device(Precision::F64),
+            Link::new(single),
+            Link::new(double),
             Link::new(MultifrontalSolver::new(Precision::F64)).up_to(LARGEST_FALLBACK),
         ]))
     }
@@ -62,14 +63,16 @@ pub struct CudssSolver {
     precision: Precision,
     /// The scaling of the latest matrix.
     scaling: Option<Scaling>,
-    /// The latest factors, the last ones last. Those that nothing else uses are overwritten.
-    kept: Vec<Arc<Factors>>,
+    /// Recent factors, the newest last, of this solver and of those
+    /// [in another precision](Self::in_precision). Those that nothing else uses are overwritten, or
+    /// freed for another pattern or precision.
+    kept: Arc<Mutex<Vec<Arc<Factors>>>>,
 }
 
-/// The analysis of a pattern.
+/// The analysis of a pattern: for this one, or for an earlier one whose dissection suits it. The
+/// number of operations is then that of the earlier one.
 #[derive(Debug)]
 struct Analysis {
-    /// Of this pattern, or of an earlier one whose dissection suits this one.
     tree: Arc<EliminationTree>,
     dissection: Arc<Dissection>,
 }
@@ -77,7 +80,13 @@ struct Analysis {
 impl CudssSolver {
     /// A solver with factors of the given precision.
     pub fn new(device: &Arc<Device>, precision: Precision) -> Self {
-        Self { device: device.clone(), precision, scaling: None, kept: Vec::new() }
+        Self { device: device.clone(), precision, scaling: None, kept: Arc::default() }
+    }
+
+    /// A solver for the same matrices in another precision, which frees the factors of this one
+    /// that nothing else uses.
+    pub fn in_precision(&self, precision: Precision) -> Self {
+        Self { precision, kept: self.kept.clone(), ..Self::new(&self.device, precision) }
     }
 
     fn fail(n: usize, error: impl ToString) -> FactorizationError {
@@ -85,32 +94,34 @@ impl CudssSolver {
     }
 
     /// Factors that can be overwritten, or new ones.
-    fn factors(&mut self, pattern: &CsrPattern, dissection: &Dissection) -> Result<Arc<Factors>, CudssError> {
-        let precision = self.precision;
-        let suits = |factors: &Arc<Factors>| factors.places.id == pattern.id() && factors.precision == precision;
-        self.kept.retain(suits);
-        if let Some(unused) = self.kept.iter().position(|factors| Arc::strong_count(factors) == 1) {
-            return Ok(self.kept.remove(unused));
+    fn factors<T: Number>(&self, pattern: &CsrPattern, dissection: &Dissection) -> Result<Arc<Factors>, CudssError> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.retain(|factors| factors.places.id == pattern.id() && factors.precision == T::PRECISION);
+        if let Some(unused) = kept.iter().position(|factors| Arc::strong_count(factors) == 1) {
+            return Ok(kept.remove(unused));
         }
-        let places = match self.kept.first() {
+        let places = match kept.first() {
             Some(factors) => factors.places.clone(),
             None => Arc::new(Places::new(&self.device, pattern)?),
         };
-        Ok(Arc::new(Factors::new(&self.device, &places, precision, dissection)?))
+        Ok(Arc::new(Factors::new::<T>(&self.device, &places, dissection)?))
     }
 
-    fn factorize_scaled(&mut self, analysis: &Analysis, a: &CsrMatrix) -> Result<CudssFactorization, CudssError> {
+    fn factorize_scaled<T: Number>(
+        &mut self,
+        analysis: &Analysis,
+        a: &CsrMatrix,
+        convert: impl Fn(f64) -> T + Sync,
+    ) -> Result<CudssFactorization, CudssError> {
         let scaling = Scaling::follow(self.scaling.take(), a);
-        let factors = self.factors(&a.pattern, &analysis.dissection)?;
-        match self.precision {
-            Precision::F32 => factors.renew(&scaling.apply(a, |value| value as f32))?,
-            Precision::F64 => factors.renew(&scaling.apply(a, |value| value))?,
-        }
+        let factors = self.factors::<T>(&a.pattern, &analysis.dissection)?;
+        factors.renew(&scaling.apply(a, convert))?;
         let (entries, bytes) = (a.values.len(), factors.bytes()?);
-        if self.kept.len() == MOST_KEPT {
-            self.kept.remove(0);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.len() == MOST_KEPT {
+            kept.remove(0);
         }
-        self.kept.push(factors.clone());
+        kept.push(factors.clone());
         self.scaling = Some(scaling.clone());
         Ok(CudssFactorization { factors, scaling, entries, bytes, operations: analysis.tree.size().1 })
     }
@@ -145,11 +156,18 @@ impl LinearSolver for CudssSolver {
 
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let analysis = symbolic.content_for::<Analysis>(a)?;
-        match self.factorize_scaled(analysis, a) {
+        if a.n() == 0 {
+            return Err(Self::fail(0, "the matrix is empty"));
+        }
+        let made = match self.precision {
+            Precision::F32 => self.factorize_scaled(analysis, a, |value| value as f32),
+            Precision::F64 => self.factorize_scaled(analysis, a, |value| value),
+        };
+        match made {
             Ok(factors) => Ok(Box::new(factors)),
             Err(error) => {
                 // what the device still holds may be unusable, or fill its memory
-                self.kept.clear();
+                self.kept.lock().unwrap_or_else(PoisonError::into_inner).clear();
                 Err(Self::fail(a.n(), error))
             }
         }
@@ -180,63 +198,44 @@ struct CudssFactorization {
 impl CudssFactorization {
     /// A failed solve leaves NaN, which no verified solve accepts as a solution.
     fn apply(&self, transpose: bool, rhs: &mut [f64]) {
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         let (before, after) = match transpose {
             false => (&self.scaling.rows, &self.scaling.columns),
             true => (&self.scaling.columns, &self.scaling.rows),
         };
         scale(rhs, before);
-        // single precision has a smaller range
-        let size = rhs.iter().fold(0.0f64, |largest, b| largest.max(b.abs()));
-        if size > 0.0 {
-            rhs.iter_mut().for_each(|b| *b /= size);
-        }
         let solved = match self.factors.precision {
-            Precision::F32 => self.solve_as(transpose, rhs, |b| b as f32, f64::from),
+            Precision::F32 => self.apply_in_single(transpose, rhs),
             Precision::F64 => self.factors.solve(transpose, rhs),
         };
         if solved.is_err() {
             rhs.fill(f64::NAN);
         }
-        if size > 0.0 {
-            rhs.iter_mut().for_each(|b| *b *= size);
-        }
         scale(rhs, after);
     }
 
-    fn solve_as<T: Plain>(
-        &self,
-        transpose: bool,
-        rhs: &mut [f64],
-        to: impl Fn(f64) -> T,
-        from: impl Fn(T) -> f64,
-    ) -> Result<(), CudssError> {
-        let mut converted: Vec<T> = rhs.iter().map(|&b| to(b)).collect();
-        self.factors.solve(transpose, &mut converted)?;
-        rhs.iter_mut().zip(converted).for_each(|(b, x)| *b = from(x));
+    /// Divides by the largest entry, because single precision has a smaller range.
+    fn apply_in_single(&self, transpose: bool, rhs: &mut [f64]) -> Result<(), CudssError> {
+        let largest = rhs.iter().fold(0.0f64, |largest, b| largest.max(b.abs()));
+        let size = if largest > 0.0 { largest } else { 1.0 };
+        let mut single: Vec<f32> = rhs.iter().map(|b| (b / size) as f32).collect();
+        self.factors.solve(transpose, &mut single)?;
+        rhs.iter_mut().zip(single).for_each(|(b, x)| *b = size * f64::from(x));
         Ok(())
-    }
-
-    fn apply_many(&self, transpose: bool, rhs: &mut [f64]) {
-        assert!(rhs.len().is_multiple_of(self.n().max(1)), "right-hand sides have an entry per unknown");
-        self.apply(transpose, rhs);
     }
 }
 
-/// Multiplies each column of `vectors` by `factors`.
-fn scale(vectors: &mut [f64], factors: &[f64]) {
-    for column in vectors.chunks_exact_mut(factors.len().max(1)) {
-        column.par_iter_mut().zip(factors).with_min_len(16_384).for_each(|(v, factor)| *v *= factor);
-    }
+/// Multiplies each entry by its factor.
+fn scale(vector: &mut [f64], factors: &[f64]) {
+    vector.par_iter_mut().zip(factors).with_min_len(16_384).for_each(|(v, factor)| *v *= factor);
 }
 
 impl Factorization for CudssFactorization {
     fn solve(&self, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         self.apply(false, rhs);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         self.apply(true, rhs);
     }
 
@@ -265,13 +264,5 @@ impl Factorization for CudssFactorization {
 
     fn row_scaling(&self) -> Option<&[f64]> {
         Some(&self.scaling.rows)
-    }
-
-    fn solve_many(&self, rhs: &mut [f64]) {
-        self.apply_many(false, rhs);
-    }
-
-    fn solve_transpose_many(&self, rhs: &mut [f64]) {
-        self.apply_many(true, rhs);
     }
 }

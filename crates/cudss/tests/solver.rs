@@ -1,5 +1,6 @@
 //! The solver against a stand-in for the libraries, on any machine, and, where there is a GPU, with
 //! cuDSS itself.
+#![cfg(unix)]
 
 #[path = "../../linalg/tests/common/mod.rs"]
 mod common;
@@ -38,7 +39,8 @@ impl StandIn {
     }
 
     fn open(&self) -> Result<Device, CudssError> {
-        Device::with_libraries(&self.path, &self.path)
+        // SAFETY: the stand-in has the functions of both libraries.
+        unsafe { Device::with_libraries(&self.path, &self.path) }
     }
 
     fn set(&self, function: &str, value: i32) {
@@ -59,8 +61,9 @@ impl StandIn {
 
 /// Solves with `a` and its transpose for one and for three right-hand sides, to the accuracy that
 /// all solvers must reach.
-fn solves(a: &CsrMatrix, solver: &mut dyn LinearSolver) {
+fn solves(a: &CsrMatrix, solver: &mut dyn LinearSolver, precision: Precision) {
     let factors = solver.analyse_and_factorize(a).unwrap();
+    assert_eq!(factors.precision(), precision);
     let b = Random(2).vector(a.n());
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let most = if factors.precision() == Precision::F64 { 1e-10 } else { 1e-3 };
@@ -89,9 +92,10 @@ fn saddle_points_are_solved_in_both_precisions() {
     assert_eq!((device.name(), device.version()), ("stand-in", "1.0.0"));
     let (a, _) = BRICK.reduced(1);
     for precision in [Precision::F32, Precision::F64] {
-        solves(&a, &mut CudssSolver::new(&device, precision));
+        solves(&a, &mut CudssSolver::new(&device, precision), precision);
     }
-    solves(&a, CudssBackend::new(device.clone()).solver().as_mut());
+    // the first solver of the chain, in single precision
+    solves(&a, CudssBackend::new(device.clone()).solver().as_mut(), Precision::F32);
     drop(device);
     assert_eq!(stand_in.live(), before, "everything on the device is freed");
 }
@@ -124,25 +128,44 @@ fn factors_in_use_are_not_overwritten() {
     assert_eq!((solve(third.as_ref()), solve(second.as_ref())), (expected, half));
 }
 
+/// Factors in single precision that nothing uses are freed when a chain goes on to double precision.
+#[test]
+fn factors_of_the_other_precision_are_freed() {
+    let stand_in = StandIn::get();
+    let device = Arc::new(stand_in.open().unwrap());
+    let (a, _) = BRICK.reduced(1);
+    let mut single = CudssSolver::new(&device, Precision::F32);
+    let mut double = single.in_precision(Precision::F64);
+    let symbolic = single.analyse(&a.pattern).unwrap();
+    let before = stand_in.live();
+    drop(single.factorize(&symbolic, &a).unwrap());
+    let one = stand_in.live() - before;
+    let factors = double.factorize(&symbolic, &a).unwrap();
+    assert_eq!(stand_in.live() - before, one);
+    drop((factors, single, double));
+    assert_eq!(stand_in.live(), before);
+}
+
 #[test]
 fn failures_say_what_is_missing() {
     let stand_in = StandIn::get();
     let before = stand_in.live();
     let message = |device: Result<Device, CudssError>| device.map(|_| ()).unwrap_err().to_string();
-    let missing = Device::with_libraries(Path::new("/nonesuch/libcuda.so"), &stand_in.path);
+    // SAFETY: as above, or there is no library.
+    let missing = unsafe { Device::with_libraries(Path::new("/nonesuch/libcuda.so"), &stand_in.path) };
     assert!(message(missing).starts_with("the CUDA driver cannot be loaded: "));
-    let missing = Device::with_libraries(&stand_in.path, Path::new("/nonesuch/libcudss.so"));
+    // SAFETY: as above.
+    let missing = unsafe { Device::with_libraries(&stand_in.path, Path::new("/nonesuch/libcudss.so")) };
     assert!(message(missing).starts_with("cuDSS cannot be loaded: "));
     stand_in.set("stand_in_major", 0);
-    assert_eq!(message(stand_in.open()), "cuDSS has version 0.0.0, but version 1 is needed");
+    assert_eq!(message(stand_in.open()), "found cuDSS 0.0.0, but version 1 is required");
     stand_in.set("stand_in_major", 1);
     stand_in.set("stand_in_devices", 0);
     assert_eq!(stand_in.open().map(|_| ()), Err(CudssError::NoDevice));
     assert_eq!(stand_in.live(), before);
 }
 
-/// A full device ends the chain with a message that says so, if the matrix is too large for the
-/// processor; the smaller one here is solved by it.
+/// If the device is full, the error says so; in the chain, the processor solves a matrix of this size.
 #[test]
 fn a_full_device_is_reported() {
     let stand_in = StandIn::get();
@@ -152,9 +175,10 @@ fn a_full_device_is_reported() {
     let mut solver = CudssSolver::new(&device, Precision::F32);
     let error = solver.analyse_and_factorize(&a).map(|_| ()).unwrap_err();
     let FactorizationError::Backend { solver: "cuDSS", reason, .. } = error else { panic!("{error}") };
-    assert!(reason.starts_with("the memory of stand-in is full at allocating an array"), "{reason}");
+    assert!(reason.starts_with("stand-in has too little memory for allocating an array"), "{reason}");
     let used = stand_in.live();
-    solves(&a, CudssBackend::new(device.clone()).solver().as_mut());
+    // the last solver of the chain, on the processor
+    solves(&a, CudssBackend::new(device.clone()).solver().as_mut(), Precision::F64);
     assert_eq!(stand_in.live(), used);
 }
 
@@ -177,7 +201,7 @@ fn cudss_solves_on_a_gpu() {
     };
     let (a, _) = Brick { nodes: [12, 12, 12], ..BRICK }.reduced(1);
     for precision in [Precision::F32, Precision::F64] {
-        solves(&a, &mut CudssSolver::new(&device, precision));
+        solves(&a, &mut CudssSolver::new(&device, precision), precision);
     }
-    solves(&a, CudssBackend::new(device).solver().as_mut());
+    solves(&a, CudssBackend::new(device).solver().as_mut(), Precision::F32);
 }

@@ -3,13 +3,14 @@
    objects, and can be told to fail. The names and numbers are those of NVIDIA's documentation. */
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { SUCCESS, NOT_INITIALIZED, ALLOC_FAILED, INVALID_VALUE };
 
 /* What the tests set and read. */
-static int devices = 1, major = 1, live = 0;
+static int devices = 1, major = 1, live = 0, factorizations = 0;
 static size_t room = (size_t)1 << 30;
 void stand_in_devices(int count) { devices = count; }
 void stand_in_major(int version) { major = version; }
@@ -29,7 +30,8 @@ int cuDeviceGetName(char *name, int length, int device) {
 }
 int cuDevicePrimaryCtxRetain(void **made, int device) { return (void)device, *made = &context, live++, 0; }
 int cuDevicePrimaryCtxRelease_v2(int device) { return (void)device, live--, 0; }
-int cuCtxSetCurrent(void *chosen) { return current = chosen, chosen == &context ? 0 : 201; }
+int cuCtxPushCurrent_v2(void *chosen) { return current = chosen, chosen == &context ? 0 : 201; }
+int cuCtxPopCurrent_v2(void **left) { return *left = current, current = NULL, *left ? 0 : 201; }
 int cuMemGetInfo_v2(size_t *left, size_t *total) { return *left = room, *total = (size_t)1 << 30, current ? 0 : 201; }
 int cuMemAlloc_v2(uint64_t *address, size_t bytes) {
     if (!current || !bytes) return 1;
@@ -49,8 +51,12 @@ int cuMemFree_v2(uint64_t address) {
     free(block);
     return current ? 0 : 201;
 }
-int cuMemcpyHtoD_v2(uint64_t to, const void *from, size_t bytes) { return memcpy((void *)(uintptr_t)to, from, bytes), 0; }
-int cuMemcpyDtoH_v2(void *to, uint64_t from, size_t bytes) { return memcpy(to, (void *)(uintptr_t)from, bytes), 0; }
+int cuMemcpyHtoD_v2(uint64_t to, const void *from, size_t bytes) {
+    return memcpy((void *)(uintptr_t)to, from, bytes), current ? 0 : 201;
+}
+int cuMemcpyDtoH_v2(void *to, uint64_t from, size_t bytes) {
+    return memcpy(to, (void *)(uintptr_t)from, bytes), current ? 0 : 201;
+}
 int cuGetErrorName(int code, const char **name) {
     return *name = code == 2 ? "CUDA_ERROR_OUT_OF_MEMORY" : code == 100 ? "CUDA_ERROR_NO_DEVICE" : "CUDA_ERROR_OTHER", 0;
 }
@@ -64,7 +70,12 @@ struct matrix { int64_t rows, columns, entries; const int *offsets, *places; con
 static void *made(size_t bytes) { return live++, calloc(1, bytes); }
 int cudssGetProperty(int part, int *value) { return *value = part == 0 ? major : 0, SUCCESS; }
 int cudssCreate(struct handle **handle) { return *handle = made(sizeof **handle), current ? SUCCESS : NOT_INITIALIZED; }
-int cudssDestroy(struct handle *handle) { return free(handle), live--, SUCCESS; }
+/* Writes the number of factorizations so far to the file that STAND_IN_COUNT names. */
+int cudssDestroy(struct handle *handle) {
+    FILE *told = getenv("STAND_IN_COUNT") ? fopen(getenv("STAND_IN_COUNT"), "w") : NULL;
+    if (told) fprintf(told, "%d\n", factorizations), fclose(told);
+    return free(handle), live--, SUCCESS;
+}
 int cudssConfigCreate(struct config **config) { return *config = made(sizeof **config), (*config)->matching = 6, SUCCESS; }
 int cudssConfigDestroy(struct config *config) { return free(config), live--, SUCCESS; }
 int cudssConfigSet(struct config *config, int setting, const void *value, size_t bytes) {
@@ -158,6 +169,7 @@ static int factorize(struct data *data, const struct matrix *a) {
         }
     }
     data->stage = 2;
+    factorizations++;
     return SUCCESS;
 }
 

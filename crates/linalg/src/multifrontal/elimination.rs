@@ -5,7 +5,7 @@ use crate::csr::CsrPattern;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// An elimination order with little fill, and the tree of its supernodes, for LU factors of other
+/// An elimination order with low fill-in, and the tree of its supernodes, for LU factors of other
 /// libraries. A multiplier follows its node, so that its pivot is not zero.
 #[derive(Debug)]
 pub struct EliminationTree {
