@@ -371,6 +371,26 @@ mod tests {
         }
     }
 
+    /// Rows in which all unknowns share their factors are not read. By definition, this changes nothing.
+    #[test]
+    fn rows_of_shared_factors_do_not_matter() {
+        let n = 30;
+        let near = |i: u32| i.saturating_sub(2)..(i + 3).min(n);
+        let columns: Vec<u32> = (0..n).flat_map(near).collect();
+        let offsets = (0..=n).map(|i| (0..i).flat_map(near).count()).collect();
+        let pattern = CsrPattern::new(offsets, columns, (0..n).collect(), vec![]).unwrap();
+        let values = (0..pattern.entries()).map(|k| 10f64.powf(4.0 * (k as f64 * k as f64 * 0.618).sin())).collect();
+        let a = CsrMatrix { pattern: Arc::new(pattern), values };
+        let factors = vec![1.0; n as usize];
+        let shared = (0..n).map(|i| !(i == 3 || (12..15).contains(&i) || i == 29)).collect();
+        let start = Scaling { rows: factors.clone(), columns: factors, shared };
+        let (mut some, mut all) = (start.clone(), start.clone());
+        some.level_within(SWEEPS, None, &a);
+        all.level(SWEEPS, None, |scaling| scaling.largest_entries(&a, &every_row(&a)));
+        assert_eq!((&some.rows, &some.columns), (&all.rows, &all.columns));
+        assert_ne!((&some.rows, &some.columns), (&start.rows, &start.columns));
+    }
+
     /// By definition: an earlier scaling is kept, bit for bit, while the largest entries of rows
     /// and columns are between 1/16 and 16. Otherwise, the matrix is scaled again. Empty rows do
     /// not matter.
