@@ -26,7 +26,7 @@ pub struct Device {
     context: Object,
     /// The driver's number of the device.
     number: i32,
-    /// Whoever holds the lock may call the libraries.
+    /// Locked during every call of the libraries.
     handles: Mutex<Handles>,
     name: String,
     version: String,
