@@ -198,7 +198,7 @@ fn attach_lone_multipliers(pattern: &BlockPattern, reduced: &[u32], groups: &[u3
 
 fn reduced_pattern(pattern: &BlockPattern, reduced: &[u32], free: &[u32], groups: &[u32]) -> CsrPattern {
     let mut row_offsets = Vec::with_capacity(free.len() + 1);
-    let mut columns = Vec::new();
+    let mut columns = Vec::with_capacity(9 * pattern.blocks());
     row_offsets.push(0);
     for &full in free {
         for &j in pattern.row(full as usize / 3) {
@@ -207,6 +207,7 @@ fn reduced_pattern(pattern: &BlockPattern, reduced: &[u32], free: &[u32], groups
         }
         row_offsets.push(columns.len());
     }
+    columns.shrink_to_fit();
     let groups = free.iter().map(|&full| groups[full as usize / 3]).collect();
     CsrPattern::new(row_offsets, columns, groups, free.to_vec())
         .expect("columns of a block row ascend below the number of rows, and free unknowns are numbered in their order")

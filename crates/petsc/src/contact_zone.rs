@@ -18,6 +18,9 @@ const TOLERANCE: f64 = 1e-6;
 const MOST: usize = 600;
 const RESTART: usize = 200;
 
+/// Marks a diagonal entry of a block that is not in the whole matrix.
+const FILLER: u32 = u32::MAX;
+
 /// Data of the bodies for the contact-zone preconditioner.
 ///
 /// The zone contains the unknowns of all slave nodes, those coupled to them, and so on for some
@@ -83,12 +86,8 @@ struct Part {
     shared: Vec<(u32, u32)>,
     /// Number of unknowns of the block on this rank.
     own: usize,
-    /// Entries of the whole pattern that the block contains.
-    entries: Vec<usize>,
-    /// Positions of these entries in the block's pattern.
-    targets: Vec<usize>,
-    /// Diagonal entries of the block that are not in the whole matrix.
-    fillers: Vec<usize>,
+    /// Source of each entry: its position in the whole pattern, or [`FILLER`].
+    sources: Vec<u32>,
 }
 
 impl ContactZoneSolver {
@@ -104,6 +103,10 @@ impl ContactZoneSolver {
         let told = pattern.origins().len() == n && pattern.origins().windows(2).all(|pair| pair[0] < pair[1]);
         if self.backend.ranks().any(!told) {
             let reason = "the pattern does not state the block rows of its unknowns in ascending order".into();
+            return Err(FactorizationError::Backend { solver: self.name(), n, reason });
+        }
+        if self.backend.ranks().any(pattern.entries() >= FILLER as usize) {
+            let reason = "a rank has more than 2^32 entries of the matrix; use more ranks".into();
             return Err(FactorizationError::Backend { solver: self.name(), n, reason });
         }
         let nodes = self.data.coordinates.len();
@@ -206,15 +209,14 @@ impl Part {
                 present[inner as usize] = Some(outer);
             }
         }
-        let (mut row_offsets, mut columns, mut groups, mut origins) = (vec![0], Vec::new(), Vec::new(), Vec::new());
-        let (mut entries, mut targets, mut fillers) = (Vec::new(), Vec::new(), Vec::new());
+        let mut row_offsets = vec![0];
+        let (mut columns, mut sources, mut groups, mut origins) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (inner, outer) in present.iter().enumerate() {
             match outer {
                 Some(row) => {
                     for (k, &column) in whole.row_range(*row).zip(whole.row(*row)) {
                         if let Some(column) = number(column as usize) {
-                            entries.push(k);
-                            targets.push(columns.len());
+                            sources.push(k as u32);
                             columns.push(column);
                         }
                     }
@@ -225,7 +227,7 @@ impl Part {
                 // owns it
                 None => {
                     if backend.owner(inner as u32 / 3) == backend.ranks().rank() {
-                        fillers.push(columns.len());
+                        sources.push(FILLER);
                         columns.push(inner as u32);
                     }
                     groups.push(inner as u32 / 3);
@@ -234,6 +236,8 @@ impl Part {
             }
             row_offsets.push(columns.len());
         }
+        columns.shrink_to_fit();
+        sources.shrink_to_fit();
         let pattern = CsrPattern::new(row_offsets, columns, groups, origins).map(Arc::new).expect(
             "the numbers of a block's unknowns ascend like those of the whole, and there is an offset for each",
         );
@@ -243,17 +247,13 @@ impl Part {
             let inner = number(layout.unknown(outer as usize))?;
             inside.entry(inner as usize).map(|inner| (outer, inner as u32))
         });
-        Self { shared: shared.collect(), own: inside.own(), pattern, entries, targets, fillers }
+        Self { shared: shared.collect(), own: inside.own(), pattern, sources }
     }
 
     /// The block of `a`, with `filler` on the diagonal where `a` has no row.
     fn of(&self, a: &CsrMatrix, filler: f64) -> CsrMatrix {
-        let mut values = vec![0.0; self.pattern.entries()];
-        for (&target, &entry) in self.targets.iter().zip(&self.entries) {
-            values[target] = a.values[entry];
-        }
-        self.fillers.iter().for_each(|&target| values[target] = filler);
-        CsrMatrix { pattern: self.pattern.clone(), values }
+        let entry = |&source: &u32| if source == FILLER { filler } else { a.values[source as usize] };
+        CsrMatrix { pattern: self.pattern.clone(), values: self.sources.iter().map(entry).collect() }
     }
 
     fn restrict(&self, outer: &[f64]) -> Vec<f64> {

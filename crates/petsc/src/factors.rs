@@ -50,15 +50,20 @@ impl DistributedMatrix {
         };
         let made = check(&calls, "making the matrix", code);
         drop(calls);
-        made?;
-        if let Kind::Bulk(coordinates) = kind {
-            matrix.set_rigid_motions(&layout.restrict(coordinates.as_flattened()))?;
-        }
-        Ok(matrix)
+        made.map(|()| matrix)
+    }
+
+    /// Frees what [`DistributedMatrix::set`] needs, which must not be called again: more than half of
+    /// the memory.
+    pub(crate) fn seal(&self) -> Result<(), PetscError> {
+        let calls = self.session.calls();
+        // SAFETY: a live session and matrix with its entries set.
+        let code = unsafe { ffi::ss_matrix_seal(*calls, self.raw) };
+        check(&calls, "copying the matrix", code)
     }
 
     /// Sets the coordinates of this rank's nodes, from which PETSc forms rigid motions.
-    fn set_rigid_motions(&self, coordinates: &[f64]) -> Result<(), PetscError> {
+    pub(crate) fn set_rigid_motions(&self, coordinates: &[f64]) -> Result<(), PetscError> {
         let calls = self.session.calls();
         // SAFETY: a live session and matrix; there is a coordinate per row of this rank.
         let code = unsafe { ffi::ss_matrix_rigid(*calls, self.raw, coordinates.as_ptr()) };

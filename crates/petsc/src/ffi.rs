@@ -65,6 +65,7 @@ unsafe extern "C" {
         out: *mut *mut RawMatrix,
     ) -> c_int;
     pub fn ss_matrix_set(session: *mut RawSession, matrix: *mut RawMatrix, values: *const f64) -> c_int;
+    pub fn ss_matrix_seal(session: *mut RawSession, matrix: *mut RawMatrix) -> c_int;
     pub fn ss_matrix_rigid(session: *mut RawSession, matrix: *mut RawMatrix, coordinates: *const f64) -> c_int;
     pub fn ss_matrix_free(matrix: *mut RawMatrix);
 

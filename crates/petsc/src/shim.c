@@ -277,6 +277,18 @@ int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values)
     return MatSetValuesCOO(matrix->mat, values, INSERT_VALUES);
 }
 
+/* A copy has no maps from the given positions to entries. */
+int ss_matrix_seal(ss_session *session, ss_matrix *matrix)
+{
+    Mat sealed = NULL;
+    (void)session;
+    PetscErrorCode code = MatDuplicate(matrix->mat, MAT_COPY_VALUES, &sealed);
+    if (code) return code;
+    code = MatDestroy(&matrix->mat);
+    matrix->mat = sealed;
+    return code;
+}
+
 int ss_matrix_rigid(ss_session *session, ss_matrix *matrix, const double *coordinates)
 {
     Vec places = NULL;

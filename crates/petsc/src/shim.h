@@ -36,6 +36,8 @@ void ss_abort(ss_session *session, int32_t code);
 int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t count, const int32_t *rows,
                   const int32_t *columns, ss_matrix **out);
 int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values);
+/* Drops what `ss_matrix_set` needs, which must not be called again; that is more than half of the memory. */
+int ss_matrix_seal(ss_session *session, ss_matrix *matrix);
 /* A multigrid method needs the rigid motions; they are given by three coordinates for each node of this rank. */
 int ss_matrix_rigid(ss_session *session, ss_matrix *matrix, const double *coordinates);
 void ss_matrix_free(ss_matrix *matrix);

@@ -161,6 +161,10 @@ impl PetscSolver {
             None => Arc::new(DistributedMatrix::new(session, &a.pattern, layout, kind)?),
         };
         matrix.set(&a.values)?;
+        if let Kind::Bulk(coordinates) = kind {
+            matrix.seal()?;
+            matrix.set_rigid_motions(&layout.restrict(coordinates.as_flattened()))?;
+        }
         // factors that are still in use are not replaced
         let kept = objects.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
         let factors = match kept {
@@ -178,8 +182,8 @@ impl PetscSolver {
             facts.bytes = (12.0 * analysis.entries / session.size() as f64) as usize;
             facts.part.bytes = facts.bytes;
         }
-        // an iterative solver keeps using its matrix, which must then not change
-        if facts.direct {
+        // an iterative solver keeps using its matrix, which must then not change; that of the bodies is sealed
+        if facts.direct && !matches!(kind, Kind::Bulk(_)) {
             *objects = Objects { matrix: Some(matrix), factors: Some(factors.clone()) };
         }
         Ok((factors, facts))
