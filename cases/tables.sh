@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs the studies of the seal, the gripper finger, the snap-fit, the buffer and the snap-through, and puts their
 # numbers between the marks of the pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it
-# for single cases. `finer_clutch`, `mapped_clutch` and `full_clutch`, which take one to two hours each, run only if they
-# are named.
+# for single cases. `finer_clutch`, `mapped_clutch` and `full_clutch`, which take one to two hours each, and
+# `half_ball_paper`, which takes six, run only if they are named.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -108,10 +108,64 @@ finer_clutch() { clutch finer/eighth eighth 10; }
 
 mapped_clutch() { clutch mapped/mapped mapped 1; }
 
+# What is kept of the half ball at the paper's size: all iterations, a table of them, and the final designs with their
+# gradients.
+half_ball_paper() {
+    local case=cases/half_ball_on_plate run
+    local runs="frictionless_last friction_last frictionless_all friction_all penalty augmented"
+    for run in $runs; do
+        awk -F, -v OFS=, -v run="$run" '
+            NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; n = split(names, name, ","); next }
+            { line = run; for (k = 1; k <= n; k++) line = line OFS $at[name[k]]; print line }
+        ' names="iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip,seconds" \
+            "$case/paper/$run/history.csv"
+    done >"$work/rows"
+    {
+        echo "run,iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip,seconds"
+        cat "$work/rows"
+    } >docs/figures/half_ball_paper.csv
+    awk -F, '
+        FNR == NR { asymmetry[$1, $2] = $3; next }
+        function theta(value) { return sprintf(value < -1000 ? "−%.1f" : "−%.2f", -value) }
+        !($1 in best) { runs[++count] = $1; best[$1] = 0 }
+        { at[$1, $2] = theta($3); last[$1] = $2; seconds[$1] += $NF }
+        $3 < best[$1] { best[$1] = $3; place[$1] = $2 }
+        END {
+            n = split("0 10 20 50 100 150 200", shown, " ")
+            printf "| run | θ at iteration 0 |"
+            for (k = 2; k <= n; k++) printf " %d |", shown[k]
+            print " least θ | asymmetry x | asymmetry z | seconds per iteration |"
+            printf "|---|"
+            for (k = 1; k <= n + 4; k++) printf "--:|"
+            print ""
+            for (i = 1; i <= count; i++) {
+                run = runs[i]
+                printf "| `%s` |", run
+                for (k = 1; k <= n; k++) printf " %s |", (run, shown[k]) in at ? at[run, shown[k]] : "–"
+                printf " %s at %d |", theta(best[run]), place[run]
+                for (k = 1; k <= 2; k++) {
+                    key = run SUBSEP "asymmetry " (k == 1 ? "x" : "z")
+                    printf (key in asymmetry ? " %.2g |" : " – |"), asymmetry[key]
+                }
+                printf " %.1f |\n", seconds[run] / (last[run] + 1)
+            }
+        }' "$case/paper/numbers.csv" "$work/rows" >"$work/paper.md"
+    put "$case/README.md" paper "$work/paper.md"
+    mkdir -p "$case/designs"
+    for run in $runs; do
+        awk -F, 'NR == 1 { print; next } { printf "%s,%s,%.6g,%.6g\n", $1, $2, $3, $4 }' \
+            "$case/paper/${run}_gradient/gradient.csv" >"$case/designs/$run.csv"
+    done
+}
+
 for case in ${*:-seal gripper detent buffer snap}; do
     case $case in
     *_clutch)
         "$program" study "cases/clutch/${case%_clutch}.toml"
+        "$case"
+        ;;
+    half_ball_paper)
+        "$program" study cases/half_ball_on_plate/paper.toml
         "$case"
         ;;
     *)

@@ -266,14 +266,22 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         notices.retain(|notice| notice.kind != NoticeKind::NothingOpposite || notice.path != path);
         notices.push(open.notice(case));
     }
-    let Factorization { unknowns, bytes: factor_bytes, operations: factor_operations, matrix_bytes, iterative, double } =
-        factorization(case, problem)?;
-    let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
+    let Factorization {
+        unknowns,
+        bytes: factor_bytes,
+        operations: factor_operations,
+        matrix_bytes,
+        iterative,
+        on_ranks,
+    } = factorization(case, problem)?;
+    let contact_zone = on_ranks.contact_zone && case.solver.linear == LinearSolverChoice::Petsc;
+    // the factors of a contact zone are not reused
+    let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, factor_bytes) };
     let factors_on_gpu = case.solver.linear == LinearSolverChoice::Cudss;
     let factors = if factors_on_gpu { 0.0 } else { factor_bytes };
     let working = if iterative { memory::iterations(unknowns) } else { memory::FRONTS * factors };
     let (matrix, kept) = (matrix_bytes, steps_with_factors);
-    let systems = memory::Systems { factors, working, double, matrix, kept };
+    let systems = memory::Systems { factors, working, on_ranks, matrix, kept };
     let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
     let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     let sets = problem
@@ -580,8 +588,7 @@ struct Factorization {
     matrix_bytes: f64,
     /// Whether the factors are a preconditioner.
     iterative: bool,
-    /// Memory of direct factors in double precision. \[bytes\]
-    double: f64,
+    on_ranks: memory::Factors,
 }
 
 fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, StateError> {
@@ -601,15 +608,27 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
     if case.solver.linear == LinearSolverChoice::Schwarz {
         // several ranks, whose direct factors are larger, are not possible
         let (bytes, operations) = SchwarzSolver::predict(pattern);
-        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: true, double: bytes });
+        return Ok(Factorization {
+            unknowns,
+            bytes,
+            operations,
+            matrix_bytes,
+            iterative: true,
+            on_ranks: memory::Factors::direct(bytes),
+        });
     }
     if case.solver.linear == LinearSolverChoice::Cudss {
         let tree = slipstick_linalg::EliminationTree::new(pattern, None);
         let (entries, operations) = tree.map_or((0.0, 0.0), |tree| tree.size());
         // in single precision
         let bytes = 4.0 * entries + memory::ON_GPU * pattern.entries() as f64;
-        let double = 8.0 * entries;
-        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: false, double });
+        let on_ranks = memory::Factors::direct(8.0 * entries);
+        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: false, on_ranks });
+    }
+    let zone = contact_zone(case, &problem.mesh, pattern);
+    if let (LinearSolverChoice::Petsc, Some((bytes, operations))) = (case.solver.linear, zone) {
+        let on_ranks = memory::Factors { bytes, contact_zone: true };
+        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: true, on_ranks });
     }
     let forecast = Automatic::forecast(pattern);
     let double = 8.0 * forecast.direct_entries;
@@ -618,7 +637,22 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
         LinearSolverChoice::Direct => (0.5 * double, forecast.direct_operations, false),
         _ => (double, forecast.direct_operations, false),
     };
-    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative, double })
+    let on_ranks =
+        zone.map_or(memory::Factors::direct(double), |(bytes, _)| memory::Factors { bytes, contact_zone: true });
+    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative, on_ranks })
+}
+
+/// Memory of the contact-zone preconditioner and operations of its factorization, if the case uses it.
+#[cfg(feature = "petsc")]
+fn contact_zone(case: &Case, mesh: &Mesh, pattern: &slipstick_linalg::CsrPattern) -> Option<(f64, f64)> {
+    let slaves: Vec<&str> = case.contacts.iter().map(|contact| contact.slave.as_str()).collect();
+    let used = case.solver.petsc_preconditioner == crate::case::PetscPreconditioner::ContactZone;
+    used.then(|| crate::machine::contact_zone(mesh, &slaves).predict(pattern)).flatten()
+}
+
+#[cfg(not(feature = "petsc"))]
+fn contact_zone(_: &Case, _: &Mesh, _: &slipstick_linalg::CsrPattern) -> Option<(f64, f64)> {
+    None
 }
 
 /// Number of steps whose factors can be kept for the gradient within the memory that the case

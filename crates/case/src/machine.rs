@@ -89,13 +89,7 @@ impl Machine {
         let backend = slipstick_petsc::PetscBackend::new(session.clone(), owners);
         Ok(LinearSystem::new(match solver.petsc_preconditioner {
             case::PetscPreconditioner::Direct => backend,
-            case::PetscPreconditioner::ContactZone => {
-                let nodes: Vec<u32> =
-                    slaves.iter().filter_map(|name| mesh.surfaces.get(*name)).flat_map(|s| s.nodes()).collect();
-                let mut zone = slipstick_petsc::ContactZone::new(mesh.nodes.as_slice(), nodes);
-                zone.apart = mesh.rigid.iter().flat_map(|rigid| [rigid.reference, rigid.rotation()]).collect();
-                backend.with_contact_zone(zone)
-            }
+            case::PetscPreconditioner::ContactZone => backend.with_contact_zone(contact_zone(mesh, slaves)),
         }))
     }
 
@@ -107,6 +101,15 @@ impl Machine {
             help: "choose \"auto\", or build it with `--features petsc` (docs/cluster.md)".into(),
         })
     }
+}
+
+/// The contact zone around these slave surfaces.
+#[cfg(feature = "petsc")]
+pub(crate) fn contact_zone(mesh: &Mesh, slaves: &[&str]) -> slipstick_petsc::ContactZone {
+    let nodes: Vec<u32> = slaves.iter().filter_map(|name| mesh.surfaces.get(*name)).flat_map(|s| s.nodes()).collect();
+    let mut zone = slipstick_petsc::ContactZone::new(mesh.nodes.as_slice(), nodes);
+    zone.apart = mesh.rigid.iter().flat_map(|rigid| [rigid.reference, rigid.rotation()]).collect();
+    zone
 }
 
 /// The solver on a GPU.

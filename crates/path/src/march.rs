@@ -134,10 +134,10 @@ impl Path {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
     }
 
-    /// Returns the factors to keep with the next state, if they fit; factors shared with the
-    /// previous state need no extra memory.
+    /// Returns the factors to keep with the next state, if they can be reused and fit; factors shared
+    /// with the previous state need no extra memory.
     fn keep(&mut self, latest: Option<&Arc<KeptFactors>>, memory: usize) -> Option<Arc<KeptFactors>> {
-        let latest = latest?;
+        let latest = latest.filter(|latest| latest.factors.cost().is_some())?;
         let shared = self.states.last().and_then(|s| s.factors.as_ref()).is_some_and(|f| Arc::ptr_eq(f, latest));
         let bytes = self.factor_bytes + if shared { 0 } else { latest.bytes() };
         if bytes > memory {

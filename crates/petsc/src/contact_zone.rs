@@ -4,8 +4,8 @@
 use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, Layout, LinearSolver, Operator,
-    Precision, SolveError, SolveOptions, Summed, Symbolic, solve_with, test_on,
+    Alone, Backend, CsrMatrix, CsrPattern, EliminationTree, FactorPart, Factorization, FactorizationError, Layout,
+    LinearSolver, Operator, Precision, Ranks, SolveError, SolveOptions, Summed, Symbolic, solve_with, test_on,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,6 +17,12 @@ const TOLERANCE: f64 = 1e-6;
 /// Maximum number of iterations of one solve, and number of vectors kept before a restart.
 const MOST: usize = 600;
 const RESTART: usize = 200;
+
+/// Memory of MUMPS for the zone, relative to its factors with METIS ordering; and of the multigrid
+/// method for each entry of the matrix, besides the two and a half copies of the matrix that any solver
+/// needs. Fitted to the table of `docs/cluster/zone.sh`, one rank.
+const MUMPS: f64 = 1.7;
+const BYTES_PER_ENTRY: f64 = 12.0;
 
 /// Marks a diagonal entry of a block that is not in the whole matrix.
 const FILLER: u32 = u32::MAX;
@@ -49,6 +55,65 @@ impl ContactZone {
     pub fn new(coordinates: impl Into<Arc<[[f64; 3]]>>, slaves: impl Into<Arc<[u32]>>) -> Self {
         let (coordinates, slaves) = (coordinates.into(), slaves.into());
         Self { coordinates, slaves, apart: Arc::new([]), layers: 2, iterations: Arc::default() }
+    }
+
+    /// Memory of the preconditioner and of its iterations on one rank \[bytes\], and floating-point
+    /// operations of the zone's factorization, for a matrix with this pattern. `None` if the zone has
+    /// too many couplings.
+    pub fn predict(&self, pattern: &CsrPattern) -> Option<(f64, f64)> {
+        let (numbers, _) = self.numbers(pattern, &Alone);
+        let (mut row_offsets, mut columns, mut groups) = (vec![0], Vec::new(), Vec::new());
+        for row in (0..pattern.n()).filter(|&row| numbers[row].is_some()) {
+            columns.extend(pattern.row(row).iter().filter_map(|&column| numbers[column as usize]));
+            row_offsets.push(columns.len());
+            groups.push(pattern.groups()[row]);
+        }
+        let zone = CsrPattern::new(row_offsets, columns, groups, Vec::new()).ok()?;
+        let (entries, operations) = EliminationTree::new(&zone, None).ok()?.size();
+        Some((8.0 * MUMPS * entries + BYTES_PER_ENTRY * pattern.entries() as f64, operations))
+    }
+
+    /// The number of each unknown in the zone, and how many there are.
+    fn numbers(&self, pattern: &CsrPattern, ranks: &dyn Ranks) -> (Vec<Option<u32>>, usize) {
+        let mut next = 0;
+        let number = |inside: bool| {
+            inside.then(|| {
+                next += 1;
+                next - 1
+            })
+        };
+        let numbers = self.contains(pattern, ranks).into_iter().map(number).collect();
+        (numbers, next as usize)
+    }
+
+    /// Whether each unknown is in the zone.
+    fn contains(&self, pattern: &CsrPattern, ranks: &dyn Ranks) -> Vec<bool> {
+        let nodes = self.coordinates.len() as u32;
+        let mut slave = vec![false; nodes as usize];
+        for &node in self.slaves.iter().filter(|&&node| node < nodes) {
+            slave[node as usize] = true;
+        }
+        let of_slave = |i: usize| slave.get(pattern.groups()[i] as usize).is_some_and(|&is| is);
+        // multipliers too, if they are not grouped with their slave node
+        let mut inside: Vec<bool> =
+            (0..pattern.n()).map(|i| of_slave(i) || pattern.origins()[i] >= 3 * nodes).collect();
+        for _ in 0..self.layers {
+            let mut reached: Vec<f64> = inside.iter().map(|&is| f64::from(u8::from(is))).collect();
+            for row in 0..pattern.n() {
+                let columns = pattern.row(row);
+                if inside[row] {
+                    columns.iter().for_each(|&column| reached[column as usize] = 1.0);
+                } else if columns.iter().any(|&column| inside[column as usize]) {
+                    reached[row] = 1.0;
+                }
+            }
+            ranks.sum(&mut reached);
+            inside = reached.iter().map(|&reached| reached > 0.0).collect();
+        }
+        for (inside, origin) in inside.iter_mut().zip(pattern.origins()) {
+            *inside |= self.apart.contains(&(origin / 3));
+        }
+        inside
     }
 }
 
@@ -115,50 +180,10 @@ impl ContactZoneSolver {
             let origin = pattern.origins()[i];
             (origin < 3 * nodes as u32 && !self.data.apart.contains(&(origin / 3))).then_some(origin)
         });
-        let marked = self.zone_of(pattern);
-        let mut next = 0;
-        let numbers: Vec<Option<u32>> = marked
-            .iter()
-            .map(|&inside| {
-                inside.then(|| {
-                    next += 1;
-                    next - 1
-                })
-            })
-            .collect();
-        let zone = Part::new(&self.backend, pattern, &layout, next as usize, |i| numbers[i]);
+        let (numbers, count) = self.data.numbers(pattern, self.backend.ranks());
+        let zone = Part::new(&self.backend, pattern, &layout, count, |i| numbers[i]);
         let zone = (zone.pattern.n() > 0).then(|| Block::new(zone, &self.zone)).transpose()?;
         Ok(Analysis { layout, zone, bulk: Block::new(bulk, &self.bulk)? })
-    }
-
-    /// Whether each unknown is in the zone.
-    fn zone_of(&self, pattern: &CsrPattern) -> Vec<bool> {
-        let nodes = self.data.coordinates.len() as u32;
-        let mut slave = vec![false; nodes as usize];
-        for &node in self.data.slaves.iter().filter(|&&node| node < nodes) {
-            slave[node as usize] = true;
-        }
-        let of_slave = |i: usize| slave.get(pattern.groups()[i] as usize).is_some_and(|&is| is);
-        // multipliers too, if they are not grouped with their slave node
-        let mut inside: Vec<bool> =
-            (0..pattern.n()).map(|i| of_slave(i) || pattern.origins()[i] >= 3 * nodes).collect();
-        for _ in 0..self.data.layers {
-            let mut reached: Vec<f64> = inside.iter().map(|&is| f64::from(u8::from(is))).collect();
-            for row in 0..pattern.n() {
-                let columns = pattern.row(row);
-                if inside[row] {
-                    columns.iter().for_each(|&column| reached[column as usize] = 1.0);
-                } else if columns.iter().any(|&column| inside[column as usize]) {
-                    reached[row] = 1.0;
-                }
-            }
-            self.backend.ranks().sum(&mut reached);
-            inside = reached.iter().map(|&reached| reached > 0.0).collect();
-        }
-        for (inside, origin) in inside.iter_mut().zip(pattern.origins()) {
-            *inside |= self.data.apart.contains(&(origin / 3));
-        }
-        inside
     }
 
     /// Tests the first solver that is made, also with the transpose. A test costs as much as a

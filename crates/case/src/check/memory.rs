@@ -1,7 +1,7 @@
 //! Predicts the peak memory of a run.
 
 use crate::build::Problem;
-use crate::case::{Case, Contact, Enforcement, StartValues, Symmetry};
+use crate::case::{Case, Contact, Enforcement, LinearSolverChoice, StartValues, Symmetry};
 
 use serde::Serialize;
 
@@ -14,12 +14,29 @@ pub(super) struct Systems {
     pub factors: f64,
     /// Memory that a factorization or a solve needs besides. \[bytes\]
     pub working: f64,
-    /// Memory of direct factors in double precision. \[bytes\]
-    pub double: f64,
+    /// What ranks factorize.
+    pub on_ranks: Factors,
     /// Memory of the tangent, by blocks and by entries. \[bytes\]
     pub matrix: f64,
     /// Load steps that keep their factors for the gradient.
     pub kept: usize,
+}
+
+/// Factors of a matrix that is distributed over ranks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Factors {
+    /// Memory of direct factors in double precision with METIS ordering, or of a contact zone with
+    /// everything else that the preconditioner needs. \[bytes\]
+    pub bytes: f64,
+    /// Whether they are those of a contact zone.
+    pub contact_zone: bool,
+}
+
+impl Factors {
+    /// Factors of the whole matrix.
+    pub fn direct(bytes: f64) -> Self {
+        Self { bytes, contact_zone: false }
+    }
 }
 
 /// The program itself, with its threads and memory that the allocator retains. Measured. \[bytes\]
@@ -62,7 +79,9 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     let realisations = realisations(case);
     let at_once = problem.analysis.at_once().min(if realisations > 1 { realisations } else { case.load_cases.len() });
     let at_once = at_once.max(1) as f64;
+    let libraries = if case.solver.linear == LinearSolverChoice::Petsc { LIBRARIES } else { 0.0 };
     let fixed = PROGRAM
+        + libraries
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
         + MATRICES * matrix * at_once.max(realisations as f64)
         + states(case, problem)
@@ -82,8 +101,11 @@ pub struct RankMemory {
     /// Memory of the mesh, the state of a step and the program, which is replicated on each
     /// rank. \[bytes\]
     whole: f64,
-    /// Memory of factors in double precision with METIS ordering. \[bytes\]
+    /// Memory of factors in double precision with METIS ordering, or of the contact-zone
+    /// preconditioner. \[bytes\]
     factors: f64,
+    /// Whether `factors` are those of that preconditioner.
+    contact_zone: bool,
     /// Maximum memory of kept factors on a rank. \[bytes\]
     keeps: f64,
     /// Load steps.
@@ -104,6 +126,10 @@ const MUMPS: f64 = 1.7;
 /// Increase of the total for each doubling of the number of ranks. Measured.
 const MORE_ON_TWICE_THE_RANKS: f64 = 0.1;
 
+/// Increase of the total memory of the contact-zone preconditioner on several ranks: PETSc's matrices
+/// have two parts there, and their products keep more. Measured by `docs/cluster/zone.sh`.
+const ZONE_ON_SEVERAL: f64 = 0.9;
+
 impl RankMemory {
     pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
         let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
@@ -114,26 +140,34 @@ impl RankMemory {
                 + RESPONSE_DIVIDED * responses(problem)
                 + filter(case, problem),
             whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
-            factors: systems.double,
+            factors: systems.on_ranks.bytes,
+            contact_zone: systems.on_ranks.contact_zone,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
             steps: case.steps(),
         }
     }
 
-    /// Memory of each of this many ranks, with MUMPS and without kept factors. Accurate to within a
-    /// third for the runs of `docs/cluster/model.sh`. \[bytes\]
+    /// Memory of each of this many ranks, without kept factors. Accurate to within a third for the
+    /// runs of `docs/cluster/model.sh` and `docs/cluster/zone.sh`. \[bytes\]
     pub fn of_each(&self, ranks: usize) -> f64 {
         self.whole + self.divided / ranks.max(1) as f64 + self.factors(ranks)
     }
 
-    /// Memory of MUMPS's factors on each rank.
+    /// Memory of the factors on each rank.
     fn factors(&self, ranks: usize) -> f64 {
         let count = ranks.max(1) as f64;
+        if self.contact_zone {
+            let several = if ranks > 1 { ZONE_ON_SEVERAL } else { 0.0 };
+            return (1.0 + several) * self.factors / count;
+        }
         MUMPS * (1.0 + MORE_ON_TWICE_THE_RANKS * count.log2()) * self.factors / count
     }
 
     /// Maximum additional memory on each rank for factors that are kept for the gradient. \[bytes\]
     pub fn kept(&self, ranks: usize) -> f64 {
+        if self.contact_zone {
+            return 0.0;
+        }
         let factors = self.factors(ranks);
         let fit = (self.keeps / factors).floor().min(self.steps as f64);
         (fit - 1.0).max(0.0) * factors
