@@ -109,53 +109,49 @@ finer_clutch() { clutch finer/eighth eighth 10; }
 mapped_clutch() { clutch mapped/mapped mapped 1; }
 
 # What is kept of the half ball at the paper's size: all iterations, a table of them, and the final designs with their
-# gradients.
+# gradients. Runs that are not there keep their rows.
 half_ball_paper() {
-    local case=cases/half_ball_on_plate run
-    local runs="frictionless_last friction_last frictionless_all friction_all penalty augmented"
-    for run in $runs; do
-        awk -F, -v OFS=, -v run="$run" '
-            NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; n = split(names, name, ","); next }
-            { line = run; for (k = 1; k <= n; k++) line = line OFS $at[name[k]]; print line }
-        ' names="iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip,seconds" \
-            "$case/paper/$run/history.csv"
+    local case=cases/half_ball_on_plate kept=docs/figures/half_ball_paper.csv run from
+    local columns=iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip,seconds
+    for run in frictionless_last friction_last frictionless_all friction_all penalty augmented; do
+        from=$case/paper/$run/history.csv
+        if [ ! -e "$from" ]; then
+            awk -F, -v OFS=, -v run=$run '$1 == run { $12 = $12; print }' $kept
+            continue
+        fi
+        awk -F, -v run=$run -v columns=$columns '
+            NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; n = split(columns, column, ","); next }
+            { printf "%s", run; for (k = 1; k <= n; k++) printf ",%s", $at[column[k]]; print "" }
+        ' "$from"
+        from=$case/paper/${run}_gradient/gradient.csv
+        [ ! -e "$from" ] || awk -F, '
+            NR == 1 { print; next }
+            { printf "%s,%s,%.6g,%.6g\n", $1, $2, $3, $4 }' "$from" >"$case/designs/$run.csv"
     done >"$work/rows"
-    {
-        echo "run,iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip,seconds"
-        cat "$work/rows"
-    } >docs/figures/half_ball_paper.csv
+    { echo run,$columns; cat "$work/rows"; } >$kept
     awk -F, '
-        FNR == NR { asymmetry[$1, $2] = $3; next }
-        function theta(value) { return sprintf(value < -1000 ? "−%.1f" : "−%.2f", -value) }
-        !($1 in best) { runs[++count] = $1; best[$1] = 0 }
-        { at[$1, $2] = theta($3); last[$1] = $2; seconds[$1] += $NF }
-        $3 < best[$1] { best[$1] = $3; place[$1] = $2 }
-        END {
+        FILENAME ~ /numbers.csv$/ { number[$1, $2] = $3; next }
+        function theta(value) { return sprintf((value < -1000) ? "−%.1f" : "−%.2f", -value) }
+        function known(key) { return key in number ? sprintf(" %.2g |", number[key]) : " – |" }
+        BEGIN {
             n = split("0 10 20 50 100 150 200", shown, " ")
-            printf "| run | θ at iteration 0 |"
-            for (k = 2; k <= n; k++) printf " %d |", shown[k]
-            print " least θ | asymmetry x | asymmetry z | seconds per iteration |"
-            printf "|---|"
+            printf "| run |"
+            for (k = 1; k <= n; k++) printf " θ at %d |", shown[k]
+            printf " least θ | asymmetry x | asymmetry z | seconds per iteration |\n|---|"
             for (k = 1; k <= n + 4; k++) printf "--:|"
             print ""
-            for (i = 1; i <= count; i++) {
-                run = runs[i]
-                printf "| `%s` |", run
-                for (k = 1; k <= n; k++) printf " %s |", (run, shown[k]) in at ? at[run, shown[k]] : "–"
-                printf " %s at %d |", theta(best[run]), place[run]
-                for (k = 1; k <= 2; k++) {
-                    key = run SUBSEP "asymmetry " (k == 1 ? "x" : "z")
-                    printf (key in asymmetry ? " %.2g |" : " – |"), asymmetry[key]
-                }
-                printf " %.1f |\n", seconds[run] / (last[run] + 1)
-            }
-        }' "$case/paper/numbers.csv" "$work/rows" >"$work/paper.md"
-    put "$case/README.md" paper "$work/paper.md"
-    mkdir -p "$case/designs"
-    for run in $runs; do
-        awk -F, 'NR == 1 { print; next } { printf "%s,%s,%.6g,%.6g\n", $1, $2, $3, $4 }' \
-            "$case/paper/${run}_gradient/gradient.csv" >"$case/designs/$run.csv"
-    done
+        }
+        function row(k) {
+            printf "| `%s` |", run
+            for (k = 1; k <= n; k++) printf " %s |", shown[k] in at ? theta(at[shown[k]]) : "–"
+            printf " %s at %d |%s%s %s |\n", theta(at[best]), best, known(run SUBSEP "asymmetry x"),
+                known(run SUBSEP "asymmetry z"), (seconds > 0) ? sprintf("%.1f", seconds / count) : "–"
+        }
+        $1 != run { if (run != "") row(); run = $1; best = $2; seconds = count = 0; split("", at) }
+        { at[$2] = $3; if ($3 < at[best]) best = $2; seconds += $12; count++ }
+        END { row() }
+    ' "$case/paper/numbers.csv" "$work/rows" >"$work/paper.md"
+    put $case/README.md paper "$work/paper.md"
 }
 
 for case in ${*:-seal gripper detent buffer snap}; do

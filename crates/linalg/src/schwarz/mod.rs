@@ -3,12 +3,13 @@
 //!
 //! One application of the preconditioner consists of two steps:
 //!
-//! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns. Each part
-//!    is extended by the nodes around it. The blocks of the matrix on these overlapping subdomains
-//!    are factorized in single precision by the multifrontal solver, and the factors are stored with
-//!    16 bits per entry. A slave node, its multipliers and the opposite master nodes are neighbours
-//!    in the graph of the matrix, so contact conditions lie within subdomains. The factors handle
-//!    their zero diagonal entries, unsymmetric slip couplings, and stiff elements next to soft ones.
+//! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns, whose
+//!    boundaries stay away from contact. Each part is extended by the nodes around it. The blocks of
+//!    the matrix on these overlapping subdomains are factorized in single precision by the
+//!    multifrontal solver, and the factors are stored with 16 bits per entry. A slave node, its
+//!    multipliers and the opposite master nodes are neighbours in the graph of the matrix, so contact
+//!    conditions lie within subdomains. The factors handle their zero diagonal entries, unsymmetric
+//!    slip couplings, and stiff elements next to soft ones.
 //! 2. *Coarse space.* Within small boxes, strongly coupled nodes of a body form aggregates, so
 //!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
@@ -56,6 +57,10 @@ pub const PART: usize = 3000;
 /// Layers of nodes by which parts are extended. Two layers would save a quarter of the iterations
 /// and more than double the memory.
 const LAYERS: usize = 1;
+
+/// Layers of nodes around slave nodes that belong to the parts of these. If parts may end at the contact,
+/// blocks with 101,000 unknowns need 42 instead of 26 iterations.
+const TOGETHER: usize = 2;
 
 /// Number of solves that reduce a residual to a tenth; ten digits take 17 to 37 at 35,000 to a
 /// million unknowns.
@@ -163,12 +168,16 @@ impl LinearSolver for SchwarzSolver {
         self.check(pattern)?;
         let vertices = Vertices::new(pattern);
         let all = (0..vertices.len() as u32).collect();
-        let parts = partition::bisect(
+        let mut parts = partition::bisect(
             all,
             pattern.n().div_ceil(PART),
             &|v| self.nodes.position(vertices.nodes[v as usize]),
             &|v| vertices.members(v as usize).len(),
         );
+        let rows = 3 * self.nodes.coordinates.len() as u32;
+        partition::keep_together(&mut parts, &vertices, TOGETHER, |v| {
+            vertices.members(v).iter().any(|&i| pattern.origins()[i as usize] >= rows)
+        });
         let subdomain = |own: &Vec<u32>| Subdomain::new(pattern, &vertices, own, LAYERS);
         let subdomains: Result<Vec<Subdomain>, _> = parts.par_iter().with_max_len(1).map(subdomain).collect();
         let subdomains = subdomains?.into();
