@@ -108,15 +108,15 @@ finer_clutch() { clutch finer/eighth eighth 10; }
 
 mapped_clutch() { clutch mapped/mapped mapped 1; }
 
-# What is kept of the half ball at the paper's size: all iterations, a table of them, and the final designs with their
+# What is kept of the half-ball at the paper's size: all iterations, a table of them, and the final designs with their
 # gradients. Runs that are not there keep their rows.
 half_ball_paper() {
     local case=cases/half_ball_on_plate kept=docs/figures/half_ball_paper.csv run from
-    local columns=iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip,seconds
+    local columns=iteration,objective,volume_fraction,change,optimality,newton_iterations,increments,open,stick,slip
     for run in frictionless_last friction_last frictionless_all friction_all penalty augmented; do
         from=$case/paper/$run/history.csv
         if [ ! -e "$from" ]; then
-            awk -F, -v OFS=, -v run=$run '$1 == run { $12 = $12; print }' $kept
+            grep "^$run," $kept || true
             continue
         fi
         awk -F, -v run=$run -v columns=$columns '
@@ -134,21 +134,21 @@ half_ball_paper() {
         function theta(value) { return sprintf((value < -1000) ? "−%.1f" : "−%.2f", -value) }
         function known(key) { return key in number ? sprintf(" %.2g |", number[key]) : " – |" }
         BEGIN {
-            n = split("0 10 20 50 100 150 200", shown, " ")
+            n = split("0 10 20 30 40 100 200", shown, " ")
             printf "| run |"
             for (k = 1; k <= n; k++) printf " θ at %d |", shown[k]
-            printf " least θ | asymmetry x | asymmetry z | seconds per iteration |\n|---|"
-            for (k = 1; k <= n + 4; k++) printf "--:|"
+            printf " least θ | asymmetry x | asymmetry z |\n|---|"
+            for (k = 1; k <= n + 3; k++) printf "--:|"
             print ""
         }
         function row(k) {
             printf "| `%s` |", run
             for (k = 1; k <= n; k++) printf " %s |", shown[k] in at ? theta(at[shown[k]]) : "–"
-            printf " %s at %d |%s%s %s |\n", theta(at[best]), best, known(run SUBSEP "asymmetry x"),
-                known(run SUBSEP "asymmetry z"), (seconds > 0) ? sprintf("%.1f", seconds / count) : "–"
+            printf " %s at %d |%s%s\n", theta(at[best]), best, known(run SUBSEP "asymmetry x"),
+                known(run SUBSEP "asymmetry z")
         }
-        $1 != run { if (run != "") row(); run = $1; best = $2; seconds = count = 0; split("", at) }
-        { at[$2] = $3; if ($3 < at[best]) best = $2; seconds += $12; count++ }
+        $1 != run { if (run != "") row(); run = $1; best = $2; split("", at) }
+        { at[$2] = $3; if ($3 < at[best]) best = $2 }
         END { row() }
     ' "$case/paper/numbers.csv" "$work/rows" >"$work/paper.md"
     put $case/README.md paper "$work/paper.md"
