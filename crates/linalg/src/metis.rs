@@ -9,6 +9,27 @@ const SEED: i32 = 20_011;
 /// the same time would disturb each other and no longer be reproducible.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
+/// The signal by which batch systems ask a process to end: `SIGTERM` on all platforms.
+const TERMINATE: std::ffi::c_int = 15;
+
+// SAFETY: the C library's function, with the arguments that the C standard gives it.
+unsafe extern "C" {
+    safe fn raise(signal: std::ffi::c_int) -> std::ffi::c_int;
+}
+
+/// Calls METIS, which while it runs catches the signal to terminate the process, and then reports
+/// an error: the signal is raised again for whoever handles it, and METIS called once more.
+fn undisturbed(mut call: impl FnMut() -> metis_sys::rstatus_et) -> Result<(), metis_sys::rstatus_et> {
+    let guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut status = call();
+    if status == metis_sys::rstatus_et_METIS_ERROR {
+        raise(TERMINATE);
+        status = call();
+    }
+    drop(guard);
+    if status == metis_sys::rstatus_et_METIS_OK { Ok(()) } else { Err(status) }
+}
+
 /// Vertices of a symmetric graph without loops in elimination order; `weights` are their numbers of
 /// unknowns.
 pub(crate) fn nested_dissection(
@@ -20,10 +41,9 @@ pub(crate) fn nested_dissection(
     let mut order = vec![0i32; weights.len()];
     let mut position = vec![0i32; weights.len()];
     let mut options = [0i32; metis_sys::METIS_NOPTIONS as usize];
-    let guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     // SAFETY: `options` has METIS_NOPTIONS items; offsets and neighbours form a valid symmetric
     // graph without loops; the other arrays have one item per vertex. METIS keeps no pointer.
-    let status = unsafe {
+    undisturbed(|| unsafe {
         metis_sys::METIS_SetDefaultOptions(options.as_mut_ptr());
         options[metis_sys::moptions_et_METIS_OPTION_SEED as usize] = SEED;
         metis_sys::METIS_NodeND(
@@ -35,13 +55,9 @@ pub(crate) fn nested_dissection(
             order.as_mut_ptr(),
             position.as_mut_ptr(),
         )
-    };
-    drop(guard);
-    if status == metis_sys::rstatus_et_METIS_OK {
-        Ok(order)
-    } else {
-        Err(format!("METIS ordering failed with status {status}"))
-    }
+    })
+    .map(|()| order)
+    .map_err(|status| format!("METIS ordering failed with status {status}"))
 }
 
 /// Divides a symmetric graph without loops into parts: one of `parts` for every vertex, with about
@@ -75,11 +91,10 @@ pub fn partition_graph(
     let mut wanted = i32::try_from(parts).map_err(|_| "too many parts".to_owned())?;
     let (mut cut, mut part) = (0_i32, vec![0_i32; vertices]);
     let mut options = [0i32; metis_sys::METIS_NOPTIONS as usize];
-    let guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     // SAFETY: `options` has METIS_NOPTIONS items; offsets, neighbours and ties form a consistent
     // graph; the other arrays have one item per vertex. Null stands for METIS' defaults. METIS
     // keeps no pointer.
-    let status = unsafe {
+    undisturbed(|| unsafe {
         metis_sys::METIS_SetDefaultOptions(options.as_mut_ptr());
         options[metis_sys::moptions_et_METIS_OPTION_SEED as usize] = SEED;
         metis_sys::METIS_PartGraphRecursive(
@@ -97,13 +112,9 @@ pub fn partition_graph(
             &mut cut,
             part.as_mut_ptr(),
         )
-    };
-    drop(guard);
-    if status == metis_sys::rstatus_et_METIS_OK {
-        Ok(part.into_iter().map(|part| part as u32).collect())
-    } else {
-        Err(format!("METIS' partition failed with status {status}"))
-    }
+    })
+    .map_err(|status| format!("METIS' partition failed with status {status}"))?;
+    Ok(part.into_iter().map(|part| part as u32).collect())
 }
 
 #[cfg(test)]
@@ -120,6 +131,28 @@ mod tests {
         let parts = partition_graph(offsets, neighbours, vec![1; 12], ties, 2).unwrap();
         assert!((3..9).all(|v| parts[v] == parts[3]) && (9..15).all(|v| parts[v % 12] == parts[9]), "{parts:?}");
         assert_ne!(parts[3], parts[9]);
+    }
+
+    /// A signal that METIS took: whoever handles it gets it, and the call is repeated.
+    #[cfg(unix)]
+    #[test]
+    fn a_signal_to_terminate_is_passed_on() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        static SIGNALS: AtomicUsize = AtomicUsize::new(0);
+        extern "C" fn count(_: std::ffi::c_int) {
+            SIGNALS.fetch_add(1, Ordering::Relaxed);
+        }
+        unsafe extern "C" {
+            fn signal(signal: std::ffi::c_int, handler: extern "C" fn(std::ffi::c_int)) -> usize;
+        }
+        // SAFETY: the handler only increments a counter.
+        unsafe { signal(TERMINATE, count) };
+        let mut statuses = [metis_sys::rstatus_et_METIS_ERROR, metis_sys::rstatus_et_METIS_OK].into_iter();
+        assert_eq!(undisturbed(|| statuses.next().unwrap()), Ok(()));
+        assert_eq!(SIGNALS.load(Ordering::Relaxed), 1);
+        let memory = metis_sys::rstatus_et_METIS_ERROR_MEMORY;
+        assert_eq!(undisturbed(|| memory), Err(memory));
+        assert_eq!(SIGNALS.load(Ordering::Relaxed), 1);
     }
 
     #[test]

@@ -158,7 +158,7 @@ struct Part {
 impl ContactZoneSolver {
     pub(crate) fn new(backend: &PetscBackend, data: Arc<ContactZone>) -> Self {
         let zone = PetscSolver::of(backend, Kind::Zone);
-        let bulk = PetscSolver::of(backend, Kind::Bulk(data.coordinates.clone()));
+        let bulk = PetscSolver::of(backend, Kind::Bulk);
         Self { backend: backend.clone(), data, zone, bulk, proved: false }
     }
 
@@ -275,10 +275,16 @@ impl Part {
         Self { shared: shared.collect(), own: inside.own(), pattern, sources }
     }
 
-    /// The block of `a`, with `filler` on the diagonal where `a` has no row.
-    fn of(&self, a: &CsrMatrix, filler: f64) -> CsrMatrix {
-        let entry = |&source: &u32| if source == FILLER { filler } else { a.values[source as usize] };
-        CsrMatrix { pattern: self.pattern.clone(), values: self.sources.iter().map(entry).collect() }
+    /// An entry of the block of `a`; `filler` is on the diagonal where `a` has no row.
+    fn entry(&self, k: usize, a: &CsrMatrix, filler: f64) -> f64 {
+        let source = self.sources[k];
+        if source == FILLER { filler } else { a.values[source as usize] }
+    }
+
+    /// The block of `a`, all of whose rows are rows of `a`.
+    fn of(&self, a: &CsrMatrix) -> CsrMatrix {
+        let values = (0..self.sources.len()).map(|k| self.entry(k, a, 0.0)).collect();
+        CsrMatrix { pattern: self.pattern.clone(), values }
     }
 
     fn restrict(&self, outer: &[f64]) -> Vec<f64> {
@@ -313,14 +319,15 @@ impl LinearSolver for ContactZoneSolver {
         let Analysis { layout, zone, bulk } = analysis?;
         let zone = match zone {
             None => None,
-            Some(Block { part, symbolic }) => Some((self.zone.factorize(symbolic, &part.of(a, 0.0))?, part.clone())),
+            Some(Block { part, symbolic }) => Some((self.zone.factorize(symbolic, &part.of(a))?, part.clone())),
         };
         let ranks = self.backend.ranks();
         let mut sums = [a.largest_in_rows().iter().sum(), a.values.len() as f64];
         ranks.sum(&mut sums);
         let [sizes, entries] = sums;
         let filler = sizes / a.n().max(1) as f64;
-        let bulk_factors = self.bulk.factorize(&bulk.symbolic, &bulk.part.of(a, filler))?;
+        let entry = |k| bulk.part.entry(k, a, filler);
+        let bulk_factors = self.bulk.of_bodies(&bulk.symbolic, &self.data.coordinates, &entry)?;
         let factors = ContactZoneFactorization {
             cycle: Cycle {
                 a: a.clone(),

@@ -4,7 +4,7 @@ use crate::error::PetscError;
 use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
 use crate::session::{Session, check};
 use slipstick_linalg::{CsrPattern, FactorPart, Layout};
-use std::ffi::CStr;
+use std::ffi::{CStr, c_void};
 use std::sync::Arc;
 
 /// The matrix that is factorized, which determines the prefix of its options.
@@ -14,9 +14,8 @@ pub(crate) enum Kind {
     Whole,
     /// The contact zone: options with the prefix `zone_`.
     Zone,
-    /// The bodies, with three unknowns per node, and the coordinates of the nodes: options with the
-    /// prefix `bulk_`.
-    Bulk(Arc<[[f64; 3]]>),
+    /// The bodies, with three unknowns per node: options with the prefix `bulk_`.
+    Bulk,
 }
 
 /// A PETSc matrix whose entries are given as those of the ranks' parts.
@@ -32,34 +31,40 @@ unsafe impl Send for DistributedMatrix {}
 unsafe impl Sync for DistributedMatrix {}
 
 impl DistributedMatrix {
+    /// With the entries of `pattern` on this rank, whose values are not set yet.
     pub(crate) fn new(
         session: &Session,
         pattern: &CsrPattern,
         layout: &Layout,
         kind: &Kind,
     ) -> Result<Self, PetscError> {
-        let block = if matches!(kind, Kind::Bulk(_)) { 3 } else { 1 };
-        let (rows, columns) = places(pattern, layout);
-        let (own, n, count) = (layout.own() as i64, pattern.n() as i64, rows.len() as i64);
+        let block = if matches!(kind, Kind::Bulk) { 3 } else { 1 };
+        let (own, n) = (layout.own() as i64, pattern.n() as i64);
+        let mut rows = Rows::new(pattern, layout, &|_| 0.0);
         let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
         let calls = session.calls();
-        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. `Drop` frees
-        // the objects that were made.
-        let code = unsafe {
-            ffi::ss_matrix_new(*calls, own, n, block, count, rows.as_ptr(), columns.as_ptr(), &mut matrix.raw)
-        };
+        let data = (&raw mut rows).cast();
+        // SAFETY: a live session; `give_row` gets `rows`, which outlives the call and has `n` rows. `Drop`
+        // frees the objects that were made.
+        let code = unsafe { ffi::ss_matrix_new(*calls, own, n, block, n, give_row, data, &mut matrix.raw) };
         let made = check(&calls, "making the matrix", code);
         drop(calls);
         made.map(|()| matrix)
     }
 
-    /// Frees what [`DistributedMatrix::set`] needs, which must not be called again: more than half of
-    /// the memory.
-    pub(crate) fn seal(&self) -> Result<(), PetscError> {
+    /// Sets the values: `value` gives those of this rank's part by their positions in the pattern.
+    pub(crate) fn set(
+        &self,
+        pattern: &CsrPattern,
+        layout: &Layout,
+        value: &dyn Fn(usize) -> f64,
+    ) -> Result<(), PetscError> {
+        let mut rows = Rows::new(pattern, layout, value);
         let calls = self.session.calls();
-        // SAFETY: a live session and matrix with its entries set.
-        let code = unsafe { ffi::ss_matrix_seal(*calls, self.raw) };
-        check(&calls, "copying the matrix", code)
+        let data = (&raw mut rows).cast();
+        // SAFETY: a live session and matrix; `give_row` gets `rows`, which outlives the call and has `n` rows.
+        let code = unsafe { ffi::ss_matrix_set(*calls, self.raw, pattern.n() as i64, give_row, data) };
+        check(&calls, "assembling the matrix", code)
     }
 
     /// Sets the coordinates of this rank's nodes, from which PETSc forms rigid motions.
@@ -68,14 +73,6 @@ impl DistributedMatrix {
         // SAFETY: a live session and matrix; there is a coordinate per row of this rank.
         let code = unsafe { ffi::ss_matrix_rigid(*calls, self.raw, coordinates.as_ptr()) };
         check(&calls, "setting rigid motions", code)
-    }
-
-    /// Sets the entries; `values` are those of this rank's part.
-    pub(crate) fn set(&self, values: &[f64]) -> Result<(), PetscError> {
-        let calls = self.session.calls();
-        // SAFETY: a live session and matrix, made for this many values.
-        let code = unsafe { ffi::ss_matrix_set(*calls, self.raw, values.as_ptr()) };
-        check(&calls, "assembling the matrix", code)
     }
 }
 
@@ -87,15 +84,49 @@ impl Drop for DistributedMatrix {
     }
 }
 
-/// Rows and columns of all entries of a rank's part, in PETSc's numbering, in which those of the
-/// first rank come first.
-fn places(pattern: &CsrPattern, layout: &Layout) -> (Vec<i32>, Vec<i32>) {
-    let number = |unknown: usize| layout.number(unknown) as i32;
-    let mut rows = Vec::with_capacity(pattern.entries());
-    for row in 0..pattern.n() {
-        rows.resize(pattern.row_range(row).end, number(row));
+/// The rows of a rank's part, one at a time.
+struct Rows<'a> {
+    pattern: &'a CsrPattern,
+    layout: &'a Layout,
+    value: &'a dyn Fn(usize) -> f64,
+    /// Of the latest row, in PETSc's numbering, in which unknowns of the first rank come first.
+    columns: Vec<i32>,
+    values: Vec<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(pattern: &'a CsrPattern, layout: &'a Layout, value: &'a dyn Fn(usize) -> f64) -> Self {
+        Self { pattern, layout, value, columns: Vec::new(), values: Vec::new() }
     }
-    (rows, pattern.columns().iter().map(|&column| number(column as usize)).collect())
+}
+
+/// States the `k`-th row of [`Rows`].
+///
+/// # Safety
+/// `data` points to `Rows` with more than `k` rows, which nothing else uses, and the others to places for
+/// the answer.
+unsafe extern "C" fn give_row(
+    data: *mut c_void,
+    k: i64,
+    row: *mut i32,
+    count: *mut i32,
+    columns: *mut *const i32,
+    values: *mut *const f64,
+) {
+    // SAFETY: as for this function.
+    let rows = unsafe { &mut *data.cast::<Rows<'_>>() };
+    let k = k as usize;
+    rows.columns.clear();
+    rows.columns.extend(rows.pattern.row(k).iter().map(|&column| rows.layout.number(column as usize) as i32));
+    rows.values.clear();
+    rows.values.extend(rows.pattern.row_range(k).map(rows.value));
+    // SAFETY: as for this function.
+    unsafe {
+        *row = rows.layout.number(k) as i32;
+        *count = rows.columns.len() as i32;
+        *columns = rows.columns.as_ptr();
+        *values = rows.values.as_ptr();
+    }
 }
 
 /// The properties that a factorization reports.
@@ -138,7 +169,7 @@ impl Factors {
         let number = match kind {
             Kind::Whole => 0,
             Kind::Zone => 1,
-            Kind::Bulk(_) => 2,
+            Kind::Bulk => 2,
         };
         let own = layout.own();
         let mut factors = Self { session: session.clone(), raw: std::ptr::null_mut(), matrix: matrix.clone(), own };

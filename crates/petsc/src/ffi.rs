@@ -1,6 +1,6 @@
 //! Declarations of `shim.h`.
 
-use std::ffi::{c_char, c_int};
+use std::ffi::{c_char, c_int, c_void};
 
 /// MPI and PETSc.
 #[repr(C)]
@@ -36,6 +36,16 @@ pub struct RawFacts {
     pub name: [c_char; 64],
 }
 
+/// `ss_row`: states a row of a matrix.
+pub type GiveRow = unsafe extern "C" fn(
+    data: *mut c_void,
+    k: i64,
+    row: *mut i32,
+    count: *mut i32,
+    columns: *mut *const i32,
+    values: *mut *const f64,
+);
+
 unsafe extern "C" {
     pub fn ss_start(out: *mut *mut RawSession) -> c_int;
     pub fn ss_end(session: *mut RawSession);
@@ -59,13 +69,18 @@ unsafe extern "C" {
         own: i64,
         n: i64,
         block: i32,
-        count: i64,
-        rows: *const i32,
-        columns: *const i32,
+        rows: i64,
+        give: GiveRow,
+        data: *mut c_void,
         out: *mut *mut RawMatrix,
     ) -> c_int;
-    pub fn ss_matrix_set(session: *mut RawSession, matrix: *mut RawMatrix, values: *const f64) -> c_int;
-    pub fn ss_matrix_seal(session: *mut RawSession, matrix: *mut RawMatrix) -> c_int;
+    pub fn ss_matrix_set(
+        session: *mut RawSession,
+        matrix: *mut RawMatrix,
+        rows: i64,
+        give: GiveRow,
+        data: *mut c_void,
+    ) -> c_int;
     pub fn ss_matrix_rigid(session: *mut RawSession, matrix: *mut RawMatrix, coordinates: *const f64) -> c_int;
     pub fn ss_matrix_free(matrix: *mut RawMatrix);
 

@@ -103,6 +103,8 @@ int ss_start(ss_session **out)
     PetscErrorCode code = session->counts && session->begins ? 0 : PETSC_ERR_MEM;
     if (!code) code = PetscOptionsSetValue(NULL, "-skip_petscrc", "1");
     if (!code) code = PetscOptionsSetValue(NULL, "-no_signal_handler", "1");
+    /* entries of several ranks are added in the order of the ranks */
+    if (!code) code = PetscOptionsSetValue(NULL, "-matstash_reproduce", "1");
     if (!code) code = PetscInitializeNoArguments();
     if (code) {
         close_all(session);
@@ -249,44 +251,104 @@ int32_t ss_meet(ss_session *session, double seconds)
 
 void ss_abort(ss_session *session, int32_t code) { MPI_Abort(session->all, code); }
 
-int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t count, const int32_t *rows,
-                  const int32_t *columns, ss_matrix **out)
+/* Counts the entries of a row, separately for columns of its owner and other columns. */
+static PetscErrorCode count_row(PetscLayout layout, PetscInt row, int32_t count, const int32_t *columns, Vec near, Vec far)
 {
-    PetscInt *i = NULL, *j = NULL;
-    ss_matrix *matrix = (ss_matrix *)calloc(1, sizeof *matrix);
-    *out = matrix;
-    if (!matrix) return PETSC_ERR_MEM;
-    PetscErrorCode code = PetscMalloc2(count, &i, count, &j);
+    const PetscInt *ranges;
+    PetscMPIInt owner;
+    PetscErrorCode code = PetscLayoutFindOwner(layout, row, &owner);
+    if (!code) code = PetscLayoutGetRanges(layout, &ranges);
     if (code) return code;
-    for (int64_t k = 0; k < count; k++) {
-        i[k] = rows[k];
-        j[k] = columns[k];
+    int32_t inside = 0;
+    for (int32_t k = 0; k < count; k++) inside += ranges[owner] <= columns[k] && columns[k] < ranges[owner + 1];
+    code = VecSetValue(near, row, inside, ADD_VALUES);
+    return code ? code : VecSetValue(far, row, count - inside, ADD_VALUES);
+}
+
+/* Room for as many entries per row as the ranks count together. Entries that several ranks have are counted several
+ * times. */
+static PetscErrorCode allocate_rows(Mat mat, PetscInt own, PetscInt n, Vec near, Vec far)
+{
+    PetscInt *lengths = NULL;
+    const PetscScalar *inside = NULL, *outside = NULL;
+    PetscErrorCode code = VecAssemblyBegin(near);
+    if (!code) code = VecAssemblyEnd(near);
+    if (!code) code = VecAssemblyBegin(far);
+    if (!code) code = VecAssemblyEnd(far);
+    if (!code) code = PetscMalloc1(2 * own, &lengths);
+    if (!code) code = VecGetArrayRead(near, &inside);
+    if (!code) code = VecGetArrayRead(far, &outside);
+    if (code) return code;
+    for (PetscInt i = 0; i < own; i++) {
+        const PetscInt a = (PetscInt)PetscRealPart(inside[i]), b = (PetscInt)PetscRealPart(outside[i]);
+        lengths[i] = a < own ? a : own;
+        lengths[own + i] = b < n - own ? b : n - own;
     }
-    code = MatCreate(session->all, &matrix->mat);
-    if (!code) code = MatSetSizes(matrix->mat, (PetscInt)own, (PetscInt)own, (PetscInt)n, (PetscInt)n);
-    if (!code) code = MatSetBlockSize(matrix->mat, block);
-    if (!code) code = MatSetType(matrix->mat, MATAIJ);
-    if (!code) code = MatSetPreallocationCOO(matrix->mat, count, i, j);
-    PetscErrorCode freed = PetscFree2(i, j);
+    code = VecRestoreArrayRead(near, &inside);
+    if (!code) code = VecRestoreArrayRead(far, &outside);
+    /* each of these acts on matrices of its own type only */
+    if (!code) code = MatSeqAIJSetPreallocation(mat, 0, lengths);
+    if (!code) code = MatMPIAIJSetPreallocation(mat, 0, lengths, 0, lengths + own);
+    PetscErrorCode freed = PetscFree(lengths);
     return code ? code : freed;
 }
 
-int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values)
+static PetscErrorCode add_row(Mat mat, PetscInt row, int32_t count, const int32_t *columns, const double *values)
 {
-    (void)session;
-    return MatSetValuesCOO(matrix->mat, values, INSERT_VALUES);
+    PetscInt here[64];
+    for (int32_t begin = 0; begin < count; begin += 64) {
+        const PetscInt length = count - begin < 64 ? count - begin : 64;
+        for (PetscInt k = 0; k < length; k++) here[k] = columns[begin + k];
+        PetscErrorCode code = MatSetValues(mat, 1, &row, length, here, values + begin, ADD_VALUES);
+        if (code) return code;
+    }
+    return 0;
 }
 
-/* A copy has no maps from the given positions to entries. */
-int ss_matrix_seal(ss_session *session, ss_matrix *matrix)
+int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t rows, ss_row give, void *data,
+                  ss_matrix **out)
 {
-    Mat sealed = NULL;
-    (void)session;
-    PetscErrorCode code = MatDuplicate(matrix->mat, MAT_COPY_VALUES, &sealed);
-    if (code) return code;
-    code = MatDestroy(&matrix->mat);
-    matrix->mat = sealed;
+    PetscLayout layout = NULL;
+    Vec near = NULL, far = NULL;
+    int32_t row, count;
+    const int32_t *columns;
+    const double *values;
+    ss_matrix *matrix = (ss_matrix *)calloc(1, sizeof *matrix);
+    *out = matrix;
+    if (!matrix) return PETSC_ERR_MEM;
+    PetscErrorCode code = MatCreate(session->all, &matrix->mat);
+    if (!code) code = MatSetSizes(matrix->mat, (PetscInt)own, (PetscInt)own, (PetscInt)n, (PetscInt)n);
+    if (!code) code = MatSetBlockSize(matrix->mat, block);
+    if (!code) code = MatSetType(matrix->mat, MATAIJ);
+    if (!code) code = MatGetLayouts(matrix->mat, &layout, NULL);
+    if (!code) code = PetscLayoutSetUp(layout);
+    if (!code) code = VecCreateMPI(session->all, (PetscInt)own, (PetscInt)n, &near);
+    if (!code) code = VecCreateMPI(session->all, (PetscInt)own, (PetscInt)n, &far);
+    for (int64_t k = 0; k < rows && !code; k++) {
+        give(data, k, &row, &count, &columns, &values);
+        if (count > 0) code = count_row(layout, row, count, columns, near, far);
+    }
+    if (!code) code = allocate_rows(matrix->mat, (PetscInt)own, (PetscInt)n, near, far);
+    if (near) VecDestroy(&near);
+    if (far) VecDestroy(&far);
     return code;
+}
+
+int ss_matrix_set(ss_session *session, ss_matrix *matrix, int64_t rows, ss_row give, void *data)
+{
+    PetscBool filled = PETSC_FALSE;
+    int32_t row, count;
+    const int32_t *columns;
+    const double *values;
+    (void)session;
+    PetscErrorCode code = MatAssembled(matrix->mat, &filled);
+    if (!code && filled) code = MatZeroEntries(matrix->mat);
+    for (int64_t k = 0; k < rows && !code; k++) {
+        give(data, k, &row, &count, &columns, &values);
+        if (count > 0) code = add_row(matrix->mat, row, count, columns, values);
+    }
+    if (!code) code = MatAssemblyBegin(matrix->mat, MAT_FINAL_ASSEMBLY);
+    return code ? code : MatAssemblyEnd(matrix->mat, MAT_FINAL_ASSEMBLY);
 }
 
 int ss_matrix_rigid(ss_session *session, ss_matrix *matrix, const double *coordinates)
@@ -400,6 +462,25 @@ static PetscErrorCode ask_mumps(PC pc, ss_facts *facts)
     return code;
 }
 
+/* Frees what the products of a multigrid method keep for other values of its matrix, which it never gets. */
+static PetscErrorCode forget_products(PC pc)
+{
+    PetscBool multigrid = PETSC_FALSE;
+    PetscInt levels = 0;
+    PetscErrorCode code = PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &multigrid);
+    if (!code && multigrid) code = PCMGGetLevels(pc, &levels);
+    for (PetscInt level = 0; level < levels && !code; level++) {
+        KSP smoother;
+        Mat mat, finer = NULL;
+        code = PCMGGetSmoother(pc, level, &smoother);
+        if (!code) code = KSPGetOperators(smoother, &mat, NULL);
+        if (!code) code = MatProductClear(mat);
+        if (!code && level > 0) code = PCMGGetInterpolation(pc, level, &finer);
+        if (!code && finer) code = MatProductClear(finer);
+    }
+    return code;
+}
+
 /* Factorizes; the analysis is kept if the pattern has not changed. `workspace` is the percentage by which MUMPS may
  * exceed its memory estimate from now on; 0 leaves it unchanged. */
 int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix, int32_t workspace, ss_facts *facts)
@@ -422,6 +503,7 @@ int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix
     if (!code) code = KSPSetOperators(factors->ksp, matrix->mat, matrix->mat);
     if (!code) code = KSPGetPC(factors->ksp, &pc);
     if (!code) code = KSPSetUp(factors->ksp);
+    if (!code) code = forget_products(pc);
     if (!code) code = describe(factors->ksp, pc, facts);
     if (!code && facts->is_mumps) code = ask_mumps(pc, facts);
     if (!code) code = KSPSetReusePreconditioner(factors->ksp, PETSC_TRUE);

@@ -31,13 +31,16 @@ void ss_exchange(ss_session *session, const double *values, const int64_t *to, d
 int32_t ss_meet(ss_session *session, double seconds);
 void ss_abort(ss_session *session, int32_t code);
 
-/* A square matrix with `n` rows, of which this rank owns the next `own`; its entries are given as a list, in which
- * positions may repeat: their values are added. The `block` rows of a node follow each other. */
-int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t count, const int32_t *rows,
-                  const int32_t *columns, ss_matrix **out);
-int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values);
-/* Drops what `ss_matrix_set` needs, which must not be called again; that is more than half of the memory. */
-int ss_matrix_seal(ss_session *session, ss_matrix *matrix);
+/* States a row of a matrix: number, length, columns and values of the k-th one, valid until the next call. */
+typedef void (*ss_row)(void *data, int64_t k, int32_t *row, int32_t *count, const int32_t **columns,
+                       const double **values);
+/* A square matrix with `n` rows, of which this rank owns the next `own`. The `block` rows of a node follow each other.
+ * `give` states the `rows` rows of this rank's part, whose places may repeat on other ranks: their values are added.
+ * The matrix has no entries before they are set. */
+int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t rows, ss_row give, void *data,
+                  ss_matrix **out);
+/* Replaces all values, in the same places each time. */
+int ss_matrix_set(ss_session *session, ss_matrix *matrix, int64_t rows, ss_row give, void *data);
 /* A multigrid method needs the rigid motions; they are given by three coordinates for each node of this rank. */
 int ss_matrix_rigid(ss_session *session, ss_matrix *matrix, const double *coordinates);
 void ss_matrix_free(ss_matrix *matrix);

@@ -155,22 +155,28 @@ impl PetscSolver {
         objects: &mut Objects,
         a: &CsrMatrix,
     ) -> Result<(Arc<Factors>, Facts), PetscError> {
-        let (session, kind, layout) = (&self.session, &self.kind, &analysis.layout);
+        let (session, layout) = (&self.session, &analysis.layout);
         let matrix = match objects.matrix.take() {
             Some(matrix) => matrix,
-            None => Arc::new(DistributedMatrix::new(session, &a.pattern, layout, kind)?),
+            None => Arc::new(DistributedMatrix::new(session, &a.pattern, layout, &self.kind)?),
         };
-        matrix.set(&a.values)?;
-        if let Kind::Bulk(coordinates) = kind {
-            matrix.seal()?;
-            matrix.set_rigid_motions(&layout.restrict(coordinates.as_flattened()))?;
-        }
+        matrix.set(&a.pattern, layout, &|k| a.values[k])?;
         // factors that are still in use are not replaced
         let kept = objects.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
         let factors = match kept {
             Some(factors) => factors,
-            None => Arc::new(Factors::new(session, &matrix, layout, kind)?),
+            None => Arc::new(Factors::new(session, &matrix, layout, &self.kind)?),
         };
+        let facts = self.renew(analysis, &factors)?;
+        // an iterative solver keeps using its matrix, which must then not change
+        if facts.direct {
+            *objects = Objects { matrix: Some(matrix), factors: Some(factors.clone()) };
+        }
+        Ok((factors, facts))
+    }
+
+    /// Factorizes with as much workspace as MUMPS needs.
+    fn renew(&self, analysis: &Analysis, factors: &Factors) -> Result<Facts, PetscError> {
         let mut facts = factors.renew(WORKSPACE[0])?;
         for workspace in &WORKSPACE[1..] {
             if !TOO_LITTLE_WORKSPACE.contains(&facts.mumps_error) {
@@ -179,14 +185,63 @@ impl PetscSolver {
             facts = factors.renew(*workspace)?;
         }
         if facts.bytes == 0 {
-            facts.bytes = (12.0 * analysis.entries / session.size() as f64) as usize;
+            facts.bytes = (12.0 * analysis.entries / self.session.size() as f64) as usize;
             facts.part.bytes = facts.bytes;
         }
-        // an iterative solver keeps using its matrix, which must then not change; that of the bodies is sealed
-        if facts.direct && !matches!(kind, Kind::Bulk(_)) {
-            *objects = Objects { matrix: Some(matrix), factors: Some(factors.clone()) };
+        Ok(facts)
+    }
+
+    /// The factors, or the error, on all ranks.
+    fn finish(
+        &self,
+        analysis: &Analysis,
+        made: Result<(Arc<Factors>, Facts), PetscError>,
+        n: usize,
+    ) -> Result<PetscFactorization, FactorizationError> {
+        let failed = self.session.any(made.is_err());
+        let (factors, facts) = match made {
+            Ok(made) if !failed => made,
+            other => {
+                let reason = other.err().map_or("it failed on another rank".into(), |error| error.to_string());
+                return Err(Self::fail(n, reason));
+            }
+        };
+        if facts.mumps_error < 0 {
+            let (error, detail) = (facts.mumps_error, facts.mumps_detail);
+            let reason = if error == SINGULAR {
+                format!(
+                    "the matrix is singular after {detail} pivots; a body may be free to move, or a contact \
+                         constraint may repeat a prescribed displacement"
+                )
+            } else {
+                format!("MUMPS ended with INFOG(1) = {error}, INFOG(2) = {detail}; see its manual for the meaning")
+            };
+            return Err(Self::fail(n, reason));
         }
-        Ok((factors, facts))
+        Ok(PetscFactorization { factors, layout: analysis.layout.clone(), facts })
+    }
+
+    /// A solver for the bodies, at these coordinates of the nodes, which are block rows. `value` gives
+    /// the entries by their positions in the pattern.
+    pub(crate) fn of_bodies(
+        &self,
+        symbolic: &Symbolic,
+        coordinates: &[[f64; 3]],
+        value: &dyn Fn(usize) -> f64,
+    ) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let pattern = symbolic.pattern();
+        let n = pattern.n();
+        let analysis = symbolic.content::<Analysis>().ok_or(FactorizationError::Analysis { n })?;
+        let make = || {
+            let (session, layout) = (&self.session, &analysis.layout);
+            let matrix = Arc::new(DistributedMatrix::new(session, pattern, layout, &self.kind)?);
+            matrix.set(pattern, layout, value)?;
+            matrix.set_rigid_motions(&layout.restrict(coordinates.as_flattened()))?;
+            let factors = Arc::new(Factors::new(session, &matrix, layout, &self.kind)?);
+            let facts = self.renew(analysis, &factors)?;
+            Ok((factors, facts))
+        };
+        Ok(Box::new(self.finish(analysis, make(), n)?))
     }
 
     /// Tests the factors, also with the transpose unless this has been done before.
@@ -244,28 +299,7 @@ impl LinearSolver for PetscSolver {
         // `factors` removes the objects while it works, so that a panic leaves none behind
         let mut objects = analysis.objects.lock().unwrap_or_else(PoisonError::into_inner);
         let made = self.factors(analysis, &mut objects, a);
-        let failed = self.session.any(made.is_err());
-        let (factors, facts) = match made {
-            Ok(made) if !failed => made,
-            other => {
-                *objects = Objects::default();
-                let reason = other.err().map_or("it failed on another rank".into(), |error| error.to_string());
-                return Err(Self::fail(n, reason));
-            }
-        };
-        if facts.mumps_error < 0 {
-            let (error, detail) = (facts.mumps_error, facts.mumps_detail);
-            let reason = if error == SINGULAR {
-                format!(
-                    "the matrix is singular after {detail} pivots; a body may be free to move, or a contact \
-                         constraint may repeat a prescribed displacement"
-                )
-            } else {
-                format!("MUMPS ended with INFOG(1) = {error}, INFOG(2) = {detail}; see its manual for the meaning")
-            };
-            return Err(Self::fail(n, reason));
-        }
-        let factors = PetscFactorization { factors, layout: analysis.layout.clone(), facts };
+        let factors = self.finish(analysis, made, n).inspect_err(|_| *objects = Objects::default())?;
         if matches!(self.kind, Kind::Whole) {
             self.prove(a, &factors)?;
         }
