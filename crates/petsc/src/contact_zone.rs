@@ -22,7 +22,7 @@ const RESTART: usize = 200;
 /// method for each entry of the matrix, besides the two and a half copies of the matrix that any solver
 /// needs. Fitted to the table of `docs/cluster/zone.sh`, one rank.
 const MUMPS: f64 = 1.7;
-const BYTES_PER_ENTRY: f64 = 12.0;
+const BYTES_PER_ENTRY: f64 = 2.0;
 
 /// Marks a diagonal entry of a block that is not in the whole matrix.
 const FILLER: u32 = u32::MAX;

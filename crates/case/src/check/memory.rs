@@ -127,8 +127,8 @@ const MUMPS: f64 = 1.7;
 const MORE_ON_TWICE_THE_RANKS: f64 = 0.1;
 
 /// Increase of the total memory of the contact-zone preconditioner on several ranks: PETSc's matrices
-/// have two parts there, and their products keep more. Measured by `docs/cluster/zone.sh`.
-const ZONE_ON_SEVERAL: f64 = 0.9;
+/// have two parts there. Measured by `docs/cluster/zone.sh`.
+const ZONE_ON_SEVERAL: f64 = 0.5;
 
 impl RankMemory {
     pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
