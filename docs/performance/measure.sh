@@ -85,21 +85,16 @@ contrast() {
     cargo build --quiet --release -p slipstick-linalg --example schwarz
     local folder=${MATRICES:-$work} unknowns void file line
     printf '  unknowns   void 1e-3   void 1e-4   void 1e-5   void 1e-6\n'
-    for unknowns in 33000 100000 300000 1000000; do
+    for unknowns in 33000 100000 300000; do
         line=
         for void in 1e-3 1e-4 1e-5 1e-6; do
-            # of the largest, whose export takes minutes, only the ends
-            if [ $unknowns = 1000000 ] && [[ $void = 1e-[45] ]]; then
-                line+='0 - - '
-                continue
-            fi
             file=$folder/blocks_${unknowns}_$void.bin
             [ -e "$file" ] || "$programs/examples/export_matrix" $unknowns "$file" $void >&2
             # the second and the fourth of the solves are those to 1e-10
             line+=$("$programs/examples/schwarz" "$file" |
                 awk '{ for (i = 2; i <= NF; i++) if ($i == "it.") n[++k] = $(i - 1); print $1, n[2], n[4] }')' '
         done
-        awk '{ printf "%10d%7s / %2s%7s / %2s%7s / %2s%7s / %2s\n", $1, $2, $3, $5, $6, $8, $9, $11, $12 }' <<< "$line"
+        awk '{ printf "%10d%7d / %2d%7d / %2d%7d / %2d%7d / %2d\n", $1, $2, $3, $5, $6, $8, $9, $11, $12 }' <<< "$line"
     done
 }
 

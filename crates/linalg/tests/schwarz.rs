@@ -47,6 +47,53 @@ fn solutions_are_those_of_the_direct_solver() {
     }
 }
 
+/// A matrix with other values in a corner of the top two layers, where the multipliers are: with what is kept of the
+/// preconditioner of the earlier matrix, solutions are those of the direct solver, and take about as
+/// many iterations as with a new preconditioner.
+#[test]
+fn a_preconditioner_follows_changes_near_contact() {
+    let brick = brick();
+    let (a, _) = brick.reduced(1);
+    let mut solver = SchwarzSolver::new(nodes(&brick));
+    let symbolic = solver.analyse(&a.pattern).expect("an analysis");
+    solver.factorize(&symbolic, &a).expect("a regular matrix");
+    let [nx, ny, nz] = brick.nodes;
+    let in_corner = |node: usize| node % nx < 6 && node / nx % ny < 6 && node / (nx * ny) + 2 >= nz;
+    let mut changed = a.clone();
+    for row in (0..a.n()).filter(|&row| in_corner(a.pattern.groups()[row] as usize)) {
+        let place = a.pattern.row_range(row);
+        let diagonal = place.clone().zip(a.pattern.row(row)).find(|(_, column)| **column as usize == row);
+        // multipliers have none
+        if let Some((k, _)) = diagonal {
+            let sum: f64 = a.values[place].iter().map(|x| x.abs()).sum();
+            changed.values[k] += sum * f64::from(row as u32 % 3);
+        }
+    }
+    let factors = solver.factorize(&symbolic, &changed).expect("a regular matrix");
+    let anew = self::factors(&brick, &changed);
+    let direct = MultifrontalFactorization::of(&changed, Precision::F64).expect("a regular matrix");
+    let b = Random(3).vector(a.n());
+    let once = |factors: &dyn Factorization| {
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        x
+    };
+    assert!(once(factors.as_ref()) != once(anew.as_ref()), "nothing is kept");
+    for transpose in [false, true] {
+        let mut expected = vec![0.0; a.n()];
+        solve_verified(&changed, &direct, transpose, &b, &mut expected, 1e-12).expect("direct factors");
+        let iterations = [&factors, &anew].map(|factors| {
+            let mut x = vec![0.0; a.n()];
+            let options = SolveOptions { max_iterations: 60, ..SolveOptions::new(1e-10) };
+            let report = solve_with(&changed, factors.as_ref(), transpose, &b, &mut x, &options).expect("it converges");
+            assert!(difference(&x, &expected) < 1e-7, "{}", difference(&x, &expected));
+            report.iterations
+        });
+        println!("{iterations:?} iterations");
+        assert!(iterations[0] <= iterations[1] + 3, "{iterations:?}");
+    }
+}
+
 /// By definition: ⟨M⁻¹ x, y⟩ = ⟨x, M⁻ᵀ y⟩, to the single precision of the factors.
 #[test]
 fn the_transposed_preconditioner_is_the_transpose() {

@@ -42,24 +42,62 @@ pub(super) struct Coarse {
     additions: f64,
 }
 
+/// The displacements of the coarse motions, which also serve for matrices that differ near contact
+/// only: the multipliers and the coarse matrix are those of the new matrix.
+#[derive(Debug)]
+pub(super) struct Displacements {
+    transfer: Transfer,
+    /// First coarse unknown of each aggregate, then their total number.
+    starts: Vec<usize>,
+}
+
+impl Displacements {
+    /// Rigid motions of aggregates, smoothed except at slave nodes.
+    pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Self {
+        let aggregates = Aggregates::new(a, vertices, nodes);
+        let multiplier = multipliers(a, nodes);
+        let smoothed = |v: usize| !vertices.is_long(v) && !vertices.members(v).iter().any(|&i| multiplier(i));
+        let count = aggregates.modes.len();
+        let tentative = Transfer::tentative(&aggregates);
+        let transfer = tentative.relax(a, Side::Rows, vertices, count, &smoothed, &|_| true, DAMPING);
+        let mut starts = vec![0];
+        aggregates.modes.iter().for_each(|&count| starts.push(starts[starts.len() - 1] + count as usize));
+        Self { transfer, starts }
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        transfer_bytes(&self.transfer)
+    }
+}
+
+/// Whether an unknown is a multiplier.
+fn multipliers<'a>(a: &'a CsrMatrix, nodes: &Nodes) -> impl Fn(u32) -> bool + Sync + use<'a> {
+    let displacement_rows = 3 * nodes.coordinates.len() as u32;
+    let origins = a.pattern.origins();
+    move |i| origins[i as usize] >= displacement_rows
+}
+
+fn transfer_bytes(transfer: &Transfer) -> usize {
+    transfer.blocks() * (8 * MODES + 12)
+}
+
 impl Coarse {
     /// # Errors
     /// [`FactorizationError::Singular`] if some motions are free; it names an unknown of the coarse
     /// matrix.
-    pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Result<Self, FactorizationError> {
-        let aggregates = Aggregates::new(a, vertices, nodes);
-        let displacement_rows = 3 * nodes.coordinates.len() as u32;
-        let origins = a.pattern.origins();
-        let multiplier = |i: u32| origins[i as usize] >= displacement_rows;
+    pub fn new(
+        a: &CsrMatrix,
+        vertices: &Vertices,
+        nodes: &Nodes,
+        displacements: &Displacements,
+    ) -> Result<Self, FactorizationError> {
+        let multiplier = multipliers(a, nodes);
         let is_slave = |v: usize| vertices.members(v).iter().any(|&i| multiplier(i));
-        let smoothed = |v: usize| !vertices.is_long(v) && !is_slave(v);
-        let count = aggregates.modes.len();
-        let step = |of: &Transfer, side| of.relax(a, side, vertices, count, &is_slave, &multiplier, 1.0);
-        let tentative = Transfer::tentative(&aggregates);
-        let displacements = tentative.relax(a, Side::Rows, vertices, count, &smoothed, &|_| true, DAMPING);
-        let (motions, weights) = (step(&displacements, Side::Rows), step(&displacements, Side::Columns));
-        let mut starts = vec![0];
-        aggregates.modes.iter().for_each(|&count| starts.push(starts[starts.len() - 1] + count as usize));
+        let starts = displacements.starts.clone();
+        let count = starts.len() - 1;
+        let step = |side| displacements.transfer.relax(a, side, vertices, count, &is_slave, &multiplier, 1.0);
+        let (motions, weights) = (step(Side::Rows), step(Side::Columns));
         let supports = [weights.supports(count), motions.supports(count)];
         let matrix = galerkin(a, vertices, &weights, &supports[0], &motions, &starts);
         let factors = factorize(&matrix)?;
@@ -90,7 +128,7 @@ impl Coarse {
     }
 
     pub fn bytes(&self) -> usize {
-        self.factors.bytes() + (self.motions.blocks() + self.weights.blocks()) * (8 * MODES + 12)
+        self.factors.bytes() + transfer_bytes(&self.motions) + transfer_bytes(&self.weights)
     }
 
     pub fn factors(&self) -> &MultifrontalFactorization {

@@ -7,6 +7,7 @@ use crate::solver::{Factorization, FactorizationError, LinearSolver};
 use crate::symbolic::Symbolic;
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Smallest relative change for which a row of a block counts as changed, and the number of changed
 /// rows up to which the factors of the block are kept.
@@ -91,14 +92,20 @@ impl Subdomain {
         Ok(Self { unknowns, own, entries, symbolic })
     }
 
-    /// Factors of the block in single precision. Returns the `earlier` ones if the block has hardly
-    /// changed since.
+    /// Factors of the block in single precision. Returns the `earlier` ones, and counts them, if the
+    /// block has hardly changed since.
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`]; unknowns are those of the whole matrix.
-    pub fn factorize(&self, a: &CsrMatrix, earlier: Option<Arc<Part>>) -> Result<Arc<Part>, FactorizationError> {
+    pub fn factorize(
+        &self,
+        a: &CsrMatrix,
+        earlier: Option<Arc<Part>>,
+        kept: &AtomicUsize,
+    ) -> Result<Arc<Part>, FactorizationError> {
         let values: Vec<f64> = self.entries.iter().map(|&k| a.values[k as usize]).collect();
         if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, &values)) {
+            kept.fetch_add(1, Ordering::Relaxed);
             return Ok(earlier);
         }
         // the earlier factors have been dropped by now

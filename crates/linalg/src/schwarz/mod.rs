@@ -14,12 +14,14 @@
 //!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
 //!    motions, which has one coarse unknown for about 24 unknowns, is also factorized, in single
-//!    precision unless some motions are weakly supported.
+//!    precision unless some motions are weakly supported. For a matrix on the same pattern for which
+//!    most subdomains keep their factors, the displacements of the motions are kept; multipliers and
+//!    product are computed anew.
 //!
 //! With the restricted additive operator M₁ of the first step and that of the second, Q = P (Rᵀ A
 //! P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same factors,
-//! is Mᵀ = Qᵀ + M₁ᵀ (I − Aᵀ Qᵀ). The residuals I − A M₁ and I − Aᵀ Qᵀ use A in single precision. [`solve_verified`](crate::solve_verified) iterates with this
-//! preconditioner.
+//! is Mᵀ = Qᵀ + M₁ᵀ (I − Aᵀ Qᵀ). The residuals I − A M₁ and I − Aᵀ Qᵀ use A in single precision.
+//! [`solve_verified`](crate::solve_verified) iterates with this preconditioner.
 //!
 //! References: Smith, Bjørstad and Gropp, *Domain Decomposition*, Cambridge University Press (1996);
 //! Cai and Sarkis, SIAM J. Sci. Comput. 21 (1999), for restricted additive Schwarz; Vaněk, Mandel and
@@ -41,10 +43,11 @@ use crate::solver::{
 };
 use crate::symbolic::Symbolic;
 pub use choice::{Automatic, Forecast};
-use coarse::Coarse;
+use coarse::{Coarse, Displacements};
 use local::{Part, Subdomain};
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 use vertices::Vertices;
 
 const NAME: &str = "Schwarz preconditioner";
@@ -117,12 +120,16 @@ impl Backend for Schwarz {
 #[derive(Debug)]
 pub struct SchwarzSolver {
     nodes: Nodes,
-    /// Subdomains and factors of the latest matrix.
     latest: Option<Latest>,
 }
 
-/// Subdomains and their factors.
-type Latest = (Arc<[Subdomain]>, Vec<Arc<Part>>);
+/// Data of the latest matrix.
+#[derive(Debug)]
+struct Latest {
+    subdomains: Arc<[Subdomain]>,
+    parts: Vec<Arc<Part>>,
+    displacements: Arc<Displacements>,
+}
 
 /// The subdomains for a pattern.
 #[derive(Debug)]
@@ -190,18 +197,24 @@ impl LinearSolver for SchwarzSolver {
     /// free, as when only contact holds a body.
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let Analysis { vertices, subdomains } = symbolic.content_for(a)?;
-        let coarse = Coarse::new(a, vertices, &self.nodes)?;
-        let latest = self.latest.take().filter(|(of, _)| Arc::ptr_eq(of, subdomains));
-        let earlier: Vec<Option<Arc<Part>>> = match latest {
-            Some((_, parts)) => parts.into_iter().map(Some).collect(),
-            None => vec![None; subdomains.len()],
+        let latest = self.latest.take().filter(|latest| Arc::ptr_eq(&latest.subdomains, subdomains));
+        let (earlier, displacements) = match latest {
+            Some(latest) => (latest.parts.into_iter().map(Some).collect(), Some(latest.displacements)),
+            None => (vec![None; subdomains.len()], None),
         };
-        let factorize = |(subdomain, earlier): (&Subdomain, _)| subdomain.factorize(a, earlier);
+        let kept = AtomicUsize::new(0);
+        let factorize = |(subdomain, earlier): (&Subdomain, _)| subdomain.factorize(a, earlier, &kept);
         let parts: Result<Vec<Arc<Part>>, _> =
             subdomains.par_iter().zip(earlier).with_max_len(1).map(factorize).collect();
         let parts = parts?;
-        self.latest = Some((subdomains.clone(), parts.clone()));
-        Ok(Box::new(SchwarzFactorization { a: a.rounded(), subdomains: subdomains.clone(), parts, coarse }))
+        let most = 2 * kept.into_inner() > parts.len();
+        let anew = || Arc::new(Displacements::new(a, vertices, &self.nodes));
+        let displacements = displacements.filter(|_| most).unwrap_or_else(anew);
+        let coarse = Coarse::new(a, vertices, &self.nodes, &displacements)?;
+        self.latest =
+            Some(Latest { subdomains: subdomains.clone(), parts: parts.clone(), displacements: displacements.clone() });
+        let a = a.rounded();
+        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), parts, coarse, displacements }))
     }
 
     fn precision(&self) -> Precision {
@@ -220,6 +233,8 @@ struct SchwarzFactorization {
     subdomains: Arc<[Subdomain]>,
     parts: Vec<Arc<Part>>,
     coarse: Coarse,
+    /// Those that the next factorization may use again.
+    displacements: Arc<Displacements>,
 }
 
 impl SchwarzFactorization {
@@ -273,7 +288,7 @@ impl Factorization for SchwarzFactorization {
     /// Includes the copy of the matrix that the second step needs.
     fn bytes(&self) -> usize {
         let local: usize = self.parts.iter().map(|part| part.bytes()).sum();
-        local + self.coarse.bytes() + 4 * self.a.values.len()
+        local + self.coarse.bytes() + self.displacements.bytes() + 4 * self.a.values.len()
     }
 
     fn precision(&self) -> Precision {
