@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Time and memory of each rank with the contact-zone preconditioner: one load step of the clutch and its gradient on
-# 1, 2 and 4 ranks. Inserts its table into docs/cluster.md. Needs PETSc; half an hour on two idle cores and 14 GB.
+# 1, 2 and 4 ranks. Inserts its table into docs/cluster.md. Needs PETSc; half an hour on two idle cores and 12 GB.
 # `zone.sh SIZES` measures other sizes, fractions of the paper's number of elements along each edge, and keeps the
 # rows of the rest.
 set -euo pipefail
