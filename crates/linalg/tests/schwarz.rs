@@ -8,7 +8,7 @@ use slipstick_linalg::{
     Schwarz, SchwarzSolver, SolveOptions, solve_verified, solve_with,
 };
 
-/// 27 000 unknowns in three parts, with sticking and open nodes on the top and stiffness over three decades.
+/// 27 000 unknowns in about ten parts, with sticking and open nodes on the top and stiffness over three decades.
 fn brick() -> Brick {
     Brick { nodes: [20, 21, 22], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true }
 }

@@ -42,8 +42,8 @@ pub(super) struct Coarse {
     additions: f64,
 }
 
-/// The displacements of the coarse motions, which also serve for matrices that differ near contact
-/// only: the multipliers and the coarse matrix are those of the new matrix.
+/// The displacements of the coarse motions. They remain useful for a matrix that differs only near
+/// contact; the multipliers and the coarse matrix are then computed from the new matrix.
 #[derive(Debug)]
 pub(super) struct Displacements {
     transfer: Transfer,

@@ -14,9 +14,9 @@
 //!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
 //!    motions, which has one coarse unknown for about 24 unknowns, is also factorized, in single
-//!    precision unless some motions are weakly supported. For a matrix on the same pattern for which
-//!    most subdomains keep their factors, the displacements of the motions are kept; multipliers and
-//!    product are computed anew.
+//!    precision unless some motions are weakly supported. For the next matrix with the same pattern,
+//!    if most subdomains keep their factors, the motions keep their displacements; their multipliers
+//!    and the product are recomputed.
 //!
 //! With the restricted additive operator M₁ of the first step and that of the second, Q = P (Rᵀ A
 //! P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same factors,
