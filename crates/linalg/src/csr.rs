@@ -248,7 +248,7 @@ impl<T: Copy + Into<f64> + Sync> CsrMatrix<T> {
 impl CsrMatrix {
     /// The matrix in single precision.
     pub(crate) fn rounded(&self) -> CsrMatrix<f32> {
-        CsrMatrix { pattern: self.pattern.clone(), values: self.values.iter().map(|&value| value as f32).collect() }
+        CsrMatrix { pattern: self.pattern.clone(), values: self.values.par_iter().map(|&value| value as f32).collect() }
     }
 
     /// `Y = A X` for several vectors: entries are read once for a few of them. Each product is the

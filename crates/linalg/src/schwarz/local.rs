@@ -7,7 +7,6 @@ use crate::solver::{Factorization, FactorizationError, LinearSolver};
 use crate::symbolic::Symbolic;
 use rayon::prelude::*;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Smallest relative change for which a row of a block counts as changed, and the number of changed
 /// rows up to which the factors of the block are kept.
@@ -92,8 +91,23 @@ impl Subdomain {
         Ok(Self { unknowns, own, entries, symbolic })
     }
 
-    /// Factors of the block in single precision. Returns the `earlier` ones, and counts them, if the
-    /// block has hardly changed since.
+    /// The unknowns that this subdomain owns.
+    pub fn own_unknowns(&self) -> impl Iterator<Item = u32> {
+        self.own.iter().map(|&k| self.unknowns[k as usize])
+    }
+
+    /// Whether a vertex that this subdomain owns has a multiplier, or is coupled to a vertex with one
+    /// or to very many others.
+    pub fn touches(&self, vertices: &Vertices, multiplier: &impl Fn(u32) -> bool) -> bool {
+        let is_slave = |v: usize| vertices.members(v).iter().any(|&i| multiplier(i));
+        self.own_unknowns().map(|i| vertices.of[i as usize] as usize).any(|v| {
+            let around = vertices.adjacent(v).iter().map(|&w| w as usize);
+            is_slave(v) || vertices.is_long(v) || around.into_iter().any(|w| is_slave(w) || vertices.is_long(w))
+        })
+    }
+
+    /// Factors of the block in single precision, and whether these are the `earlier` ones, which are
+    /// kept if the block has hardly changed since.
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`]; unknowns are those of the whole matrix.
@@ -101,14 +115,12 @@ impl Subdomain {
         &self,
         a: &CsrMatrix,
         earlier: Option<Arc<Part>>,
-        kept: &AtomicUsize,
-    ) -> Result<Arc<Part>, FactorizationError> {
-        let values: Vec<f64> = self.entries.iter().map(|&k| a.values[k as usize]).collect();
-        if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, &values)) {
-            kept.fetch_add(1, Ordering::Relaxed);
-            return Ok(earlier);
+    ) -> Result<(Arc<Part>, bool), FactorizationError> {
+        if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, a)) {
+            return Ok((earlier, true));
         }
         // the earlier factors have been dropped by now
+        let values: Vec<f64> = self.entries.iter().map(|&k| a.values[k as usize]).collect();
         let kept = values.iter().map(|&value| value as f32).collect();
         let block = CsrMatrix { pattern: self.symbolic.pattern().clone(), values };
         let factors = MultifrontalSolver::packed().factorize_matrix(&self.symbolic, &block);
@@ -118,16 +130,19 @@ impl Subdomain {
             }
             other => other,
         })?;
-        Ok(Arc::new(Part { factors, values: kept }))
+        Ok((Arc::new(Part { factors, values: kept }), false))
     }
 
     /// Whether all rows but a few have changed by less than a tenth of the sum of their entries.
-    fn has_hardly_changed(&self, before: &[f32], now: &[f64]) -> bool {
+    fn has_hardly_changed(&self, before: &[f32], a: &CsrMatrix) -> bool {
         let offsets = self.symbolic.pattern().row_offsets();
         let has_changed = |row: &&[usize]| {
-            let (before, now) = (&before[row[0]..row[1]], &now[row[0]..row[1]]);
-            let change: f64 = before.iter().zip(now).map(|(before, now)| (f64::from(*before) - now).abs()).sum();
-            let size: f64 = now.iter().map(|x| x.abs()).sum();
+            let (mut change, mut size) = (0.0, 0.0);
+            for (before, &k) in before[row[0]..row[1]].iter().zip(&self.entries[row[0]..row[1]]) {
+                let now = a.values[k as usize];
+                change += (f64::from(*before) - now).abs();
+                size += now.abs();
+            }
             // also if something is not finite
             !(change <= CHANGE * size)
         };

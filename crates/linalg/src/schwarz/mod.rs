@@ -15,8 +15,9 @@
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
 //!    motions, which has one coarse unknown for about 24 unknowns, is also factorized, in single
 //!    precision unless some motions are weakly supported. For the next matrix with the same pattern,
-//!    if most subdomains keep their factors, the motions keep their displacements; their multipliers
-//!    and the product are recomputed.
+//!    if most subdomains keep their factors, the motions keep their displacements. Their multipliers,
+//!    and the part of the product that comes from the other subdomains or from those that touch
+//!    contact, are recomputed.
 //!
 //! With the restricted additive operator M₁ of the first step and that of the second, Q = P (Rᵀ A
 //! P)⁻¹ Rᵀ, the preconditioner is M = M₁ + Q (I − A M₁), and its transpose, with the same factors,
@@ -30,7 +31,9 @@
 mod aggregates;
 mod choice;
 mod coarse;
+mod galerkin;
 mod local;
+mod motions;
 mod partition;
 mod transfer;
 mod vertices;
@@ -43,11 +46,12 @@ use crate::solver::{
 };
 use crate::symbolic::Symbolic;
 pub use choice::{Automatic, Forecast};
-use coarse::{Coarse, Displacements};
+use coarse::Coarse;
+use galerkin::Kept;
 use local::{Part, Subdomain};
+use motions::Displacements;
 use rayon::prelude::*;
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 use vertices::Vertices;
 
 const NAME: &str = "Schwarz preconditioner";
@@ -128,7 +132,34 @@ pub struct SchwarzSolver {
 struct Latest {
     subdomains: Arc<[Subdomain]>,
     parts: Vec<Arc<Part>>,
+    coarse: CoarseBasis,
+}
+
+/// What coarse spaces of similar matrices share.
+#[derive(Debug)]
+struct CoarseBasis {
     displacements: Arc<Displacements>,
+    product: Option<Kept>,
+    /// Which subdomains touch contact or have got new factors since the displacements were computed.
+    changed: Vec<bool>,
+}
+
+impl CoarseBasis {
+    fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes, subdomains: &[Subdomain]) -> Self {
+        let multiplier = motions::multipliers(a, nodes);
+        let changed = subdomains.iter().map(|subdomain| subdomain.touches(vertices, &multiplier)).collect();
+        Self { displacements: Arc::new(Displacements::new(a, vertices, nodes)), product: None, changed }
+    }
+
+    /// The vertices that the changed subdomains own.
+    fn near(&self, vertices: &Vertices, subdomains: &[Subdomain]) -> Vec<bool> {
+        let mut near = vec![false; vertices.len()];
+        let changed = subdomains.iter().zip(&self.changed).filter(|(_, changed)| **changed);
+        for i in changed.flat_map(|(subdomain, _)| subdomain.own_unknowns()) {
+            near[vertices.of[i as usize] as usize] = true;
+        }
+        near
+    }
 }
 
 /// The subdomains for a pattern.
@@ -198,23 +229,29 @@ impl LinearSolver for SchwarzSolver {
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let Analysis { vertices, subdomains } = symbolic.content_for(a)?;
         let latest = self.latest.take().filter(|latest| Arc::ptr_eq(&latest.subdomains, subdomains));
-        let (earlier, displacements) = match latest {
-            Some(latest) => (latest.parts.into_iter().map(Some).collect(), Some(latest.displacements)),
+        let (earlier, basis) = match latest {
+            Some(latest) => (latest.parts.into_iter().map(Some).collect(), Some(latest.coarse)),
             None => (vec![None; subdomains.len()], None),
         };
-        let kept = AtomicUsize::new(0);
-        let factorize = |(subdomain, earlier): (&Subdomain, _)| subdomain.factorize(a, earlier, &kept);
-        let parts: Result<Vec<Arc<Part>>, _> =
+        let factorize = |(subdomain, earlier): (&Subdomain, _)| subdomain.factorize(a, earlier);
+        let parts: Result<Vec<(Arc<Part>, bool)>, _> =
             subdomains.par_iter().zip(earlier).with_max_len(1).map(factorize).collect();
-        let parts = parts?;
-        let most = 2 * kept.into_inner() > parts.len();
-        let anew = || Arc::new(Displacements::new(a, vertices, &self.nodes));
-        let displacements = displacements.filter(|_| most).unwrap_or_else(anew);
-        let coarse = Coarse::new(a, vertices, &self.nodes, &displacements)?;
-        self.latest =
-            Some(Latest { subdomains: subdomains.clone(), parts: parts.clone(), displacements: displacements.clone() });
+        let (parts, kept): (Vec<Arc<Part>>, Vec<bool>) = parts?.into_iter().unzip();
+        let most = 2 * kept.iter().filter(|kept| **kept).count() > kept.len();
+        let mut basis = match basis.filter(|_| most) {
+            Some(mut basis) => {
+                basis.changed.iter_mut().zip(&kept).for_each(|(changed, kept)| *changed |= !kept);
+                basis
+            }
+            None => CoarseBasis::new(a, vertices, &self.nodes, subdomains),
+        };
+        let near = basis.near(vertices, subdomains);
+        let earlier = basis.product.take();
+        let (coarse, product) = Coarse::new(a, vertices, &self.nodes, &basis.displacements, earlier, &near)?;
+        basis.product = Some(product);
+        self.latest = Some(Latest { subdomains: subdomains.clone(), parts: parts.clone(), coarse: basis });
         let a = a.rounded();
-        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), parts, coarse, displacements }))
+        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), parts, coarse }))
     }
 
     fn precision(&self) -> Precision {
@@ -233,8 +270,6 @@ struct SchwarzFactorization {
     subdomains: Arc<[Subdomain]>,
     parts: Vec<Arc<Part>>,
     coarse: Coarse,
-    /// Those that the next factorization may use again.
-    displacements: Arc<Displacements>,
 }
 
 impl SchwarzFactorization {
@@ -288,7 +323,7 @@ impl Factorization for SchwarzFactorization {
     /// Includes the copy of the matrix that the second step needs.
     fn bytes(&self) -> usize {
         let local: usize = self.parts.iter().map(|part| part.bytes()).sum();
-        local + self.coarse.bytes() + self.displacements.bytes() + 4 * self.a.values.len()
+        local + self.coarse.bytes() + 4 * self.a.values.len()
     }
 
     fn precision(&self) -> Precision {

@@ -38,8 +38,26 @@ pub(super) struct Supports {
 }
 
 impl Supports {
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        8 * (self.offsets.len() + self.items.len())
+    }
+
     fn of(&self, aggregate: usize) -> &[(u32, u32)] {
         &self.items[self.offsets[aggregate]..self.offsets[aggregate + 1]]
+    }
+}
+
+/// Rows of a transfer.
+pub(super) trait Rows: Sync {
+    /// Aggregates, and what an unknown moves with the motions of each.
+    fn row(&self, i: usize) -> impl ExactSizeIterator<Item = (u32, &[f64; MODES])>;
+}
+
+impl Rows for Transfer {
+    fn row(&self, i: usize) -> impl ExactSizeIterator<Item = (u32, &[f64; MODES])> {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        self.aggregates[range.clone()].iter().copied().zip(&self.values[range])
     }
 }
 
@@ -50,6 +68,9 @@ pub(super) enum Side {
     /// Columns of a matrix with a symmetric pattern.
     Columns,
 }
+
+/// Vertices that a thread treats at a time: the costs of their rows differ.
+const CHUNK: usize = 256;
 
 /// Marks an aggregate that the current vertex has not reached yet.
 const UNSEEN: u32 = u32::MAX;
@@ -68,86 +89,10 @@ impl Transfer {
         transfer
     }
 
-    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, &[f64; MODES])> {
-        let range = self.offsets[i]..self.offsets[i + 1];
-        self.aggregates[range.clone()].iter().copied().zip(&self.values[range])
-    }
-
-    /// A P in the rows of the vertices `which` that `part` selects; the other rows are zero.
-    pub fn products(
-        &self,
-        a: &CsrMatrix,
-        side: Side,
-        vertices: &Vertices,
-        aggregates: usize,
-        which: &(impl Fn(usize) -> bool + Sync),
-        part: &(impl Fn(u32) -> bool + Sync),
-    ) -> Vec<Option<Patch>> {
-        let patch = |slots: &mut Vec<u32>, v: usize| {
-            if !which(v) {
-                return None;
-            }
-            let members = vertices.members(v);
-            let mut reached: Vec<u32> = Vec::new();
-            let mut reach = |j: u32| {
-                for (aggregate, _) in self.row(j as usize) {
-                    if slots[aggregate as usize] == UNSEEN {
-                        slots[aggregate as usize] = reached.len() as u32;
-                        reached.push(aggregate);
-                    }
-                }
-            };
-            let mut rows = members.iter().filter(|&&i| part(i)).map(|&i| a.pattern.row(i as usize));
-            let first = rows.next().unwrap_or_default();
-            first.iter().for_each(|&j| reach(j));
-            rows.filter(|row| *row != first).flatten().for_each(|&j| reach(j));
-            members.iter().for_each(|&j| reach(j));
-            let width = reached.len();
-            let mut products = vec![[0.0; MODES]; members.len() * width];
-            let alike = |&i: &u32| part(i) && a.pattern.row(i as usize) == first;
-            if side == Side::Rows && members.iter().all(alike) {
-                let values: Vec<&[f64]> = members.iter().map(|&i| a.row(i as usize).1).collect();
-                for (at, &j) in first.iter().enumerate() {
-                    for (aggregate, motion) in self.row(j as usize) {
-                        let slot = slots[aggregate as usize] as usize;
-                        for (sums, values) in products.chunks_exact_mut(width).zip(&values) {
-                            let value = values[at];
-                            sums[slot].iter_mut().zip(motion).for_each(|(sum, m)| *sum += value * m);
-                        }
-                    }
-                }
-                reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
-                return Some(Patch { reached, products });
-            }
-            for (k, &i) in members.iter().enumerate().filter(|(_, i)| part(**i)) {
-                let row = &mut products[k * width..(k + 1) * width];
-                let mut add = |j: u32, value: f64| {
-                    for (aggregate, motion) in self.row(j as usize) {
-                        let sum = &mut row[slots[aggregate as usize] as usize];
-                        (0..MODES).for_each(|m| sum[m] += value * motion[m]);
-                    }
-                };
-                for (at, &j) in a.pattern.row_range(i as usize).zip(a.pattern.row(i as usize)) {
-                    let value = match side {
-                        Side::Rows => a.values[at],
-                        Side::Columns => entry(a, j, i),
-                    };
-                    if value != 0.0 {
-                        add(j, value);
-                    }
-                }
-            }
-            reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
-            Some(Patch { reached, products })
-        };
-        (0..vertices.len()).into_par_iter().map_init(|| vec![UNSEEN; aggregates], patch).collect()
-    }
-
-    /// One block-Jacobi step for A P = 0 in the rows `part`, all of which are unknowns of the
-    /// vertices `which`: P ← P − ω E D⁻¹ E A P, where D contains the diagonal blocks of these
-    /// vertices and E selects the rows `part`. With [`Side::Columns`], A is the transpose of the
-    /// matrix. Rows of a vertex whose block is singular do not change.
-    #[allow(clippy::too_many_arguments)]
+    /// The rows `part` after one block-Jacobi step for A P = 0 at the vertices `which`:
+    /// P ← P − ω E D⁻¹ E A P, where D contains the diagonal blocks of these vertices and E selects the
+    /// rows `part`; the other rows are empty. With [`Side::Columns`], A is the transpose of the matrix.
+    /// Rows of a vertex whose block is singular do not change.
     pub fn relax(
         &self,
         a: &CsrMatrix,
@@ -158,7 +103,7 @@ impl Transfer {
         part: &(impl Fn(u32) -> bool + Sync),
         damping: f64,
     ) -> Self {
-        let mut patches = self.products(a, side, vertices, aggregates, which, part);
+        let mut patches = products(self, a, side, vertices, aggregates, which, part);
         patches.par_iter_mut().enumerate().for_each(|(v, slot)| {
             let Some(patch) = slot else { return };
             let members = vertices.members(v);
@@ -193,11 +138,11 @@ impl Transfer {
                 relaxed.values.push(*motion);
             };
             match &patches[v] {
+                _ if !part(i as u32) => {}
                 None => self.row(i).for_each(|(aggregate, motion)| add(aggregate, motion)),
                 Some(patch) => {
                     let k = vertices.members(v).partition_point(|&j| (j as usize) < i);
-                    let moving = patch.reached.iter().zip(patch.row(k)).filter(|(_, m)| m.iter().any(|x| *x != 0.0));
-                    moving.for_each(|(&aggregate, motion)| add(aggregate, motion));
+                    patch.reached.iter().zip(patch.row(k)).for_each(|(&aggregate, motion)| add(aggregate, motion));
                 }
             }
             relaxed.offsets.push(relaxed.aggregates.len());
@@ -228,29 +173,101 @@ impl Transfer {
         supports.of(aggregate).iter().map(|&(i, place)| (i, &self.values[place as usize]))
     }
 
+    /// The same without blocks of zeros.
+    pub fn without_zeros(self) -> Self {
+        let mut rest = Self { offsets: vec![0], aggregates: Vec::new(), values: Vec::new() };
+        for i in 0..self.offsets.len() - 1 {
+            for (aggregate, motion) in self.row(i).filter(|(_, motion)| motion.iter().any(|x| *x != 0.0)) {
+                rest.aggregates.push(aggregate);
+                rest.values.push(*motion);
+            }
+            rest.offsets.push(rest.aggregates.len());
+        }
+        rest
+    }
+
     /// Number of stored blocks.
     pub fn blocks(&self) -> usize {
         self.aggregates.len()
     }
 
-    /// `coarse = Pᵀ fine`; the coarse vector has [`MODES`] entries per aggregate.
-    pub fn restrict(&self, supports: &Supports, fine: &[f64], coarse: &mut [[f64; MODES]]) {
-        coarse.par_iter_mut().with_min_len(16).enumerate().for_each(|(aggregate, sums)| {
-            *sums = [0.0; MODES];
-            for (i, motion) in self.of(supports, aggregate) {
-                sums.iter_mut().zip(motion).for_each(|(sum, m)| *sum += m * fine[i as usize]);
-            }
-        });
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        8 * self.offsets.len() + (8 * MODES + 4) * self.blocks()
     }
+}
 
-    /// `fine += P coarse`.
-    pub fn prolong(&self, coarse: &[[f64; MODES]], fine: &mut [f64]) {
-        fine.par_iter_mut().with_min_len(4096).enumerate().for_each(|(i, value)| {
-            for (aggregate, motion) in self.row(i) {
-                *value += motion.iter().zip(&coarse[aggregate as usize]).map(|(m, c)| m * c).sum::<f64>();
+/// A P, for `motions` P, in the rows of the vertices `which` that `part` selects; the other rows are zero.
+pub(super) fn products(
+    motions: &impl Rows,
+    a: &CsrMatrix,
+    side: Side,
+    vertices: &Vertices,
+    aggregates: usize,
+    which: &(impl Fn(usize) -> bool + Sync),
+    part: &(impl Fn(u32) -> bool + Sync),
+) -> Vec<Option<Patch>> {
+    let patch = |slots: &mut Vec<u32>, v: usize| {
+        let members = vertices.members(v);
+        let mut reached: Vec<u32> = Vec::new();
+        let mut reach = |j: u32| {
+            for (aggregate, _) in motions.row(j as usize) {
+                if slots[aggregate as usize] == UNSEEN {
+                    slots[aggregate as usize] = reached.len() as u32;
+                    reached.push(aggregate);
+                }
             }
-        });
-    }
+        };
+        let mut rows = members.iter().filter(|&&i| part(i)).map(|&i| a.pattern.row(i as usize));
+        let first = rows.next().unwrap_or_default();
+        first.iter().for_each(|&j| reach(j));
+        rows.filter(|row| *row != first).flatten().for_each(|&j| reach(j));
+        members.iter().for_each(|&j| reach(j));
+        let width = reached.len();
+        let mut products = vec![[0.0; MODES]; members.len() * width];
+        let alike = |&i: &u32| part(i) && a.pattern.row(i as usize) == first;
+        if side == Side::Rows && members.iter().all(alike) {
+            let values: Vec<&[f64]> = members.iter().map(|&i| a.row(i as usize).1).collect();
+            for (at, &j) in first.iter().enumerate() {
+                for (aggregate, motion) in motions.row(j as usize) {
+                    let slot = slots[aggregate as usize] as usize;
+                    for (sums, values) in products.chunks_exact_mut(width).zip(&values) {
+                        let value = values[at];
+                        sums[slot].iter_mut().zip(motion).for_each(|(sum, m)| *sum += value * m);
+                    }
+                }
+            }
+            reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
+            return Patch { reached, products };
+        }
+        for (k, &i) in members.iter().enumerate().filter(|(_, i)| part(**i)) {
+            let row = &mut products[k * width..(k + 1) * width];
+            let mut add = |j: u32, value: f64| {
+                for (aggregate, motion) in motions.row(j as usize) {
+                    let sum = &mut row[slots[aggregate as usize] as usize];
+                    (0..MODES).for_each(|m| sum[m] += value * motion[m]);
+                }
+            };
+            for (at, &j) in a.pattern.row_range(i as usize).zip(a.pattern.row(i as usize)) {
+                let value = match side {
+                    Side::Rows => a.values[at],
+                    Side::Columns => entry(a, j, i),
+                };
+                if value != 0.0 {
+                    add(j, value);
+                }
+            }
+        }
+        reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
+        Patch { reached, products }
+    };
+    let chosen: Vec<usize> = (0..vertices.len()).filter(|&v| which(v)).collect();
+    let found: Vec<Patch> = (chosen.par_iter().with_max_len(CHUNK))
+        .map_init(|| vec![UNSEEN; aggregates], |slots, &v| patch(slots, v))
+        .collect();
+    let mut patches: Vec<Option<Patch>> = std::iter::repeat_with(|| None).take(vertices.len()).collect();
+    chosen.into_iter().zip(found).for_each(|(v, patch)| patches[v] = Some(patch));
+    patches
 }
 
 /// Entry (i, j) of a matrix; zero outside the pattern.
