@@ -105,6 +105,16 @@ iterative() {
     half_ball schwarz '97, 21, 97' '69, 14, 7'
 }
 
-for name in ${*:-sizes settled ironing_block methods responses elements orders large choice contrast iterative}; do
+# Increments of the clutch of the paper's size: the first sixteen at the uniform design, and the first four at the settled
+# design with an eighth of the elements (cases/clutch/mapped.toml), which the folder EIGHTH may hold.
+clutch() {
+    local eighth=${EIGHTH:-cases/clutch/mapped/eighth}
+    [ -d "$eighth" ] || "$program" study cases/clutch/mapped.toml --only eighth --quiet >&2
+    "$program" bench cases/clutch/case.toml --steps 16 --threads 2 --memory 0
+    echo
+    "$program" bench cases/clutch/case.toml --design "$eighth" --steps 4 --threads 2 --memory 0 2> /dev/null
+}
+
+for name in ${*:-sizes settled ironing_block methods responses elements orders large choice contrast iterative clutch}; do
     measure "$name" "$name"
 done
