@@ -182,8 +182,8 @@ mod tests {
         (CsrMatrix { pattern: Arc::new(pattern), values }, nodes)
     }
 
-    /// By definition, dᵀ (Rᵀ A P) c = (R d)ᵀ A (P c) for all coarse vectors, also after a change of the
-    /// rows near the multipliers, of which alone the product is then computed anew.
+    /// By definition, dᵀ (Rᵀ A P) c = (R d)ᵀ A (P c) for all coarse vectors. The second matrix differs
+    /// from the first in the rows near the multipliers; its product multiplies only these rows.
     #[test]
     fn the_part_far_from_changes_is_kept() {
         let (mut a, nodes) = bar();

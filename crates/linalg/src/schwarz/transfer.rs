@@ -78,11 +78,15 @@ const UNSEEN: u32 = u32::MAX;
 impl Transfer {
     /// Each unknown follows the rigid motions of its aggregate.
     pub fn tentative(aggregates: &Aggregates) -> Self {
+        Self::of_rows(aggregates.motions.iter().map(|motion| motion.iter().copied()))
+    }
+
+    fn of_rows(rows: impl Iterator<Item = impl Iterator<Item = (u32, [f64; MODES])>>) -> Self {
         let mut transfer = Self { offsets: vec![0], aggregates: Vec::new(), values: Vec::new() };
-        for motion in &aggregates.motions {
-            if let Some((aggregate, row)) = motion {
-                transfer.aggregates.push(*aggregate);
-                transfer.values.push(*row);
+        for row in rows {
+            for (aggregate, motion) in row {
+                transfer.aggregates.push(aggregate);
+                transfer.values.push(motion);
             }
             transfer.offsets.push(transfer.aggregates.len());
         }
@@ -175,15 +179,9 @@ impl Transfer {
 
     /// The same without blocks of zeros.
     pub fn without_zeros(self) -> Self {
-        let mut rest = Self { offsets: vec![0], aggregates: Vec::new(), values: Vec::new() };
-        for i in 0..self.offsets.len() - 1 {
-            for (aggregate, motion) in self.row(i).filter(|(_, motion)| motion.iter().any(|x| *x != 0.0)) {
-                rest.aggregates.push(aggregate);
-                rest.values.push(*motion);
-            }
-            rest.offsets.push(rest.aggregates.len());
-        }
-        rest
+        let is_zero = |motion: &[f64; MODES]| motion.iter().all(|x| *x == 0.0);
+        let rest = |i: usize| self.row(i).map(|(aggregate, motion)| (aggregate, *motion)).filter(|(_, m)| !is_zero(m));
+        Self::of_rows((0..self.offsets.len() - 1).map(rest))
     }
 
     /// Number of stored blocks.
