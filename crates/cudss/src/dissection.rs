@@ -1,4 +1,4 @@
-//! The binary tree of a nested dissection, as cuDSS takes it.
+//! The binary tree of a nested dissection, in the form that cuDSS expects.
 
 use rayon::prelude::*;
 use slipstick_linalg::{CsrPattern, EliminationTree};

@@ -19,7 +19,7 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    /// Those of `pattern`, which has less than 2³¹ entries.
+    /// Those of `pattern`, which has fewer than 2³¹ entries.
     pub(crate) fn new(device: &Arc<Device>, pattern: &CsrPattern) -> Result<Self, CudssError> {
         let offsets: Vec<i32> = pattern.row_offsets().iter().map(|&offset| offset as i32).collect();
         let columns: Vec<i32> = pattern.columns().iter().map(|&column| column as i32).collect();

@@ -141,7 +141,7 @@ impl LinearSolver for CudssSolver {
             return Ok(symbolic.clone());
         }
         if i32::try_from(pattern.entries()).is_err() {
-            return Err(Self::fail(pattern.n(), "the matrix has more than 2^31 entries"));
+            return Err(Self::fail(pattern.n(), "the matrix has 2^31 entries or more"));
         }
         let earlier = own().next().map(|(_, analysis)| analysis);
         let suits = |earlier: &&Analysis| earlier.tree.has_unknowns_of(pattern) && earlier.dissection.suits(pattern);
@@ -255,7 +255,7 @@ impl Factorization for CudssFactorization {
     fn cost(&self) -> Option<Cost> {
         let factorization = BYTES_PER_OPERATION * self.operations + BYTES_PER_ENTRY * self.entries as f64;
         let substitution = BYTES_PER_BYTE * self.bytes as f64 + (self.n() * 24) as f64;
-        Some(Cost { factorization, substitution, solves_per_digit: 0.0 })
+        Some(Cost { factorization, substitution, solves_per_digit: 0.0, further: 1.0 })
     }
 
     fn part(&self) -> FactorPart {

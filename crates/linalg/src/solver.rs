@@ -1,4 +1,4 @@
-//! The interface of direct solvers.
+//! The interface of linear solvers.
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::layout::Layout;
@@ -19,7 +19,7 @@ pub enum Precision {
     F32,
 }
 
-/// A direct solver. It analyses a pattern once and factorizes any number of matrices on it; the
+/// A linear solver. It analyses a pattern once and factorizes any number of matrices on it; the
 /// caller keeps the analysis.
 ///
 /// ```
@@ -136,6 +136,9 @@ pub struct Cost {
     /// Number of solves that reduce a residual of the factorized matrix to a tenth; 0 for factors
     /// whose first solve is accurate, those of direct solvers.
     pub solves_per_digit: f64,
+    /// Cost of an iteration for one more right-hand side, relative to that for one alone: 1 if each is
+    /// solved separately, less if the factors are read once for all.
+    pub further: f64,
 }
 
 /// A pivot and its unknown.

@@ -51,7 +51,7 @@ pub struct SolveOptions {
     pub tolerance: f64,
     /// Maximum number of solves with the factors after the first one.
     pub max_iterations: usize,
-    /// Directions kept before a restart. Each requires two vectors of memory.
+    /// Iterations before a restart. Each keeps two vectors for every right-hand side.
     pub restart: usize,
     /// Stops as soon as the rest is expected to take more iterations than this way.
     pub alternative: Option<Alternative>,
@@ -188,7 +188,7 @@ pub fn solve_from(
 }
 
 /// As [`solve_from`] for several right-hand sides, with an initial guess for each. The solves with
-/// the factors are done together, so that the factors are read once for all, and groups of
+/// the factors are done together, which can cost less ([`Cost::further`](crate::Cost)), and groups of
 /// right-hand sides share their directions, which takes fewer iterations. Each solution meets the
 /// tolerance, but its digits beyond depend on the others.
 ///

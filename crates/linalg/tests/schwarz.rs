@@ -109,6 +109,29 @@ fn the_transposed_preconditioner_is_the_transpose() {
     assert!(error < 1e-5, "{error:e}");
 }
 
+/// By definition: several right-hand sides together have the solutions of each, to the single precision
+/// of the factors.
+#[test]
+fn right_hand_sides_are_solved_together() {
+    let brick = brick();
+    let (a, _) = brick.reduced(2);
+    let factors = factors(&brick, &a);
+    let several: Vec<f64> = (4..7).flat_map(|seed| Random(seed).vector(a.n())).collect();
+    for transpose in [false, true] {
+        let (mut together, mut apart) = (several.clone(), several.clone());
+        let solve = |x: &mut [f64]| if transpose { factors.solve_transpose(x) } else { factors.solve(x) };
+        apart.chunks_exact_mut(a.n()).for_each(solve);
+        if transpose {
+            factors.solve_transpose_many(&mut together);
+        } else {
+            factors.solve_many(&mut together);
+        }
+        for (together, apart) in together.chunks_exact(a.n()).zip(apart.chunks_exact(a.n())) {
+            assert!(difference(together, apart) < 1e-5, "{:e}", difference(together, apart));
+        }
+    }
+}
+
 /// The same bits with one thread and with three.
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {

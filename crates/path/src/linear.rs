@@ -99,8 +99,8 @@ pub(crate) struct Reduced<'a> {
 /// contact conditions repeat each other or a prescribed displacement.
 const REGULARISATION: f64 = 1e-7;
 
-/// Maximum number of iterations with the factors of an iterative solver, and number of directions
-/// kept before a restart.
+/// Maximum number of iterations with the factors of an iterative solver, and maximum number of
+/// iterations before a restart: each keeps two vectors.
 const MOST_ITERATIONS: usize = 200;
 const RESTART: usize = 100;
 
@@ -194,7 +194,8 @@ impl LinearSystem {
         self.other = Slot::new(&*self.backend);
     }
 
-    /// Drops factors of earlier tangents, but not the elimination order.
+    /// Drops factors of earlier tangents. Solvers keep their elimination order, scaling, and data for
+    /// similar matrices.
     pub(crate) fn forget_factors(&mut self) {
         self.now.lagged = None;
         self.other.lagged = None;
@@ -457,9 +458,13 @@ impl LinearSystem {
         if budget < LEAST_BUDGET {
             return vec![true; rhs.len()];
         }
-        // the prediction decides; this bounds the memory for directions
+        if in_use.factors.singular.is_some() {
+            // only from zero does the iteration find the smallest multipliers
+            x.iter_mut().for_each(|x| x.fill(0.0));
+        }
+        // the prediction decides; this only bounds it
         let max_iterations = self.budget.unwrap_or(2 * budget);
-        let options = SolveOptions { tolerance, max_iterations, restart: max_iterations, alternative };
+        let options = SolveOptions { tolerance, max_iterations, restart: max_iterations.min(RESTART), alternative };
         let begin = self.timings.begin();
         let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
         let results = if in_use.factors.transposed == system.transposed {

@@ -42,10 +42,6 @@ impl KeptFactors {
 /// of the half-ball, the march costs a tenth more with 1, and the sweep a fifth more with 0.5.
 const PATIENCE: f64 = 0.5;
 
-/// Cost of an iteration for one more right-hand side, relative to that for one alone: the factors
-/// are read once for all. Measured by `cargo run --release -p slipstick-linalg --example factor`.
-const TOGETHER: f64 = 0.4;
-
 /// Maximum number of contact nodes with changed status for which earlier factors are tried: each
 /// adds a few directions that the iteration must find.
 pub(crate) const MOST_CHANGED: usize = 4;
@@ -82,14 +78,14 @@ impl InUse {
     pub fn alternative(&self, matrix: &dyn Operator, transposed: bool, count: usize) -> Option<Alternative> {
         let cost = self.factors.factors.cost()?;
         let patience = if transposed { 1.0 } else { PATIENCE };
-        let preparation = (patience * factorization(cost, matrix) / together(count)).min(MOST_BUDGET);
+        let preparation = (patience * factorization(cost, matrix) / together(cost, count)).min(MOST_BUDGET);
         Some(Alternative { preparation, per_digit: cost.solves_per_digit })
     }
 
     /// Counts a solve with these reports, and decides whether the factors are worn.
     pub fn count(&mut self, matrix: &dyn Operator, reports: &[SolveReport], tolerance: f64) {
         let Some(cost) = self.factors.factors.cost() else { return };
-        let weight = together(reports.len());
+        let weight = together(cost, reports.len());
         let Some(longest) = reports.iter().max_by_key(|report| report.solves()) else { return };
         let solves = weight * longest.solves() as f64;
         let digits = weight * (longest.initial_residual / tolerance).log10().max(0.0);
@@ -108,8 +104,8 @@ fn factorization(cost: Cost, matrix: &dyn Operator) -> f64 {
 }
 
 /// The cost of an iteration for `count` right-hand sides together, relative to that for one.
-fn together(count: usize) -> f64 {
-    1.0 + TOGETHER * (count.max(1) - 1) as f64
+fn together(cost: Cost, count: usize) -> f64 {
+    1.0 + cost.further * (count.max(1) - 1) as f64
 }
 
 #[cfg(test)]
@@ -155,19 +151,19 @@ mod tests {
     }
 
     /// By hand: with a solve of cost 88, an iteration costs 100, and for six right-hand sides together
-    /// three times as much. New factors are worth the break-even number of iterations to the
+    /// three times as much if each further one costs 0.4. New factors are worth the break-even number of iterations to the
     /// transposed system, half of it to the other, at most 60, and nothing is known without a cost. If
     /// an iterative solver needs three solves per digit, four digits take 12 with new factors.
     #[test]
     fn earlier_factors_are_given_what_new_ones_cost() {
         let matrix = matrix();
         let of = |factorization, substitution| {
-            let cost = Cost { factorization, substitution, solves_per_digit: 0.0 };
+            let cost = Cost { factorization, substitution, solves_per_digit: 0.0, further: 0.4 };
             in_use(Some(cost)).alternative(&matrix, false, 1).unwrap().cost(10.0)
         };
         assert_eq!((of(2000.0, 88.0), of(2000.0, 38.0), of(2e6, 88.0), of(0.0, 88.0)), (10.0, 20.0, 60.0, 0.0));
         assert_eq!(in_use(None).alternative(&matrix, true, 1), None);
-        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0 };
+        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 };
         assert_eq!(in_use(Some(cost)).alternative(&matrix, true, 1).unwrap().cost(10.0), 20.0);
         let of_six = in_use(Some(cost)).alternative(&matrix, true, 6).unwrap().cost(10.0);
         assert!((of_six - 20.0 / 3.0).abs() < 1e-14, "{of_six}");
@@ -182,7 +178,7 @@ mod tests {
     /// (20 + 1.4 · 60) for 1.4 · 20.
     #[test]
     fn factors_serve_until_digits_cost_more_than_on_average() {
-        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0 };
+        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 };
         let uses = |reports: usize| {
             let mut in_use = in_use(Some(cost));
             let mut solves = 6;

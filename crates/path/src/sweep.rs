@@ -131,7 +131,7 @@ pub fn sweep_states<P: StepProblem>(
     responses: &mut dyn PathResponses<P>,
     options: &SweepOptions,
 ) -> Result<Vec<PathGradient>, SweepError> {
-    // so the gradient does not depend on earlier solves
+    // they would have to serve a tangent that may be far away
     solver.linear.forget_factors();
     let one = ResponseAdjoint::at_rest(solver.problem.unknowns());
     let adjoints = vec![one; responses.count()];

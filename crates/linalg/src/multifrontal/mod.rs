@@ -72,6 +72,9 @@ const NAME: &str = "multifrontal LU";
 /// are, within the tolerance of the solves: the ratio decides which factors it reuses.
 pub(crate) const BYTES_PER_OPERATION: f64 = 0.4;
 
+/// Measured by `cargo run --release -p slipstick-linalg --example factor`.
+const FURTHER: f64 = 0.4;
+
 /// Facts about a factorization, for reports and for judging its quality.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorStatistics {
@@ -323,7 +326,7 @@ impl Factorization for MultifrontalFactorization {
         let facts = self.statistics();
         let passes = facts.entries_read as f64 / facts.factor_entries.max(1) as f64;
         let substitution = passes * self.entry_bytes() as f64 + (self.n() * 24) as f64;
-        Some(Cost { factorization, substitution, solves_per_digit: 0.0 })
+        Some(Cost { factorization, substitution, solves_per_digit: 0.0, further: FURTHER })
     }
 
     fn part(&self) -> FactorPart {

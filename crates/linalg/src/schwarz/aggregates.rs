@@ -48,9 +48,8 @@ fn couplings(a: &CsrMatrix, vertices: &Vertices, moves: &(impl Fn(u32) -> bool +
 impl Aggregates {
     /// Divides the nodes of each body into boxes, and the nodes of each box into connected sets.
     pub fn new(a: &CsrMatrix, vertices: &Vertices, nodes: &Nodes) -> Self {
-        let count = nodes.coordinates.len() as u32;
         let origins = a.pattern.origins();
-        let moves = |i: u32| origins[i as usize] < 3 * count;
+        let moves = |i: u32| !nodes.is_multiplier(origins[i as usize]);
         let body = |v: u32| nodes.body(vertices.nodes[v as usize]);
         let mut of_body: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut apart = Vec::new();

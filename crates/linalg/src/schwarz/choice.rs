@@ -13,8 +13,8 @@ use std::sync::Arc;
 const LEAST_UNKNOWNS: usize = 100_000;
 
 /// How many times as much direct factors must cost before iterations replace them. On a half-ball on a
-/// plate, both take about the same time at 100 000 unknowns; at 300 000, a Newton iteration takes 1.8
-/// times as much with direct factors.
+/// plate, a load step with its gradient takes 1.2 times as long with direct factors at 100 000
+/// unknowns; at 300 000, a Newton iteration takes 2.6 times as long (docs/performance.md).
 const CLEARLY: f64 = 1.5;
 
 /// Digits of the solves that are compared: those of most of Newton's iterations.
@@ -61,8 +61,10 @@ pub struct Forecast {
 impl Automatic {
     /// The choice for a pattern, from an analysis of direct factors.
     pub fn forecast(pattern: &CsrPattern) -> Forecast {
-        let (direct_entries, direct_operations) = MultifrontalSolver::predict(pattern).unwrap_or((0.0, 0.0));
-        let iterative = pattern.n() >= LEAST_UNKNOWNS && is_far_cheaper(pattern, direct_entries, direct_operations);
+        let direct = MultifrontalSolver::predict(pattern);
+        let (direct_entries, direct_operations) = direct.unwrap_or((0.0, 0.0));
+        let iterative = pattern.n() >= LEAST_UNKNOWNS
+            && direct.is_none_or(|(entries, operations)| is_far_cheaper(pattern, entries, operations));
         let (bytes, operations) = match iterative {
             true => SchwarzSolver::predict(pattern),
             false => (SINGLE * direct_entries, direct_operations),
@@ -129,10 +131,11 @@ impl LinearSolver for AutomaticSolver {
             _ if n < self.least_unknowns => false,
             Some((_, analysis)) => analysis.iterative,
             None => {
-                let symbolic = MultifrontalSolver::new(Precision::F32).analyse_after(pattern, &helpful)?;
-                let (entries, operations) = MultifrontalSolver::size(&symbolic).unwrap_or((0.0, 0.0));
-                helpful.insert(0, symbolic);
-                is_far_cheaper(pattern, entries, operations)
+                let direct = MultifrontalSolver::new(Precision::F32).analyse_after(pattern, &helpful).ok();
+                let size = direct.as_ref().and_then(MultifrontalSolver::size);
+                helpful.splice(0..0, direct);
+                // direct factors can be too large even for an analysis
+                size.is_none_or(|(entries, operations)| is_far_cheaper(pattern, entries, operations))
             }
         };
         let symbolic = self.chosen(iterative).analyse_after(pattern, &helpful)?;

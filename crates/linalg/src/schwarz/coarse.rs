@@ -1,11 +1,11 @@
-//! The coarse space: solves in the span of a few motions, x = P (Rᵀ A P)⁻¹ Rᵀ b.
+//! The coarse space: solves in the span of the coarse motions, x = P (Rᵀ A P)⁻¹ Rᵀ b.
 
-use super::Nodes;
 use super::aggregates::MODES;
 use super::galerkin::{Galerkin, Kept};
 use super::motions::{Displacements, Motions};
 use super::transfer::Side;
 use super::vertices::Vertices;
+use super::{NAME, Nodes};
 use crate::csr::CsrMatrix;
 use crate::multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 use crate::solver::{Factorization, FactorizationError, Precision};
@@ -38,8 +38,8 @@ impl Coarse {
     /// Also returns what the coarse space of the next matrix may use.
     ///
     /// # Errors
-    /// [`FactorizationError::Singular`] if some motions are free; it names an unknown of the coarse
-    /// matrix.
+    /// [`FactorizationError::Singular`] if some motions are free; it names the unknown that they move
+    /// most.
     pub fn new(
         a: &CsrMatrix,
         vertices: &Vertices,
@@ -52,31 +52,41 @@ impl Coarse {
         let (motions, weights) = (step(Side::Rows), step(Side::Columns));
         let Galerkin { matrix, kept, treated } =
             Galerkin::new(a, vertices, displacements, [&weights, &motions], kept, near)?;
-        let factors = factorize(&kept.symbolic, &matrix)?;
+        let factors = factorize(&kept.symbolic, &matrix).map_err(|error| match error {
+            FactorizationError::Singular { unknown, pivot } => {
+                FactorizationError::Singular { unknown: displacements.most_moved_by(unknown), pivot }
+            }
+            error => FactorizationError::Backend { solver: NAME, n: a.n(), reason: format!("coarse matrix: {error}") },
+        })?;
         let additions = treated * a.values.len() as f64 * motions.blocks() as f64 / a.n().max(1) as f64;
         Ok((Self { displacements: displacements.clone(), motions, weights, factors, additions }, kept))
     }
 
-    /// `x += P (Rᵀ A P)⁻¹ Rᵀ b`, or its transpose.
-    pub fn solve(&self, transpose: bool, rhs: &[f64], x: &mut [f64]) {
+    /// `x += P (Rᵀ A P)⁻¹ Rᵀ b`, or its transpose, for right-hand sides of n entries.
+    pub fn solve(&self, transpose: bool, n: usize, rhs: &[f64], x: &mut [f64]) {
         let (aggregates, starts) = (self.displacements.aggregates(), &self.displacements.starts);
+        let n = n.max(1);
         let mut blocks = vec![[0.0; MODES]; aggregates];
         let (down, up) = if transpose { (&self.motions, &self.weights) } else { (&self.weights, &self.motions) };
-        down.restrict(rhs, &mut blocks);
-        let mut packed = vec![0.0; starts[aggregates]];
-        for (block, range) in blocks.iter().zip(starts.windows(2)) {
-            packed[range[0]..range[1]].copy_from_slice(&block[..range[1] - range[0]]);
+        let mut packed = Vec::with_capacity(rhs.len() / n * starts[aggregates]);
+        for rhs in rhs.chunks_exact(n) {
+            down.restrict(rhs, &mut blocks);
+            for (block, range) in blocks.iter().zip(starts.windows(2)) {
+                packed.extend(&block[..range[1] - range[0]]);
+            }
         }
         if transpose {
-            self.factors.solve_transpose(&mut packed);
+            self.factors.solve_transpose_many(&mut packed);
         } else {
-            self.factors.solve(&mut packed);
+            self.factors.solve_many(&mut packed);
         }
-        for (block, range) in blocks.iter_mut().zip(starts.windows(2)) {
-            block[..range[1] - range[0]].copy_from_slice(&packed[range[0]..range[1]]);
-            block[range[1] - range[0]..].fill(0.0);
+        for (packed, x) in packed.chunks_exact(starts[aggregates].max(1)).zip(x.chunks_exact_mut(n)) {
+            for (block, range) in blocks.iter_mut().zip(starts.windows(2)) {
+                block[..range[1] - range[0]].copy_from_slice(&packed[range[0]..range[1]]);
+                block[range[1] - range[0]..].fill(0.0);
+            }
+            up.prolong(&blocks, x);
         }
-        up.prolong(&blocks, x);
     }
 
     /// Memory in bytes.

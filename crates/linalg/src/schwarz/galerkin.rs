@@ -37,7 +37,8 @@ type Row = (Vec<u32>, Vec<[[f64; MODES]; MODES]>);
 impl Galerkin {
     /// Rᵀ A P for the motions \[R, P\]. The rows of all vertices with multipliers around them must be
     /// `near`. If these are the vertices of `kept`, which belongs to an earlier matrix with the same
-    /// pattern and displacements, only their rows are multiplied.
+    /// pattern and displacements, only their rows are multiplied, unless multipliers now reach more
+    /// aggregates.
     ///
     /// # Errors
     /// If the coarse matrix cannot be analysed.
@@ -53,7 +54,8 @@ impl Galerkin {
         let starts = &displacements.starts;
         let close = rows(a, vertices, motions, aggregates, &|v| near[v]);
         let share = near.iter().filter(|near| **near).count() as f64 / near.len().max(1) as f64;
-        if let Some(kept) = kept.filter(|kept| kept.near == near) {
+        let serves = |kept: &Kept| kept.near == near && contains(kept.symbolic.pattern(), starts, &close);
+        if let Some(kept) = kept.filter(serves) {
             let mut values = kept.far.clone();
             add(&mut values, kept.symbolic.pattern(), starts, &close);
             let matrix = CsrMatrix { pattern: kept.symbolic.pattern().clone(), values };
@@ -130,6 +132,14 @@ fn pattern(starts: &[usize], one: &[Row], other: &[Row]) -> CsrPattern {
     CsrPattern::new(offsets, columns, groups, Vec::new()).expect("columns ascend")
 }
 
+/// Whether the pattern of a coarse matrix contains a product.
+fn contains(pattern: &CsrPattern, starts: &[usize], rows: &[Row]) -> bool {
+    rows.iter().enumerate().all(|(index, (reached, _))| {
+        let columns = pattern.row(starts[index]);
+        reached.iter().all(|&aggregate| columns.binary_search(&(starts[aggregate as usize] as u32)).is_ok())
+    })
+}
+
 /// Adds a product to the entries of a pattern that contains its own.
 fn add(values: &mut [f64], pattern: &CsrPattern, starts: &[usize], rows: &[Row]) {
     for (index, (reached, blocks)) in rows.iter().enumerate() {
@@ -149,14 +159,13 @@ mod tests {
     use super::super::Nodes;
     use super::*;
 
-    /// A bar of nodes with three unknowns each, three of them with a multiplier at the end. Aggregates
+    /// A bar of 4 × 4 × 24 nodes with three unknowns each, some of them with a multiplier. Aggregates
     /// have at most 48 nodes.
-    fn bar() -> (CsrMatrix, Nodes) {
-        let [nx, ny, nz] = [3, 3, 20];
+    fn bar(multipliers: &[usize]) -> (CsrMatrix, Nodes) {
+        let [nx, ny, nz] = [4, 4, 24];
         let count = nx * ny * nz;
         let place = |node: usize| [node % nx, node / nx % ny, node / (nx * ny)];
         let next = |a: usize, b: usize| place(a).iter().zip(place(b)).all(|(a, b)| a.abs_diff(b) <= 1);
-        let multipliers = [count - 1, count - 3, count - 9];
         let entry = |i: usize, j: usize| match (i < 3 * count, j < 3 * count) {
             (true, true) => next(i / 3, j / 3),
             (true, false) => next(i / 3, multipliers[j - 3 * count]),
@@ -182,38 +191,94 @@ mod tests {
         (CsrMatrix { pattern: Arc::new(pattern), values }, nodes)
     }
 
-    /// By definition, dᵀ (Rᵀ A P) c = (R d)ᵀ A (P c) for all coarse vectors. The second matrix differs
-    /// from the first in the rows near the multipliers; its product multiplies only these rows.
-    #[test]
-    fn the_part_far_from_changes_is_kept() {
-        let (mut a, nodes) = bar();
-        let vertices = Vertices::new(&a.pattern);
-        let displacements = Arc::new(Displacements::new(&a, &vertices, &nodes));
-        let aggregates = displacements.aggregates();
-        assert!(aggregates > 2);
-        let near: Vec<bool> = nodes.coordinates.iter().map(|x| x[2] > 16.5).collect();
+    /// By definition, dᵀ (Rᵀ A P) c = (R d)ᵀ A (P c) for all coarse vectors.
+    fn check(a: &CsrMatrix, [weights, motions]: [&Motions; 2], product: &Galerkin, aggregates: usize) {
         let wave =
             |k: f64| (0..aggregates).map(|i| [0, 1, 2, 3, 4, 5].map(|m| (k * (6 * i + m) as f64).sin())).collect();
         let (c, d): (Vec<[f64; MODES]>, Vec<[f64; MODES]>) = (wave(0.7), wave(1.3));
+        let (mut u, mut v, mut force) = (vec![0.0; a.n()], vec![0.0; a.n()], vec![0.0; a.n()]);
+        motions.prolong(&c, &mut u);
+        weights.prolong(&d, &mut v);
+        a.mul(&u, &mut force);
+        let expected: f64 = v.iter().zip(&force).map(|(v, f)| v * f).sum();
+        let mut coarse = vec![0.0; 6 * aggregates];
+        product.matrix.mul(c.as_flattened(), &mut coarse);
+        let found: f64 = d.as_flattened().iter().zip(&coarse).map(|(d, f)| d * f).sum();
+        assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found} instead of {expected}");
+    }
+
+    /// The products of two matrices with the same displacements. The change is applied to the values of
+    /// the first.
+    fn products(
+        (a, nodes): &mut (CsrMatrix, Nodes),
+        near: &[bool],
+        change: impl Fn(&mut CsrMatrix),
+    ) -> [(f64, usize); 2] {
+        let vertices = Vertices::new(&a.pattern);
+        let displacements = Arc::new(Displacements::new(a, &vertices, nodes));
+        let aggregates = displacements.aggregates();
+        assert!(aggregates > 2 && displacements.starts[aggregates] == 6 * aggregates);
         let mut kept = None;
-        for treated in [1.0, 27.0 / 180.0] {
-            let step = |side| Motions::new(&a, side, &vertices, &nodes, &displacements);
+        [false, true].map(|changed| {
+            if changed {
+                change(a);
+            }
+            let step = |side| Motions::new(a, side, &vertices, nodes, &displacements);
             let (motions, weights) = (step(Side::Rows), step(Side::Columns));
-            let product = Galerkin::new(&a, &vertices, &displacements, [&weights, &motions], kept, &near).unwrap();
-            assert_eq!((product.treated, displacements.starts[aggregates]), (treated, 6 * aggregates));
-            let (mut u, mut v, mut force) = (vec![0.0; a.n()], vec![0.0; a.n()], vec![0.0; a.n()]);
-            motions.prolong(&c, &mut u);
-            weights.prolong(&d, &mut v);
-            a.mul(&u, &mut force);
-            let expected: f64 = v.iter().zip(&force).map(|(v, f)| v * f).sum();
-            let mut coarse = vec![0.0; 6 * aggregates];
-            product.matrix.mul(c.as_flattened(), &mut coarse);
-            let found: f64 = d.as_flattened().iter().zip(&coarse).map(|(d, f)| d * f).sum();
-            assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found} instead of {expected}");
+            let product = Galerkin::new(a, &vertices, &displacements, [&weights, &motions], kept.take(), near).unwrap();
+            check(a, [&weights, &motions], &product, aggregates);
+            let found = (product.treated, product.matrix.pattern.entries());
             kept = Some(product.kept);
+            found
+        })
+    }
+
+    /// The second matrix differs from the first in the rows near the multipliers; its product multiplies
+    /// only these rows.
+    #[test]
+    fn the_part_far_from_changes_is_kept() {
+        let mut bar = bar(&[383, 381, 371]);
+        let near: Vec<bool> = bar.1.coordinates.iter().map(|x| x[2] > 20.5).collect();
+        let [first, second] = products(&mut bar, &near, |a| {
             for i in (0..a.n()).filter(|&i| near[a.pattern.groups()[i] as usize]) {
                 a.values[a.pattern.row_range(i)].iter_mut().enumerate().for_each(|(k, x)| *x += (k as f64).cos());
             }
+        });
+        assert_eq!((first.0, second), (1.0, (48.0 / 384.0, first.1)));
+    }
+
+    /// By definition: the largest entry of the coarse unknown's column of P.
+    #[test]
+    fn a_coarse_unknown_is_named_after_the_unknown_that_it_moves_most() {
+        let (a, nodes) = bar(&[]);
+        let vertices = Vertices::new(&a.pattern);
+        let displacements = Arc::new(Displacements::new(&a, &vertices, &nodes));
+        let motions = Motions::new(&a, Side::Rows, &vertices, &nodes, &displacements);
+        for coarse in 0..6 * displacements.aggregates() {
+            let (mut blocks, mut u) = (vec![[0.0; MODES]; displacements.aggregates()], vec![0.0; a.n()]);
+            blocks[coarse / 6][coarse % 6] = 1.0;
+            motions.prolong(&blocks, &mut u);
+            let largest = u.iter().fold(0.0, |largest: f64, u| largest.max(u.abs()));
+            assert_eq!(u[displacements.most_moved_by(coarse)].abs(), largest, "{coarse}");
         }
+    }
+
+    /// In the first matrix, conditions do not depend on their own nodes, so that no motion has multipliers.
+    /// In the second, they do: motions reach more aggregates, and the kept pattern does not suffice.
+    #[test]
+    fn motions_with_new_multipliers_extend_the_pattern() {
+        let slaves: Vec<usize> = (0..24).map(|z| 16 * z).collect();
+        let mut bar = bar(&slaves);
+        let near: Vec<bool> = bar.1.coordinates.iter().map(|x| x[0] < 1.5).collect();
+        let whole = bar.0.values.clone();
+        let a = &mut bar.0;
+        for i in 3 * 384..a.n() {
+            let group = a.pattern.groups()[i];
+            let own =
+                a.pattern.row_range(i).zip(a.pattern.row(i)).filter(|(_, j)| a.pattern.groups()[**j as usize] == group);
+            own.map(|(k, _)| k).collect::<Vec<_>>().into_iter().for_each(|k| a.values[k] = 0.0);
+        }
+        let [first, second] = products(&mut bar, &near, |a| a.values.clone_from(&whole));
+        assert!((first.0, second.0) == (1.0, 1.0) && second.1 > first.1, "{first:?} {second:?}");
     }
 }

@@ -119,7 +119,7 @@ impl Subdomain {
         if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, a)) {
             return Ok((earlier, true));
         }
-        // the earlier factors have been dropped by now
+        // this solver no longer holds the earlier factors
         let values: Vec<f64> = self.entries.iter().map(|&k| a.values[k as usize]).collect();
         let kept = values.iter().map(|&value| value as f32).collect();
         let block = CsrMatrix { pattern: self.symbolic.pattern().clone(), values };
@@ -133,7 +133,7 @@ impl Subdomain {
         Ok((Arc::new(Part { factors, values: kept }), false))
     }
 
-    /// Whether all rows but a few have changed by less than a tenth of the sum of their entries.
+    /// Whether all rows but a few have changed by at most a tenth of the sum of their absolute values.
     fn has_hardly_changed(&self, before: &[f32], a: &CsrMatrix) -> bool {
         let offsets = self.symbolic.pattern().row_offsets();
         let has_changed = |row: &&[usize]| {
@@ -161,32 +161,48 @@ fn gallop(list: &[u32], wanted: u32) -> usize {
     low + list[low..high].partition_point(|&x| x < wanted)
 }
 
-/// Adds up the solutions of all subdomains for a right-hand side. Restricted additive Schwarz uses
-/// only the owned unknowns of each solution; its transpose uses only the owned entries of the
-/// right-hand side.
+/// Adds up the solutions of all subdomains for right-hand sides of n entries. Restricted additive
+/// Schwarz uses only the owned unknowns of each solution; its transpose uses only the owned entries of
+/// the right-hand sides.
 ///
 /// The sums are evaluated in the order of the subdomains.
-pub(super) fn solve(subdomains: &[Subdomain], parts: &[Arc<Part>], transpose: bool, rhs: &[f64], x: &mut [f64]) {
+pub(super) fn solve(
+    subdomains: &[Subdomain],
+    parts: &[Arc<Part>],
+    transpose: bool,
+    n: usize,
+    rhs: &[f64],
+    x: &mut [f64],
+) {
+    let n = n.max(1);
     let one = |(subdomain, part): (&Subdomain, &Arc<Part>)| {
-        let factors = &part.factors;
         let unknowns = &subdomain.unknowns;
-        if transpose {
-            let mut local = vec![0.0; unknowns.len()];
-            subdomain.own.iter().for_each(|&k| local[k as usize] = rhs[unknowns[k as usize] as usize]);
-            factors.solve_transpose(&mut local);
-            local
-        } else {
-            let mut local: Vec<f64> = unknowns.iter().map(|&i| rhs[i as usize]).collect();
-            factors.solve(&mut local);
-            local
+        let mut local = Vec::with_capacity(rhs.len() / n * unknowns.len());
+        for rhs in rhs.chunks_exact(n) {
+            let start = local.len();
+            if transpose {
+                local.resize(start + unknowns.len(), 0.0);
+                let own = subdomain.own.iter().map(|&k| k as usize);
+                own.for_each(|k| local[start + k] = rhs[unknowns[k] as usize]);
+            } else {
+                local.extend(unknowns.iter().map(|&i| rhs[i as usize]));
+            }
         }
+        if transpose {
+            part.factors.solve_transpose_many(&mut local);
+        } else {
+            part.factors.solve_many(&mut local);
+        }
+        local
     };
     let solutions: Vec<Vec<f64>> = subdomains.par_iter().zip(parts).with_max_len(1).map(one).collect();
-    for (subdomain, local) in subdomains.iter().zip(solutions) {
-        if transpose {
-            subdomain.unknowns.iter().zip(local).for_each(|(&i, value)| x[i as usize] += value);
-        } else {
-            subdomain.own.iter().for_each(|&k| x[subdomain.unknowns[k as usize] as usize] += local[k as usize]);
+    for (Subdomain { unknowns, own, .. }, local) in subdomains.iter().zip(solutions) {
+        for (local, x) in local.chunks_exact(unknowns.len().max(1)).zip(x.chunks_exact_mut(n)) {
+            if transpose {
+                unknowns.iter().zip(local).for_each(|(&i, value)| x[i as usize] += value);
+            } else {
+                own.iter().for_each(|&k| x[unknowns[k as usize] as usize] += local[k as usize]);
+            }
         }
     }
 }

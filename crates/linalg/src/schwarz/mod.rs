@@ -3,8 +3,8 @@
 //!
 //! One application of the preconditioner consists of two steps:
 //!
-//! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns, whose
-//!    boundaries stay away from contact. Each part is extended by the nodes around it. The blocks of
+//! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns. With
+//!    multipliers, their boundaries stay away from contact. Each part is extended by the nodes around it. The blocks of
 //!    the matrix on these overlapping subdomains are factorized in single precision by the
 //!    multifrontal solver, and the factors are stored with 16 bits per entry. A slave node, its
 //!    multipliers and the opposite master nodes are neighbours in the graph of the matrix, so contact
@@ -66,13 +66,16 @@ pub const PART: usize = 3000;
 /// and more than double the memory.
 const LAYERS: usize = 1;
 
-/// Layers of nodes around slave nodes that belong to the parts of these. If parts may end at the contact,
+/// Layers of nodes around a slave node that are put into its part. If parts may end at the contact,
 /// blocks with 101,000 unknowns need 42 instead of 26 iterations.
 const TOGETHER: usize = 2;
 
 /// Number of solves that reduce a residual to a tenth; ten digits take 20 to 29 at 35,000 to
 /// 303,000 unknowns.
 const SOLVES_PER_DIGIT: f64 = 3.0;
+
+/// Measured by `cargo run --release -p slipstick-linalg --example schwarz`.
+const FURTHER: f64 = 0.4;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
 const BYTES_PER_UNKNOWN: f64 = 4400.0;
@@ -100,6 +103,11 @@ pub struct Nodes {
 impl Nodes {
     fn body(&self, node: u32) -> Option<u32> {
         self.bodies.get(node as usize).copied().flatten()
+    }
+
+    /// Whether an unknown with this [origin](CsrPattern::origins) is a multiplier.
+    fn is_multiplier(&self, origin: u32) -> bool {
+        origin as usize >= 3 * self.coordinates.len()
     }
 
     fn position(&self, node: u32) -> [f64; 3] {
@@ -183,9 +191,13 @@ impl SchwarzSolver {
         (BYTES_PER_UNKNOWN * n + BYTES_PER_ENTRY * entries, OPERATIONS_PER_UNKNOWN * n)
     }
 
-    /// Checks that the pattern assigns each unknown to a node.
+    /// Checks that the pattern assigns each unknown to a node, and that 32 bits can number its entries.
     fn check(&self, pattern: &CsrPattern) -> Result<(), FactorizationError> {
         let (n, count) = (pattern.n(), self.nodes.coordinates.len());
+        if u32::try_from(pattern.entries()).is_err() {
+            let reason = format!("the matrix has {} entries; the most are 2^32 − 1", pattern.entries());
+            return Err(FactorizationError::Backend { solver: NAME, n, reason });
+        }
         let known = pattern.origins().len() == n
             && self.nodes.bodies.len() == count
             && pattern.groups().iter().all(|&group| (group as usize) < count);
@@ -213,9 +225,8 @@ impl LinearSolver for SchwarzSolver {
             &|v| self.nodes.position(vertices.nodes[v as usize]),
             &|v| vertices.members(v as usize).len(),
         );
-        let rows = 3 * self.nodes.coordinates.len() as u32;
         partition::keep_together(&mut parts, &vertices, TOGETHER, |v| {
-            vertices.members(v).iter().any(|&i| pattern.origins()[i as usize] >= rows)
+            vertices.members(v).iter().any(|&i| self.nodes.is_multiplier(pattern.origins()[i as usize]))
         });
         let subdomain = |own: &Vec<u32>| Subdomain::new(pattern, &vertices, own, LAYERS);
         let subdomains: Result<Vec<Subdomain>, _> = parts.par_iter().with_max_len(1).map(subdomain).collect();
@@ -225,7 +236,7 @@ impl LinearSolver for SchwarzSolver {
 
     /// # Errors
     /// Those of the subdomains' factors, and [`FactorizationError::Singular`] if coarse motions are
-    /// free, as when only contact holds a body.
+    /// free: nothing holds a body, not even contact.
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let Analysis { vertices, subdomains } = symbolic.content_for(a)?;
         let latest = self.latest.take().filter(|latest| Arc::ptr_eq(&latest.subdomains, subdomains));
@@ -250,8 +261,8 @@ impl LinearSolver for SchwarzSolver {
         let (coarse, product) = Coarse::new(a, vertices, &self.nodes, &basis.displacements, earlier, &near)?;
         basis.product = Some(product);
         self.latest = Some(Latest { subdomains: subdomains.clone(), parts: parts.clone(), coarse: basis });
-        let a = a.rounded();
-        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), parts, coarse }))
+        let (a, made) = (a.rounded(), kept.iter().map(|kept| !kept).collect());
+        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), parts, made, coarse }))
     }
 
     fn precision(&self) -> Precision {
@@ -269,48 +280,63 @@ struct SchwarzFactorization {
     a: CsrMatrix<f32>,
     subdomains: Arc<[Subdomain]>,
     parts: Vec<Arc<Part>>,
+    /// Which of the parts were not taken over from an earlier matrix.
+    made: Vec<bool>,
     coarse: Coarse,
 }
 
 impl SchwarzFactorization {
     fn local(&self, transpose: bool, rhs: &[f64], x: &mut [f64]) {
-        local::solve(&self.subdomains, &self.parts, transpose, rhs, x);
+        local::solve(&self.subdomains, &self.parts, transpose, self.n(), rhs, x);
     }
 
-    /// b − A x, or with the transpose of A.
+    /// b − A x in each column, or with the transpose of A.
     fn residual(&self, transpose: bool, x: &[f64], rhs: &[f64]) -> Vec<f64> {
         let mut left = vec![0.0; rhs.len()];
-        if transpose {
-            self.a.mul_transpose(x, &mut left);
-        } else {
-            self.a.mul(x, &mut left);
+        let n = self.n().max(1);
+        for (x, left) in x.chunks_exact(n).zip(left.chunks_exact_mut(n)) {
+            if transpose {
+                self.a.mul_transpose(x, left);
+            } else {
+                self.a.mul(x, left);
+            }
         }
         left.iter_mut().zip(rhs).for_each(|(left, rhs)| *left = rhs - *left);
         left
     }
 
-    fn factors(&self) -> impl Iterator<Item = &MultifrontalFactorization> {
-        self.parts.iter().map(|part| &part.factors).chain([self.coarse.factors()])
+    /// The factors computed for this matrix.
+    fn new_factors(&self) -> impl Iterator<Item = &MultifrontalFactorization> {
+        let made = self.parts.iter().zip(&self.made).filter(|(_, made)| **made);
+        made.map(|(part, _)| &part.factors).chain([self.coarse.factors()])
     }
 
     fn operations(&self) -> f64 {
-        self.factors().map(|factors| factors.statistics().operations).sum()
+        self.new_factors().map(|factors| factors.statistics().operations).sum()
     }
 }
 
 impl Factorization for SchwarzFactorization {
     fn solve(&self, rhs: &mut [f64]) {
-        check_columns(self.n(), rhs.len());
-        let mut x = vec![0.0; rhs.len()];
-        self.local(false, rhs, &mut x);
-        self.coarse.solve(false, &self.residual(false, &x, rhs), &mut x);
-        rhs.copy_from_slice(&x);
+        self.solve_many(rhs);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
+        self.solve_transpose_many(rhs);
+    }
+
+    fn solve_many(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
         let mut x = vec![0.0; rhs.len()];
-        self.coarse.solve(true, rhs, &mut x);
+        self.local(false, rhs, &mut x);
+        self.coarse.solve(false, self.n(), &self.residual(false, &x, rhs), &mut x);
+        rhs.copy_from_slice(&x);
+    }
+
+    fn solve_transpose_many(&self, rhs: &mut [f64]) {
+        check_columns(self.n(), rhs.len());
+        let mut x = vec![0.0; rhs.len()];
+        self.coarse.solve(true, self.n(), rhs, &mut x);
         let left = self.residual(true, &x, rhs);
         self.local(true, &left, &mut x);
         rhs.copy_from_slice(&x);
@@ -330,15 +356,16 @@ impl Factorization for SchwarzFactorization {
         Precision::F32
     }
 
-    /// Counts the factors and, as passes over its data, the Galerkin product; a solve costs one
-    /// pass over all factors and the matrix.
+    /// Counts the factors computed for this matrix, as the next one will also keep some, and, as passes
+    /// over its data, the Galerkin product; a solve costs one pass over all factors and the matrix.
     fn cost(&self) -> Option<Cost> {
-        let factors: f64 = self.factors().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
+        let factors: f64 = self.new_factors().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
         let substitution = self.bytes() as f64 + 4.0 * self.a.values.len() as f64;
         Some(Cost {
             factorization: factors + self.coarse.product_cost(),
             substitution,
             solves_per_digit: SOLVES_PER_DIGIT,
+            further: FURTHER,
         })
     }
 

@@ -36,6 +36,14 @@ impl Displacements {
         Self { supports: transfer.supports(count), transfer, starts }
     }
 
+    /// The unknown that a coarse unknown moves most.
+    pub fn most_moved_by(&self, coarse: usize) -> usize {
+        let aggregate = self.starts.partition_point(|&start| start <= coarse) - 1;
+        let size = |motion: &[f64; MODES]| motion[coarse - self.starts[aggregate]].abs();
+        let moved = self.transfer.of(&self.supports, aggregate);
+        moved.max_by(|(_, a), (_, b)| size(a).total_cmp(&size(b))).map_or(0, |(i, _)| i as usize)
+    }
+
     /// Number of aggregates.
     pub fn aggregates(&self) -> usize {
         self.starts.len() - 1
@@ -117,14 +125,12 @@ impl Rows for Motions {
 }
 
 /// Whether an unknown is a multiplier.
-pub(super) fn multipliers<'a>(a: &'a CsrMatrix, nodes: &Nodes) -> impl Fn(u32) -> bool + Sync + use<'a> {
-    let displacement_rows = 3 * nodes.coordinates.len() as u32;
-    let origins = a.pattern.origins();
-    move |i| origins[i as usize] >= displacement_rows
+pub(super) fn multipliers<'a>(a: &'a CsrMatrix, nodes: &'a Nodes) -> impl Fn(u32) -> bool + Sync + use<'a> {
+    |i| nodes.is_multiplier(a.pattern.origins()[i as usize])
 }
 
 /// Whether a vertex is a slave node with multipliers.
-fn slaves<'a>(a: &'a CsrMatrix, vertices: &'a Vertices, nodes: &Nodes) -> impl Fn(usize) -> bool + Sync + use<'a> {
+fn slaves<'a>(a: &'a CsrMatrix, vertices: &'a Vertices, nodes: &'a Nodes) -> impl Fn(usize) -> bool + Sync + use<'a> {
     let multiplier = multipliers(a, nodes);
     move |v| vertices.members(v).iter().any(|&i| multiplier(i))
 }

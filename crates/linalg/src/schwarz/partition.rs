@@ -41,8 +41,9 @@ pub(super) fn bisect(
     first
 }
 
-/// Moves vertices up to `layers` away from those `at_contact` to the parts of these, layer by layer: each
-/// to the part with most of its neighbours that are already placed. Parts that become empty are removed.
+/// Moves vertices within `layers` layers of those `at_contact` into the parts of those vertices. Layer
+/// by layer, each joins the part that holds most of its placed neighbours; of several, the one with the
+/// highest number. Empty parts are removed.
 pub(super) fn keep_together(
     parts: &mut Vec<Vec<u32>>,
     vertices: &Vertices,

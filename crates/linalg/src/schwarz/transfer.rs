@@ -274,10 +274,16 @@ fn entry(a: &CsrMatrix, i: u32, j: u32) -> f64 {
     columns.binary_search(&j).map_or(0.0, |k| values[k])
 }
 
+/// Largest pivot of a singular matrix, relative to the terms that cancel in it.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Overwrites the right-hand sides, `width` items for each row, with the solutions of a small dense
-/// system, by Gaussian elimination with partial pivoting; `false` if it is singular.
+/// system, by Gaussian elimination with partial pivoting; `false` if it is singular. A pivot counts as
+/// zero if it is round-off compared with the sum of the absolute values of its terms, whatever the
+/// units of rows and columns.
 fn solve_dense(block: &mut [f64], rhs: &mut [[f64; MODES]], width: usize) -> bool {
     let n = block.len().isqrt();
+    let mut terms: Vec<f64> = block.iter().map(|x| x.abs()).collect();
     let subtract = |rhs: &mut [[f64; MODES]], to: usize, factor: f64, from: usize| {
         for c in 0..width {
             let what = rhs[from * width + c];
@@ -287,17 +293,20 @@ fn solve_dense(block: &mut [f64], rhs: &mut [[f64; MODES]], width: usize) -> boo
     for k in 0..n {
         let pivot = (k..n).fold(k, |best, i| if block[i * n + k].abs() > block[best * n + k].abs() { i } else { best });
         let size = block[pivot * n + k];
-        if size == 0.0 || !size.is_finite() {
+        // also if something is not finite
+        if !(size.abs() > ROUND_OFF * terms[pivot * n + k] && size.is_finite()) {
             return false;
         }
         if pivot != k {
             (0..n).for_each(|j| block.swap(k * n + j, pivot * n + j));
+            (0..n).for_each(|j| terms.swap(k * n + j, pivot * n + j));
             (0..width).for_each(|c| rhs.swap(k * width + c, pivot * width + c));
         }
         for i in k + 1..n {
             let factor = block[i * n + k] / size;
             if factor != 0.0 {
                 (k..n).for_each(|j| block[i * n + j] -= factor * block[k * n + j]);
+                (k..n).for_each(|j| terms[i * n + j] += factor.abs() * terms[k * n + j]);
                 subtract(rhs, i, factor, k);
             }
         }
@@ -330,5 +339,33 @@ mod tests {
             assert!(row.iter().all(|x| (x - expected).abs() < 1e-15));
         }
         assert!(!solve_dense(&mut [1.0, 1.0, 1.0, 1.0], &mut [[1.0; MODES], [1.0; MODES]], 1));
+    }
+
+    /// A node with d free displacements and three multipliers, [K B; Bᵀ 0]. By rank: singular for
+    /// d = 2, as three conditions cannot be independent there, whatever round-off leaves; regular for
+    /// d = 3, in any units.
+    #[test]
+    fn a_pivot_of_round_off_makes_a_block_singular() {
+        let block = |d: usize, stiffness: f64| {
+            let n = d + 3;
+            let wave = |i: usize, j: usize| ((7 * i + 11 * j + 3 * i * j) as f64).sin();
+            let entry = |i: usize, j: usize| match (i < d, j < d) {
+                (true, true) => stiffness * (f64::from(u8::from(i == j)) * 3.0 + wave(i, j)),
+                (true, false) => wave(i, j),
+                (false, true) => wave(j, i),
+                (false, false) => 0.0,
+            };
+            (0..n * n).map(|at| entry(at / n, at % n)).collect::<Vec<f64>>()
+        };
+        for stiffness in [1e-6, 1.0, 210e9] {
+            assert!(!solve_dense(&mut block(2, stiffness), &mut [[1.0; MODES]; 5], 1), "{stiffness}");
+            let (before, mut x) = (block(3, stiffness), [[1.0; MODES]; 6]);
+            assert!(solve_dense(&mut before.clone(), &mut x, 1), "{stiffness}");
+            for row in before.chunks_exact(6) {
+                let terms: Vec<f64> = row.iter().zip(&x).map(|(a, x)| a * x[0]).collect();
+                let size = terms.iter().fold(1.0, |size, term| size + term.abs());
+                assert!((terms.iter().sum::<f64>() - 1.0).abs() < 1e-12 * size, "{stiffness}");
+            }
+        }
     }
 }

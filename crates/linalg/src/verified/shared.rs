@@ -77,7 +77,8 @@ impl SharedCycle {
         let known = self.products.len();
         if !found.fold(true, |usable, (z, w)| self.add(z, w, ranks) && usable) {
             // the factors or the matrix, which all share, are unusable
-            self.members.iter_mut().for_each(|member| (member.ended, member.finite) = (true, false));
+            let open = self.members.iter_mut().filter(|member| !member.ended);
+            open.for_each(|member| (member.ended, member.finite) = (true, false));
         }
         let added = (&self.products[known..], &self.directions[known..]);
         for (member, solve) in self.members.iter_mut().zip(solves).filter(|(member, _)| !member.ended) {
