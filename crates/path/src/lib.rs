@@ -46,7 +46,7 @@ mod timings;
 mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
-pub use linear::{Interrupt, LinearSystem, SolveCounts};
+pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};
 pub use march::{LoadPath, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};
 pub use problem::{

@@ -55,6 +55,31 @@ impl Slot {
     }
 }
 
+/// Relative residual to which a system is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveTolerance {
+    /// With the factors of a direct solver, of this tangent or an earlier one.
+    pub direct: f64,
+    /// With the preconditioner of an iterative solver.
+    pub iterative: f64,
+}
+
+impl From<f64> for SolveTolerance {
+    fn from(tolerance: f64) -> Self {
+        Self { direct: tolerance, iterative: tolerance }
+    }
+}
+
+impl SolveTolerance {
+    fn with(self, factors: &dyn Factorization) -> f64 {
+        if is_iterative(factors) { self.iterative } else { self.direct }
+    }
+}
+
+fn is_iterative(factors: &dyn Factorization) -> bool {
+    factors.cost().is_some_and(|cost| cost.solves_per_digit > 0.0)
+}
+
 /// Counts of factorizations and solves since the system was created.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SolveCounts {
@@ -307,14 +332,14 @@ impl LinearSystem {
         groups: &[u32],
         active_set: &[u8],
         rhs: &[f64],
-        tolerance: f64,
+        tolerance: impl Into<SolveTolerance>,
     ) -> Result<Vec<f64>, StepFailureKind> {
         self.check_interrupt()?;
         let system = self.reduce(matrix, false, fixed, groups, active_set);
         let rhs = [system.restrict(rhs)];
         let mut at_hand = self.now.lagged.take().filter(|f| f.factors.changed_nodes(active_set) <= MOST_CHANGED);
         let start = vec![vec![0.0; rhs[0].len()]];
-        let x = self.solve_reduced(&system, &mut at_hand, start, &rhs, tolerance)?.0;
+        let x = self.solve_reduced(&system, &mut at_hand, start, &rhs, tolerance.into())?.0;
         self.now.lagged = at_hand;
         Ok(system.prolong(&x[0], self.ranks()))
     }
@@ -344,7 +369,7 @@ impl LinearSystem {
         };
         let starts = rhs.iter().zip(similar).map(start).collect();
         self.timings.end(Phase::Solve, begin);
-        let (x, anew) = self.solve_reduced(system, at_hand, starts, &rhs, tolerance)?;
+        let (x, anew) = self.solve_reduced(system, at_hand, starts, &rhs, tolerance.into())?;
         Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), anew))
     }
 
@@ -356,10 +381,11 @@ impl LinearSystem {
         at_hand: &mut Option<InUse>,
         mut x: Vec<Vec<f64>>,
         rhs: &[Vec<f64>],
-        tolerance: f64,
+        tolerance: SolveTolerance,
     ) -> Result<(Vec<Vec<f64>>, bool), StepFailureKind> {
         let mut unsolved = vec![true; rhs.len()];
         if let Some(in_use) = at_hand.as_mut().filter(|f| f.factors.fixed == system.fixed && !f.worn) {
+            let tolerance = tolerance.with(&*in_use.factors.factors);
             unsolved = self.solve_nearby(system, in_use, &mut x, rhs, tolerance);
         }
         let places: Vec<usize> = (0..rhs.len()).filter(|&k| unsolved[k]).collect();
@@ -384,20 +410,21 @@ impl LinearSystem {
         system: &Reduced<'_>,
         starts: &[Vec<f64>],
         rhs: &[&[f64]],
-        tolerance: f64,
+        tolerance: SolveTolerance,
     ) -> Result<(Vec<Vec<f64>>, InUse), StepFailureKind> {
         let factors = self.factorize(system)?;
-        let result = self.solve_exact(system, &factors, starts, rhs, tolerance);
+        let wanted = tolerance.with(&*factors.factors);
+        let result = self.solve_exact(system, &factors, starts, rhs, wanted);
         let failed = match result {
             Ok((x, reports)) => {
                 let mut made = InUse::new(factors);
-                made.count(&system.on(self.backend.ranks()), &reports, tolerance);
+                made.count(&system.on(self.backend.ranks()), &reports, wanted);
                 return Ok((x, made));
             }
             Err(failed) => failed,
         };
         let precision = factors.factors.precision();
-        let iterative = factors.factors.cost().is_some_and(|cost| cost.solves_per_digit > 0.0);
+        let iterative = is_iterative(&*factors.factors);
         drop(factors);
         if iterative && self.now.solver.insist_on_direct()
             || precision == Precision::F32 && self.now.solver.insist_on_double()
@@ -423,8 +450,7 @@ impl LinearSystem {
         }
         let begin = self.timings.begin();
         let matrix = system.on(self.backend.ranks());
-        let cost = factors.factors.cost();
-        let options = match cost.is_some_and(|cost| cost.solves_per_digit > 0.0) {
+        let options = match is_iterative(&*factors.factors) {
             true => SolveOptions { max_iterations: MOST_ITERATIONS, restart: RESTART, ..SolveOptions::new(tolerance) },
             false => SolveOptions::new(tolerance),
         };
