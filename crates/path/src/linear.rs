@@ -91,6 +91,8 @@ pub struct SolveCounts {
     pub lagged_iterations: usize,
     /// Attempts with earlier factors that were abandoned.
     pub given_up: usize,
+    /// Systems that the iterative solver did not solve, so that direct solvers took over.
+    pub fallbacks: usize,
     /// Maximum memory of factors on this rank. \[bytes\]
     pub factor_bytes: usize,
     /// Floating-point operations of this rank for factors; zero if the solver does not count them.
@@ -149,12 +151,13 @@ impl LinearSystem {
 
     /// Adds what another system has counted and measured, which then starts from zero.
     pub fn absorb(&mut self, other: &mut Self) {
-        let SolveCounts { factorizations, lagged, lagged_iterations, given_up, factor_bytes, operations } =
+        let SolveCounts { factorizations, lagged, lagged_iterations, given_up, fallbacks, factor_bytes, operations } =
             std::mem::take(&mut other.counts);
         self.counts.factorizations += factorizations;
         self.counts.lagged += lagged;
         self.counts.lagged_iterations += lagged_iterations;
         self.counts.given_up += given_up;
+        self.counts.fallbacks += fallbacks;
         self.counts.factor_bytes = self.counts.factor_bytes.max(factor_bytes);
         self.counts.operations += operations;
         self.timings = self.timings + other.timings;
@@ -311,6 +314,7 @@ impl LinearSystem {
         };
         self.timings.end(Phase::Factor, begin);
         let factors: Arc<dyn Factorization> = factors.map_err(fail)?.into();
+        self.counts.fallbacks += usize::from(self.now.solver.is_iterative() && !is_iterative(&*factors));
         let part = factors.part();
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
         self.counts.operations += part.operations;
@@ -426,9 +430,9 @@ impl LinearSystem {
         let precision = factors.factors.precision();
         let iterative = is_iterative(&*factors.factors);
         drop(factors);
-        if iterative && self.now.solver.insist_on_direct()
-            || precision == Precision::F32 && self.now.solver.insist_on_double()
-        {
+        let replaced = iterative && self.now.solver.insist_on_direct();
+        self.counts.fallbacks += usize::from(replaced);
+        if replaced || precision == Precision::F32 && self.now.solver.insist_on_double() {
             return self.solve_anew(system, starts, rhs, tolerance);
         }
         Err(failed)

@@ -9,7 +9,7 @@ use slipstick::model::Parameter;
 use slipstick::output::fields::{DesignFields, write_design};
 use slipstick::run::{Run, RunDirectory, write_densities};
 
-use super::{digits, phases, tell_phases, whole};
+use super::{digits, phases, tell_phases, warn_of_fallbacks, whole};
 use crate::args::Gradient;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::{prepare, volume_fraction};
@@ -76,6 +76,7 @@ fn gradient(
     );
     tell_phases(context, "solution", &marched);
     tell_phases(context, "gradient", &spent);
+    warn_of_fallbacks(context, &problem.analysis);
     context.console.text(&format!("objective {}, norm of its gradient {}", digits(forward.value), digits(norm)));
     let moves = |p: &Parameter| match p {
         Parameter::Amplitude { motion } => {

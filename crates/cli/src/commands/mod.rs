@@ -18,7 +18,7 @@ pub mod study;
 pub mod verify;
 
 use serde_json::{Value, json};
-use slipstick::analysis::Forward;
+use slipstick::analysis::{Analysis, Forward};
 use slipstick::path::{Phase, Timings};
 use slipstick::quantities::{EnergyJump, Quantities, Subject};
 
@@ -114,6 +114,18 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
 fn phases(spent: &Timings) -> Value {
     let entry = |phase: Phase| (phase.name().to_owned(), json!([spent.seconds(phase), spent.calls(phase)]));
     Value::Object(Phase::ALL.into_iter().map(entry).collect())
+}
+
+/// Warns if direct solvers had to replace the iterative one.
+fn warn_of_fallbacks(context: &Context, analysis: &Analysis) {
+    let count = analysis.linear.counts().fallbacks;
+    if count > 0 {
+        context.console.warning(&format!(
+            "the iterative solver failed for {count} linear system{}, and direct solvers took over: they may need more \
+             time and memory than `slipstick check` predicts; if this happens often, set `[solver] linear = \"direct\"`",
+            if count == 1 { "" } else { "s" }
+        ));
+    }
 }
 
 /// Prints the time by phase if verbose.

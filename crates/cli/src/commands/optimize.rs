@@ -7,7 +7,7 @@ use slipstick::optimize::Optimization;
 use slipstick::run::{Checkpoint, Run};
 use slipstick::words::counted;
 
-use super::{digits, last_values, tell_quantities};
+use super::{digits, last_values, tell_quantities, warn_of_fallbacks};
 use crate::args::Optimize;
 use crate::failure::Failure;
 use crate::runs::{end, start, stopped};
@@ -104,4 +104,5 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
             record.violation
         ));
     }
+    warn_of_fallbacks(context, &optimization.problem.analysis);
 }

@@ -7,7 +7,7 @@ use slipstick::case::Case;
 use slipstick::design::ElementValues;
 use slipstick::run::{Comparison, Run, RunDirectory, comparisons, write_densities, write_path};
 
-use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, whole};
+use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, warn_of_fallbacks, whole};
 use crate::args::Solve;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::{prepare, volume_fraction};
@@ -106,6 +106,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
         }),
     );
     tell_phases(context, "solution", &problem.analysis.timings());
+    warn_of_fallbacks(context, &problem.analysis);
     if let Some(value) = objective {
         context.console.text(&format!("objective {}{}", digits(value), shares(problem, &forward)));
     }

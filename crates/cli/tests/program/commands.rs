@@ -623,3 +623,22 @@ fn a_design_is_not_overwritten_by_what_is_made_of_it() {
     assert_eq!(place.read("case/design.csv"), before);
     assert!(place.path("case/checkpoint.json").exists());
 }
+
+/// Stiffnesses beyond the range of single precision, in which the preconditioner multiplies: its
+/// iterations fail, the objective is that of the direct solver, and a warning says what happened.
+#[test]
+fn a_failed_iterative_solver_is_reported() {
+    let stiff = |solver: &str| {
+        let text = format!("{CASE}\n[solver]\nlinear = \"{solver}\"\n");
+        text.replace("youngs_modulus = 1000.0", "youngs_modulus = 1e40")
+    };
+    let place = Place::new();
+    let [direct, iterative] = ["direct", "schwarz"].map(|solver| {
+        place.write(&format!("{solver}.toml"), &stiff(solver));
+        place.good(&format!("solve {solver}.toml"))
+    });
+    let objective = |ran: &Ran| ran.out.lines().find(|line| line.starts_with("objective")).map(str::to_owned);
+    assert!(objective(&direct).is_some() && objective(&direct) == objective(&iterative), "{}", iterative.out);
+    let told = "warning: the iterative solver failed for";
+    assert!(iterative.err.contains(told) && !direct.err.contains(told), "{}", iterative.err);
+}
