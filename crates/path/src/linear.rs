@@ -23,8 +23,9 @@ use std::sync::Arc;
 pub struct LinearSystem {
     backend: Arc<dyn Backend>,
     /// Data of the system that was used last.
-    now: Slot,
-    other: Slot,
+    current: SystemData,
+    /// Data of the system that was used before.
+    previous: SystemData,
     /// Number of iterations allowed with earlier factors, instead of the number that follows from
     /// their cost.
     budget: Option<usize>,
@@ -37,7 +38,7 @@ pub struct LinearSystem {
 pub type Interrupt = Arc<dyn Fn() -> bool + Send + Sync>;
 
 /// The data kept for systems with one set of prescribed unknowns.
-struct Slot {
+struct SystemData {
     solver: Box<dyn LinearSolver>,
     cached: Option<Cached>,
     /// The latest analysis, of the pattern of `cached` or of an earlier one.
@@ -45,7 +46,7 @@ struct Slot {
     lagged: Option<InUse>,
 }
 
-impl Slot {
+impl SystemData {
     fn new(backend: &dyn Backend) -> Self {
         Self { solver: backend.solver(), cached: None, symbolic: None, lagged: None }
     }
@@ -135,18 +136,18 @@ impl LinearSystem {
     /// With solvers of the given kind, like a [`SolverChoice`](slipstick_linalg::SolverChoice).
     pub fn new(backend: impl Backend + 'static) -> Self {
         let backend: Arc<dyn Backend> = Arc::new(backend);
-        let (now, other) = (Slot::new(&*backend), Slot::new(&*backend));
+        let (current, previous) = (SystemData::new(&*backend), SystemData::new(&*backend));
         let (counts, timings) = (SolveCounts::default(), Timings::default());
-        Self { backend, now, other, budget: None, counts, timings, interrupt: None }
+        Self { backend, current, previous, budget: None, counts, timings, interrupt: None }
     }
 
     /// A system with the same solvers and settings, for another thread; nothing is counted or
     /// measured yet.
     pub fn another(&self) -> Self {
         let backend = self.backend.clone();
-        let (now, other) = (Slot::new(&*backend), Slot::new(&*backend));
+        let (current, previous) = (SystemData::new(&*backend), SystemData::new(&*backend));
         let (counts, timings) = (SolveCounts::default(), self.timings.restarted());
-        Self { backend, now, other, budget: self.budget, counts, timings, interrupt: self.interrupt.clone() }
+        Self { backend, current, previous, budget: self.budget, counts, timings, interrupt: self.interrupt.clone() }
     }
 
     /// Adds what another system has counted and measured, which then starts from zero.
@@ -218,15 +219,15 @@ impl LinearSystem {
 
     /// Drops all data of earlier systems, so that later results do not depend on them.
     pub fn forget(&mut self) {
-        self.now = Slot::new(&*self.backend);
-        self.other = Slot::new(&*self.backend);
+        self.current = SystemData::new(&*self.backend);
+        self.previous = SystemData::new(&*self.backend);
     }
 
     /// Drops factors of earlier tangents. Solvers keep their elimination order, scaling, and data for
     /// similar matrices.
     pub(crate) fn forget_factors(&mut self) {
-        self.now.lagged = None;
-        self.other.lagged = None;
+        self.current.lagged = None;
+        self.previous.lagged = None;
     }
 
     /// `y = A x` with the whole matrix, of which `part` belongs to this rank.
@@ -242,15 +243,15 @@ impl LinearSystem {
     }
 
     /// Selects the data kept for systems with these prescribed unknowns.
-    fn take_up(&mut self, fixed: &[bool]) {
-        if !self.now.is_of(fixed) && (self.other.is_of(fixed) || self.now.cached.is_some()) {
-            std::mem::swap(&mut self.now, &mut self.other);
+    fn select(&mut self, fixed: &[bool]) {
+        if !self.current.is_of(fixed) && (self.previous.is_of(fixed) || self.current.cached.is_some()) {
+            std::mem::swap(&mut self.current, &mut self.previous);
         }
     }
 
     /// The latest factors, if they are of a system with these prescribed unknowns.
     pub(crate) fn latest(&self, fixed: &[bool]) -> Option<&Arc<KeptFactors>> {
-        let all = [&self.now, &self.other].into_iter().filter_map(|slot| slot.lagged.as_ref());
+        let all = [&self.current, &self.previous].into_iter().filter_map(|system| system.lagged.as_ref());
         all.map(|in_use| &in_use.factors).find(|f| f.fixed == fixed)
     }
 
@@ -263,8 +264,8 @@ impl LinearSystem {
         groups: &[u32],
         active_set: &'a [u8],
     ) -> Reduced<'a> {
-        self.take_up(fixed);
-        let fits = self.now.cached.as_ref().is_some_and(|c| c.pattern == matrix.pattern().id() && c.fixed == fixed);
+        self.select(fixed);
+        let fits = self.current.cached.as_ref().is_some_and(|c| c.pattern == matrix.pattern().id() && c.fixed == fixed);
         // a pattern may be new on one rank only, but all ranks create a layout together
         if self.backend.ranks().any(!fits) {
             let begin = self.timings.begin();
@@ -273,17 +274,17 @@ impl LinearSystem {
                 true => Reduction::new(matrix.pattern(), fixed, groups),
                 false => Reduction::of_part(matrix.pattern(), fixed, groups),
             };
-            let kept = self.now.cached.take().filter(|_| fits);
+            let kept = self.current.cached.take().filter(|_| fits);
             let reduction = kept.map_or_else(|| Arc::new(new()), |cached| cached.reduction);
             let layout = Arc::new(self.backend.layout(reduction.pattern()));
             let (pattern, fixed) = (matrix.pattern().id(), fixed.to_vec());
             // the block row of a node is the first of its group; that of a multiplier is in the
             // group of its slave node
             let multipliers = groups.iter().enumerate().map(|(row, &group)| group as usize != row).collect();
-            self.now.cached = Some(Cached { pattern, fixed, reduction, multipliers, layout });
+            self.current.cached = Some(Cached { pattern, fixed, reduction, multipliers, layout });
             self.timings.end(Phase::Analysis, begin);
         }
-        let cached = self.now.cached.as_ref().expect("set above");
+        let cached = self.current.cached.as_ref().expect("set above");
         let (reduction, layout) = (cached.reduction.clone(), cached.layout.clone());
         let multipliers = cached.multipliers.clone();
         let begin = self.timings.begin();
@@ -298,15 +299,15 @@ impl LinearSystem {
         let fail = |e: FactorizationError| system.failure(e);
         let begin = self.timings.begin();
         let pattern = &system.matrix.pattern;
-        let symbolic = self.now.solver.analyse_after(pattern, self.now.symbolic.as_slice()).map_err(fail)?;
-        let symbolic = &*self.now.symbolic.insert(symbolic);
+        let symbolic = self.current.solver.analyse_after(pattern, self.current.symbolic.as_slice()).map_err(fail)?;
+        let symbolic = &*self.current.symbolic.insert(symbolic);
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
         let mut singular = None;
-        let factors = match self.now.solver.factorize(symbolic, &system.matrix) {
+        let factors = match self.current.solver.factorize(symbolic, &system.matrix) {
             Err(error @ FactorizationError::Singular { .. }) => {
-                let factors = self.now.solver.factorize(symbolic, &system.regularised());
+                let factors = self.current.solver.factorize(symbolic, &system.regularised());
                 singular = Some(system.failure(error.clone()));
                 factors.map_err(|_| error)
             }
@@ -314,7 +315,7 @@ impl LinearSystem {
         };
         self.timings.end(Phase::Factor, begin);
         let factors: Arc<dyn Factorization> = factors.map_err(fail)?.into();
-        self.counts.fallbacks += usize::from(self.now.solver.is_iterative() && !is_iterative(&*factors));
+        self.counts.fallbacks += usize::from(self.current.solver.is_iterative() && !is_iterative(&*factors));
         let part = factors.part();
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
         self.counts.operations += part.operations;
@@ -341,10 +342,10 @@ impl LinearSystem {
         self.check_interrupt()?;
         let system = self.reduce(matrix, false, fixed, groups, active_set);
         let rhs = [system.restrict(rhs)];
-        let mut at_hand = self.now.lagged.take().filter(|f| f.factors.changed_nodes(active_set) <= MOST_CHANGED);
+        let mut at_hand = self.current.lagged.take().filter(|f| f.factors.changed_nodes(active_set) <= MOST_CHANGED);
         let start = vec![vec![0.0; rhs[0].len()]];
         let x = self.solve_reduced(&system, &mut at_hand, start, &rhs, tolerance.into())?.0;
-        self.now.lagged = at_hand;
+        self.current.lagged = at_hand;
         Ok(system.prolong(&x[0], self.ranks()))
     }
 
@@ -373,8 +374,8 @@ impl LinearSystem {
         };
         let starts = rhs.iter().zip(similar).map(start).collect();
         self.timings.end(Phase::Solve, begin);
-        let (x, anew) = self.solve_reduced(system, at_hand, starts, &rhs, tolerance.into())?;
-        Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), anew))
+        let (x, are_new) = self.solve_reduced(system, at_hand, starts, &rhs, tolerance.into())?;
+        Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), are_new))
     }
 
     /// The solutions, found from `x` with the factors at hand or with new ones, which then replace
@@ -400,7 +401,7 @@ impl LinearSystem {
         *at_hand = None;
         let starts: Vec<Vec<f64>> = places.iter().map(|&k| std::mem::take(&mut x[k])).collect();
         let rest: Vec<&[f64]> = places.iter().map(|&k| rhs[k].as_slice()).collect();
-        let (found, made) = self.solve_anew(system, &starts, &rest, tolerance)?;
+        let (found, made) = self.solve_with_new_factors(system, &starts, &rest, tolerance)?;
         places.into_iter().zip(found).for_each(|(k, found)| x[k] = found);
         *at_hand = Some(made);
         Ok((x, true))
@@ -409,7 +410,7 @@ impl LinearSystem {
     /// The solutions with new factors, and these factors. If those of an iterative solver do not lead
     /// to a solution, direct solvers are used from then on; if those in single precision do not,
     /// double precision.
-    fn solve_anew(
+    fn solve_with_new_factors(
         &mut self,
         system: &Reduced<'_>,
         starts: &[Vec<f64>],
@@ -430,10 +431,10 @@ impl LinearSystem {
         let precision = factors.factors.precision();
         let iterative = is_iterative(&*factors.factors);
         drop(factors);
-        let replaced = iterative && self.now.solver.insist_on_direct();
+        let replaced = iterative && self.current.solver.insist_on_direct();
         self.counts.fallbacks += usize::from(replaced);
-        if replaced || precision == Precision::F32 && self.now.solver.insist_on_double() {
-            return self.solve_anew(system, starts, rhs, tolerance);
+        if replaced || precision == Precision::F32 && self.current.solver.insist_on_double() {
+            return self.solve_with_new_factors(system, starts, rhs, tolerance);
         }
         Err(failed)
     }

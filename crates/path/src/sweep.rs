@@ -164,7 +164,7 @@ const RECENT: usize = 4;
 struct ResponseAdjoint {
     gradient: PathGradient,
     /// The pull-back from the next step of the path.
-    carry: PreviousPullBack,
+    from_next: PreviousPullBack,
     /// The latest solutions, most recent first.
     solutions: VecDeque<Vec<f64>>,
 }
@@ -172,8 +172,9 @@ struct ResponseAdjoint {
 impl ResponseAdjoint {
     fn at_rest(unknowns: &Unknowns) -> Self {
         let gradient = PathGradient { design: vec![0.0; unknowns.designs], parameters: vec![0.0; unknowns.parameters] };
-        let carry = PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] };
-        Self { gradient, carry, solutions: VecDeque::new() }
+        let from_next =
+            PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] };
+        Self { gradient, from_next, solutions: VecDeque::new() }
     }
 
     fn keep(&mut self, lambda: Vec<f64>) {
@@ -234,7 +235,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let problem = self.solver.problem;
         self.solver.linear.check_interrupt()?;
         let geometry = self.geometry.take();
-        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoints[*r].carry.is_zero();
+        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoints[*r].from_next.is_zero();
         let concerned: Vec<usize> = (0..self.adjoints.len()).filter(concerns).collect();
         if concerned.is_empty() {
             return Ok(());
@@ -269,8 +270,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let all: Vec<&[f64]> = right_hand_sides.iter().map(|side| side.unknowns.as_slice()).collect();
         let similar = right_hand_sides.iter().map(|side| &self.adjoints[side.response].solutions);
         let (made, mut at_hand) = nearest(self.path, index, self.factors.take()).unzip();
-        let (lambdas, anew) = linear.solve_similar(&system, &mut at_hand, similar, &all, tolerance)?;
-        self.factors = if anew { Some(index) } else { made }.zip(at_hand);
+        let (lambdas, are_new) = linear.solve_similar(&system, &mut at_hand, similar, &all, tolerance)?;
+        self.factors = if are_new { Some(index) } else { made }.zip(at_hand);
         for (side, lambda) in right_hand_sides.iter().zip(lambdas) {
             let RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit } = side;
             let own = &mut self.adjoints[*response];
@@ -286,30 +287,32 @@ impl<P: StepProblem> Run<'_, '_, P> {
             let mut lambda = lambda;
             lambda.iter_mut().zip(residual).for_each(|(l, r)| *l += r);
             problem.spread(&at, &mut lambda);
-            let ResponseAdjoint { gradient, carry, .. } = own;
+            let ResponseAdjoint { gradient, from_next, .. } = own;
             if let Some(by_prescribed) = &by_prescribed {
                 let adjoint = Adjoint { lambda: &lambda, eta, by_prescribed, time: here.time };
                 problem.pull_back_parameters(&step, &at, &adjoint, &mut gradient.parameters)?;
             }
             problem.pull_back_design(&at, &lambda, &mut gradient.design)?;
-            *carry = problem.pull_back_previous(&step, &at, &lambda, eta);
-            carry.add(explicit);
+            *from_next = problem.pull_back_previous(&step, &at, &lambda, eta);
+            from_next.add(explicit);
             linear.end(Phase::PullBack, begin);
         }
         Ok(())
     }
 
-    /// ∂θ/∂y_n plus the contributions of later steps; `None` if it vanishes. Consumes the carry.
+    /// ∂θ/∂y_n plus the contributions of later steps; `None` if it vanishes. Takes the latter.
     fn right_hand_side(
         &mut self,
         response: usize,
         observed: &Observed<'_, P>,
     ) -> Result<Option<RightHandSide>, StepFailureKind> {
-        let ResponseAdjoint { gradient, carry, .. } = &mut self.adjoints[response];
-        let mut explicit =
-            PreviousPullBack { unknowns: vec![0.0; carry.unknowns.len()], history: vec![0.0; carry.history.len()] };
+        let ResponseAdjoint { gradient, from_next, .. } = &mut self.adjoints[response];
+        let mut explicit = PreviousPullBack {
+            unknowns: vec![0.0; from_next.unknowns.len()],
+            history: vec![0.0; from_next.history.len()],
+        };
         // responses do not depend directly on the history, so η_n comes only from step n + 1
-        let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(carry);
+        let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(from_next);
         let mut residual = vec![0.0; rhs.len()];
         if self.responses.observes(response, observed.index) {
             let mut to = Explicit { unknowns: &mut rhs, residual: &mut residual, previous: &mut explicit, gradient };
@@ -318,7 +321,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let vanishes = |values: &[f64]| values.iter().all(|&value| value == 0.0);
         let no_history = vanishes(&eta);
         if no_history && vanishes(&rhs) && vanishes(&residual) {
-            *carry = explicit;
+            *from_next = explicit;
             return Ok(None);
         }
         if !no_history {

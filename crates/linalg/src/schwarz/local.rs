@@ -15,12 +15,12 @@ const MOST_ROWS: usize = 6;
 
 /// The factors of a subdomain, and the entries of its block.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct SubdomainFactors {
     pub factors: MultifrontalFactorization,
     values: Vec<f32>,
 }
 
-impl Part {
+impl SubdomainFactors {
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         self.factors.bytes() + 4 * self.values.len()
@@ -114,9 +114,9 @@ impl Subdomain {
     pub fn factorize(
         &self,
         a: &CsrMatrix,
-        earlier: Option<Arc<Part>>,
-    ) -> Result<(Arc<Part>, bool), FactorizationError> {
-        if let Some(earlier) = earlier.filter(|part| self.has_hardly_changed(&part.values, a)) {
+        earlier: Option<Arc<SubdomainFactors>>,
+    ) -> Result<(Arc<SubdomainFactors>, bool), FactorizationError> {
+        if let Some(earlier) = earlier.filter(|earlier| self.has_hardly_changed(&earlier.values, a)) {
             return Ok((earlier, true));
         }
         // this solver no longer holds the earlier factors
@@ -130,7 +130,7 @@ impl Subdomain {
             }
             other => other,
         })?;
-        Ok((Arc::new(Part { factors, values: kept }), false))
+        Ok((Arc::new(SubdomainFactors { factors, values: kept }), false))
     }
 
     /// Whether all rows but a few have changed by at most a tenth of the sum of their absolute values.
@@ -168,14 +168,14 @@ fn gallop(list: &[u32], wanted: u32) -> usize {
 /// The sums are evaluated in the order of the subdomains.
 pub(super) fn solve(
     subdomains: &[Subdomain],
-    parts: &[Arc<Part>],
+    factors: &[Arc<SubdomainFactors>],
     transpose: bool,
     n: usize,
     rhs: &[f64],
     x: &mut [f64],
 ) {
     let n = n.max(1);
-    let one = |(subdomain, part): (&Subdomain, &Arc<Part>)| {
+    let one = |(subdomain, factors): (&Subdomain, &Arc<SubdomainFactors>)| {
         let unknowns = &subdomain.unknowns;
         let mut local = Vec::with_capacity(rhs.len() / n * unknowns.len());
         for rhs in rhs.chunks_exact(n) {
@@ -189,13 +189,13 @@ pub(super) fn solve(
             }
         }
         if transpose {
-            part.factors.solve_transpose_many(&mut local);
+            factors.factors.solve_transpose_many(&mut local);
         } else {
-            part.factors.solve_many(&mut local);
+            factors.factors.solve_many(&mut local);
         }
         local
     };
-    let solutions: Vec<Vec<f64>> = subdomains.par_iter().zip(parts).with_max_len(1).map(one).collect();
+    let solutions: Vec<Vec<f64>> = subdomains.par_iter().zip(factors).with_max_len(1).map(one).collect();
     for (Subdomain { unknowns, own, .. }, local) in subdomains.iter().zip(solutions) {
         for (local, x) in local.chunks_exact(unknowns.len().max(1)).zip(x.chunks_exact_mut(n)) {
             if transpose {

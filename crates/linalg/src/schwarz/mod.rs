@@ -48,7 +48,7 @@ use crate::symbolic::Symbolic;
 pub use choice::{Automatic, Forecast};
 use coarse::Coarse;
 use galerkin::Kept;
-use local::{Part, Subdomain};
+use local::{Subdomain, SubdomainFactors};
 use motions::Displacements;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -139,7 +139,7 @@ pub struct SchwarzSolver {
 #[derive(Debug)]
 struct Latest {
     subdomains: Arc<[Subdomain]>,
-    parts: Vec<Arc<Part>>,
+    factors: Vec<Arc<SubdomainFactors>>,
     coarse: CoarseBasis,
 }
 
@@ -241,13 +241,13 @@ impl LinearSolver for SchwarzSolver {
         let Analysis { vertices, subdomains } = symbolic.content_for(a)?;
         let latest = self.latest.take().filter(|latest| Arc::ptr_eq(&latest.subdomains, subdomains));
         let (earlier, basis) = match latest {
-            Some(latest) => (latest.parts.into_iter().map(Some).collect(), Some(latest.coarse)),
+            Some(latest) => (latest.factors.into_iter().map(Some).collect(), Some(latest.coarse)),
             None => (vec![None; subdomains.len()], None),
         };
         let factorize = |(subdomain, earlier): (&Subdomain, _)| subdomain.factorize(a, earlier);
-        let parts: Result<Vec<(Arc<Part>, bool)>, _> =
+        let factors: Result<Vec<(Arc<SubdomainFactors>, bool)>, _> =
             subdomains.par_iter().zip(earlier).with_max_len(1).map(factorize).collect();
-        let (parts, kept): (Vec<Arc<Part>>, Vec<bool>) = parts?.into_iter().unzip();
+        let (factors, kept): (Vec<Arc<SubdomainFactors>>, Vec<bool>) = factors?.into_iter().unzip();
         let most = 2 * kept.iter().filter(|kept| **kept).count() > kept.len();
         let mut basis = match basis.filter(|_| most) {
             Some(mut basis) => {
@@ -260,9 +260,9 @@ impl LinearSolver for SchwarzSolver {
         let earlier = basis.product.take();
         let (coarse, product) = Coarse::new(a, vertices, &self.nodes, &basis.displacements, earlier, &near)?;
         basis.product = Some(product);
-        self.latest = Some(Latest { subdomains: subdomains.clone(), parts: parts.clone(), coarse: basis });
+        self.latest = Some(Latest { subdomains: subdomains.clone(), factors: factors.clone(), coarse: basis });
         let (a, made) = (a.rounded(), kept.iter().map(|kept| !kept).collect());
-        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), parts, made, coarse }))
+        Ok(Box::new(SchwarzFactorization { a, subdomains: subdomains.clone(), factors, made, coarse }))
     }
 
     fn precision(&self) -> Precision {
@@ -279,15 +279,15 @@ struct SchwarzFactorization {
     /// In single precision, like the factors.
     a: CsrMatrix<f32>,
     subdomains: Arc<[Subdomain]>,
-    parts: Vec<Arc<Part>>,
-    /// Which of the parts were not taken over from an earlier matrix.
+    factors: Vec<Arc<SubdomainFactors>>,
+    /// Which of these were not taken over from an earlier matrix.
     made: Vec<bool>,
     coarse: Coarse,
 }
 
 impl SchwarzFactorization {
     fn local(&self, transpose: bool, rhs: &[f64], x: &mut [f64]) {
-        local::solve(&self.subdomains, &self.parts, transpose, self.n(), rhs, x);
+        local::solve(&self.subdomains, &self.factors, transpose, self.n(), rhs, x);
     }
 
     /// b − A x in each column, or with the transpose of A.
@@ -307,8 +307,8 @@ impl SchwarzFactorization {
 
     /// The factors computed for this matrix.
     fn new_factors(&self) -> impl Iterator<Item = &MultifrontalFactorization> {
-        let made = self.parts.iter().zip(&self.made).filter(|(_, made)| **made);
-        made.map(|(part, _)| &part.factors).chain([self.coarse.factors()])
+        let made = self.factors.iter().zip(&self.made).filter(|(_, made)| **made);
+        made.map(|(subdomain, _)| &subdomain.factors).chain([self.coarse.factors()])
     }
 
     fn operations(&self) -> f64 {
@@ -348,7 +348,7 @@ impl Factorization for SchwarzFactorization {
 
     /// Includes the copy of the matrix that the second step needs.
     fn bytes(&self) -> usize {
-        let local: usize = self.parts.iter().map(|part| part.bytes()).sum();
+        let local: usize = self.factors.iter().map(|subdomain| subdomain.bytes()).sum();
         local + self.coarse.bytes() + 4 * self.a.values.len()
     }
 

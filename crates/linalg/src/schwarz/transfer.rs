@@ -93,9 +93,9 @@ impl Transfer {
         transfer
     }
 
-    /// The rows `part` after one block-Jacobi step for A P = 0 at the vertices `which`:
+    /// The `selected` rows after one block-Jacobi step for A P = 0 at the vertices `which`:
     /// P ← P − ω E D⁻¹ E A P, where D contains the diagonal blocks of these vertices and E selects the
-    /// rows `part`; the other rows are empty. With [`Side::Columns`], A is the transpose of the matrix.
+    /// `selected` rows; the other rows are empty. With [`Side::Columns`], A is the transpose of the matrix.
     /// Rows of a vertex whose block is singular do not change.
     pub fn relax(
         &self,
@@ -104,10 +104,10 @@ impl Transfer {
         vertices: &Vertices,
         aggregates: usize,
         which: &(impl Fn(usize) -> bool + Sync),
-        part: &(impl Fn(u32) -> bool + Sync),
+        selected: &(impl Fn(u32) -> bool + Sync),
         damping: f64,
     ) -> Self {
-        let mut patches = products(self, a, side, vertices, aggregates, which, part);
+        let mut patches = products(self, a, side, vertices, aggregates, which, selected);
         patches.par_iter_mut().enumerate().for_each(|(v, slot)| {
             let Some(patch) = slot else { return };
             let members = vertices.members(v);
@@ -124,7 +124,7 @@ impl Transfer {
                 return;
             }
             for (k, &i) in members.iter().enumerate() {
-                let factor = if part(i) { -damping } else { 0.0 };
+                let factor = if selected(i) { -damping } else { 0.0 };
                 let row = &mut patch.products[k * width..(k + 1) * width];
                 row.iter_mut().flatten().for_each(|x| *x *= factor);
                 for (aggregate, motion) in self.row(i as usize) {
@@ -142,7 +142,7 @@ impl Transfer {
                 relaxed.values.push(*motion);
             };
             match &patches[v] {
-                _ if !part(i as u32) => {}
+                _ if !selected(i as u32) => {}
                 None => self.row(i).for_each(|(aggregate, motion)| add(aggregate, motion)),
                 Some(patch) => {
                     let k = vertices.members(v).partition_point(|&j| (j as usize) < i);
@@ -195,7 +195,7 @@ impl Transfer {
     }
 }
 
-/// A P, for `motions` P, in the rows of the vertices `which` that `part` selects; the other rows are zero.
+/// A P, for `motions` P, in the `selected` rows of the vertices `which`; the other rows are zero.
 pub(super) fn products(
     motions: &impl Rows,
     a: &CsrMatrix,
@@ -203,7 +203,7 @@ pub(super) fn products(
     vertices: &Vertices,
     aggregates: usize,
     which: &(impl Fn(usize) -> bool + Sync),
-    part: &(impl Fn(u32) -> bool + Sync),
+    selected: &(impl Fn(u32) -> bool + Sync),
 ) -> Vec<Option<Patch>> {
     let patch = |slots: &mut Vec<u32>, v: usize| {
         let members = vertices.members(v);
@@ -216,14 +216,14 @@ pub(super) fn products(
                 }
             }
         };
-        let mut rows = members.iter().filter(|&&i| part(i)).map(|&i| a.pattern.row(i as usize));
+        let mut rows = members.iter().filter(|&&i| selected(i)).map(|&i| a.pattern.row(i as usize));
         let first = rows.next().unwrap_or_default();
         first.iter().for_each(|&j| reach(j));
         rows.filter(|row| *row != first).flatten().for_each(|&j| reach(j));
         members.iter().for_each(|&j| reach(j));
         let width = reached.len();
         let mut products = vec![[0.0; MODES]; members.len() * width];
-        let alike = |&i: &u32| part(i) && a.pattern.row(i as usize) == first;
+        let alike = |&i: &u32| selected(i) && a.pattern.row(i as usize) == first;
         if side == Side::Rows && members.iter().all(alike) {
             let values: Vec<&[f64]> = members.iter().map(|&i| a.row(i as usize).1).collect();
             for (at, &j) in first.iter().enumerate() {
@@ -238,7 +238,7 @@ pub(super) fn products(
             reached.iter().for_each(|&aggregate| slots[aggregate as usize] = UNSEEN);
             return Patch { reached, products };
         }
-        for (k, &i) in members.iter().enumerate().filter(|(_, i)| part(**i)) {
+        for (k, &i) in members.iter().enumerate().filter(|(_, i)| selected(**i)) {
             let row = &mut products[k * width..(k + 1) * width];
             let mut add = |j: u32, value: f64| {
                 for (aggregate, motion) in motions.row(j as usize) {
