@@ -75,7 +75,7 @@ const TOGETHER: usize = 2;
 const SOLVES_PER_DIGIT: f64 = 3.0;
 
 /// Measured by `cargo run --release -p slipstick-linalg --example schwarz`.
-const FURTHER: f64 = 0.4;
+const FURTHER: f64 = 0.45;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
 const BYTES_PER_UNKNOWN: f64 = 4400.0;
