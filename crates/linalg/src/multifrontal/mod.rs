@@ -72,7 +72,7 @@ const NAME: &str = "multifrontal LU";
 /// are, within the tolerance of the solves: the ratio decides which factors it reuses.
 pub(crate) const BYTES_PER_OPERATION: f64 = 0.4;
 
-/// Measured by `cargo run --release -p slipstick-linalg --example factor`.
+/// [`Cost::further`], measured by `cargo run --release -p slipstick-linalg --example factor`.
 const FURTHER: f64 = 0.4;
 
 /// Facts about a factorization, for reports and for judging its quality.

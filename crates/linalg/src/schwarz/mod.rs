@@ -4,12 +4,12 @@
 //! One application of the preconditioner consists of two steps:
 //!
 //! 1. *Subdomains.* The nodes are divided into compact parts of about [`PART`] unknowns. With
-//!    multipliers, their boundaries stay away from contact. Each part is extended by the nodes around it. The blocks of
-//!    the matrix on these overlapping subdomains are factorized in single precision by the
-//!    multifrontal solver, and the factors are stored with 16 bits per entry. A slave node, its
-//!    multipliers and the opposite master nodes are neighbours in the graph of the matrix, so contact
-//!    conditions lie within subdomains. The factors handle their zero diagonal entries, unsymmetric
-//!    slip couplings, and stiff elements next to soft ones.
+//!    multipliers, their boundaries stay away from contact. Each part is extended by the nodes
+//!    around it. The blocks of the matrix on these overlapping subdomains are factorized in single
+//!    precision by the multifrontal solver, and the factors are stored with 16 bits per entry. A
+//!    slave node, its multipliers and the opposite master nodes are neighbours in the graph of the
+//!    matrix, so contact conditions lie within subdomains. The factors handle their zero diagonal
+//!    entries, unsymmetric slip couplings, and stiff elements next to soft ones.
 //! 2. *Coarse space.* Within small boxes, strongly coupled nodes of a body form aggregates, so
 //!    solid and void do not share an aggregate. Each aggregate has the six rigid motions of its
 //!    reference coordinates, smoothed by a block-Jacobi step. The Galerkin product with these
@@ -74,7 +74,7 @@ const TOGETHER: usize = 2;
 /// 303,000 unknowns.
 const SOLVES_PER_DIGIT: f64 = 3.0;
 
-/// Measured by `cargo run --release -p slipstick-linalg --example schwarz`.
+/// [`Cost::further`], measured by `cargo run --release -p slipstick-linalg --example schwarz`.
 const FURTHER: f64 = 0.45;
 
 /// Memory of the factors, and of the copy of the matrix and the analysis. \[bytes\]
