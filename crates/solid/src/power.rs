@@ -54,6 +54,22 @@ pub(crate) fn inverse_power<S: Simd>(simd: S, x: &AtPoints, exponent: f64) -> At
     value
 }
 
+/// ln x of positive normal numbers; meaningless for others. Exactly 0 at x = 1, relative error about
+/// 2⁻⁵¹.
+#[inline(always)]
+pub(crate) fn natural_logarithm<S: Simd>(simd: S, x: &AtPoints) -> AtPoints {
+    let mut fraction = [0.0; POINTS];
+    let mut binary_exponent = [0.0; POINTS];
+    for p in 0..POINTS {
+        (fraction[p], binary_exponent[p]) = split(x[p]);
+    }
+    let mut value = [0.0; POINTS];
+    for v in 0..POINTS / S::F64_LANES {
+        store::<S>(&mut value, v, logarithm(simd, load::<S>(&fraction, v), load::<S>(&binary_exponent, v)));
+    }
+    value
+}
+
 /// x = 2ᵏ m as (m, k).
 #[inline(always)]
 fn split(x: f64) -> (f64, f64) {
@@ -131,8 +147,19 @@ mod tests {
         }
     }
 
+    proptest! {
+        /// Expected values: the logarithm of the standard library.
+        #[test]
+        fn logarithms_agree_with_the_library(log in -20.0..20.0) {
+            let x: f64 = f64::exp(log);
+            let (found, expected) = (natural_logarithm(pulp::Scalar, &[x; 8])[7], x.ln());
+            prop_assert!((found - expected).abs() <= 2.0 * f64::EPSILON * expected.abs(), "{x}: {found} {expected}");
+        }
+    }
+
     #[test]
     fn limits_are_exact() {
+        assert_eq!(natural_logarithm(pulp::Scalar, &[1.0; 8]), [0.0; 8]);
         let [one, large, small, two, ..] =
             inverse_power(pulp::Scalar, &[1.0, 1e-300, 1e300, 2.0, 1.0, 1.0, 1.0, 1.0], 9.0);
         assert_eq!((one, large, small), (1.0, f64::INFINITY, 0.0));

@@ -89,9 +89,9 @@ fn body(random: &mut Random, name: &str, size: [f64; 3], place: &str, others: bo
     )
 }
 
-/// All laws for finite strains except neo-Hooke.
+/// All laws for finite strains except the forms of neo-Hooke.
 fn other_laws() -> Vec<LawKind> {
-    let finite = |law: &LawKind| *law != LawKind::NeoHooke && *law != LawKind::LinearElastic;
+    let finite = |law: &LawKind| law.word() != LawKind::NeoHooke.word() && *law != LawKind::LinearElastic;
     LawKind::ALL.iter().copied().filter(finite).collect()
 }
 

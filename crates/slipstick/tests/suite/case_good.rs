@@ -112,6 +112,8 @@ fn every_law_is_read() {
         let written = toml::to_string(&case).expect("writable");
         assert_eq!(parse(&written).case, case, "{written}");
     }
+    let named = elastic.replace("{ youngs", "{ form = \"power\", youngs");
+    assert_eq!(parse(&text.replace(elastic, &named)).case, parse(text).case);
     let wood = "{ orthotropic = { e1 = 10, e2 = 1, e3 = 0.5, nu12 = 0.3, nu13 = 0.4, nu23 = 0.3, g12 = 0.8, g13 = 0.7, \
                 g23 = 0.1 } }";
     let Material::Orthotropic(found) = parse(&text.replace(elastic, wood)).case.bodies[0].material else {

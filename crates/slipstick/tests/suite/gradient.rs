@@ -142,7 +142,7 @@ fn gradient_of_other_materials_and_elements() {
     for (method, enforcement) in methods() {
         let text = Scene { friction: 0.3, enforcement, motion: motion.clone(), ..Scene::default() }.text();
         let f_bar = text.replace("poisson_ratio = 0.3 } }", "poisson_ratio = 0.49 } }\nelement = \"f_bar\"");
-        let laws = LawKind::ALL[1..].iter().map(|law| (law.word(), of_law(&text, *law)));
+        let laws = LawKind::ALL[1..].iter().map(|law| (law.form().unwrap_or(law.word()), of_law(&text, *law)));
         let others = laws.chain([("F-bar", f_bar)]);
         let plain = check(method, &mut problem(&text), 3).value;
         for (name, text) in others {

@@ -58,9 +58,9 @@ pub(crate) struct Invariants<S: Simd> {
 }
 
 impl<S: Simd> Invariants<S> {
-    /// `bulk` is relative to the shear modulus; `slopes` returns the slopes at Ī₁ − 3.
+    /// `volume` is relative to the shear modulus; `slopes` returns the slopes at Ī₁ − 3.
     #[inline(always)]
-    pub fn new(simd: S, at: &Local<'_>, bulk: f64, slopes: impl FnOnce(S::f64s) -> Slopes<S>) -> Self {
+    pub fn new(simd: S, at: &Local<'_>, volume: Volume<S>, slopes: impl FnOnce(S::f64s) -> Slopes<S>) -> Self {
         let v = load::<S>(at.volumetric, at.v);
         let f = load_matrix::<S>(at.gradient, at.v);
         let trace = contract(simd, &f, &f);
@@ -78,7 +78,7 @@ impl<S: Simd> Invariants<S> {
             None => simd.splat_f64s(0.0),
         };
         Self {
-            volume: Volume::new(simd, at, bulk),
+            volume,
             parts: [simd.mul_f64s(simd.splat_f64s(1.0 / 3.0), trace), two_thirds],
             first: simd.mul_f64s(twice(first), v),
             second: second.map(|w| simd.mul_f64s(twice(w), square)),

@@ -7,7 +7,8 @@
 //!
 //! **To add a law**, write its file with the list of its constants, declare it below, add a line to
 //! the list and a row to `docs/case_file.md`. Enum, dispatch, the words and keys in case files,
-//! their checks and their JSON schema follow from the lists. The tests also follow from them: they
+//! their checks and their JSON schema follow from the lists. A further form of a law, which shares
+//! its name in case files, goes into the block of other forms and sets `Law::FORM`. The tests also follow from them: they
 //! compare every law, in every element type, with the derivatives of its energy (`reference.rs`).
 
 mod any;
@@ -16,6 +17,8 @@ mod invariants;
 mod linear_elastic;
 mod mooney_rivlin;
 mod neo_hooke;
+mod neo_hooke_isochoric;
+mod neo_hooke_ln;
 mod ogden;
 mod orthotropic;
 mod schema;
@@ -33,7 +36,7 @@ use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Generates `Material`, `LawKind`, `with_law!` and `with_stress!` from the list. The word in front
-/// of a law is both the name of its file and its name in case files. Element kernels are compiled
+/// of a law is both the name of its file and, except for other forms, its name in case files. Element kernels are compiled
 /// for each law of the first block but only once for all laws of the second block, so a law in the
 /// second block hardly lengthens the build. `$d` is the dollar sign in the generated macros.
 macro_rules! laws {
@@ -41,11 +44,19 @@ macro_rules! laws {
         $d:tt
         own kernels { $( #[doc = $own_about:literal] $own_word:ident: $own:ident, )+ }
         one kernel { $( #[doc = $shared_about:literal] $shared_word:ident: $shared:ident, )+ }
+        other forms { $( #[doc = $other_about:literal] $other_file:ident: $other:ident of $other_word:ident, )+ }
     ) => {
         list! {
             $d
-            $( #[doc = $own_about] $own_word: $own, )+
-            $( #[doc = $shared_about] $shared_word: $shared, )+
+            $( #[doc = $own_about] $own_word: $own of $own_word, )+
+            $( #[doc = $shared_about] $shared_word: $shared of $shared_word, )+
+            $( #[doc = $other_about] $other_file: $other of $other_word, )+
+        }
+
+        impl LawKind {
+            /// The names of all laws in case files, in the order of the documentation; one name for
+            /// all [forms](Self::form) of a law.
+            pub const WORDS: &[&str] = &[$( stringify!($own_word), )+ $( stringify!($shared_word), )+];
         }
 
         /// `with_stress!(S, &material, law => expression)`: the expression, compiled for each law with
@@ -71,8 +82,8 @@ macro_rules! laws {
 }
 
 macro_rules! list {
-    ( $d:tt $( #[doc = $about:literal] $word:ident: $law:ident, )+ ) => {
-        $( pub use $word::$law; )+
+    ( $d:tt $( #[doc = $about:literal] $file:ident: $law:ident of $word:ident, )+ ) => {
+        $( pub use $file::$law; )+
 
         /// The law of a body, with its constants.
         #[expect(clippy::large_enum_variant, reason = "a body has one material, which is copied only with it")]
@@ -98,8 +109,21 @@ macro_rules! list {
         impl LawKind {
             /// All laws, in the order of the documentation.
             pub const ALL: &[Self] = &[$( Self::$law, )+];
-            /// Their names in case files, in the same order.
-            pub const WORDS: &[&str] = &[$( stringify!($word), )+];
+
+            /// Its name in case files.
+            pub fn word(self) -> &'static str {
+                match self {
+                    $( Self::$law => stringify!($word), )+
+                }
+            }
+
+            /// The value of the key `form` in case files, which tells laws with the same
+            /// [`word`](Self::word) apart; `None` if there is only one.
+            pub fn form(self) -> Option<&'static str> {
+                match self {
+                    $( Self::$law => $law::FORM, )+
+                }
+            }
 
             /// A one-sentence description of the law.
             pub fn about(self) -> &'static str {
@@ -185,17 +209,29 @@ laws! { $
         /// Orthotropic elasticity; printed and rolled parts at small strains and any rotation.
         orthotropic: Orthotropic,
     }
+    other forms {
+        /// Neo-Hooke with the logarithm of J: μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)².
+        neo_hooke_ln: NeoHookeLn of neo_hooke,
+        /// Neo-Hooke with split energy: μ/2 (J^(−2/3) I₁ − 3) + K/2 (J − 1)².
+        neo_hooke_isochoric: NeoHookeIsochoric of neo_hooke,
+    }
 }
 
 impl LawKind {
-    /// Its name in case files.
-    pub fn word(self) -> &'static str {
-        Self::WORDS[self as usize]
-    }
-
-    /// The law with the name `word` in case files.
+    /// The law with the name `word` in case files; if it has several forms, the default.
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|law| law.word() == word)
+    }
+
+    /// All forms of the law with the name `word` in case files, the default first; none if the law
+    /// has only one. All have the same constants.
+    pub fn forms(word: &str) -> Vec<(&'static str, Self)> {
+        Self::ALL.iter().filter(|law| law.word() == word).filter_map(|law| Some((law.form()?, *law))).collect()
+    }
+
+    /// The value of the key `form` that a case needs for this law; `None` for a default.
+    pub fn form_other_than_default(self) -> Option<&'static str> {
+        self.form().filter(|_| Self::from_word(self.word()) != Some(self))
     }
 }
 
@@ -231,6 +267,9 @@ impl Local<'_> {
 pub(crate) trait Law: Stress {
     /// The constants, as keys of case files.
     const CONSTANTS: &'static [Constant];
+
+    /// See [`LawKind::form`].
+    const FORM: Option<&'static str> = None;
 
     /// The law with these constants, each of which is in its range.
     ///

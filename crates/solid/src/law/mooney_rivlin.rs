@@ -2,7 +2,8 @@
 
 use super::constants::{BULK_MODULUS, Hooke};
 use super::invariants::{Invariants, Slopes, change_of_shape, trace_and_second};
-use super::{Constant, Form, Law, Local, MaterialError, Range, Real, Stress, Value, volume};
+use super::volume::{self, Volume};
+use super::{Constant, Form, Law, Local, MaterialError, Range, Real, Stress, Value};
 use crate::registers::{AtPoints, Matrix};
 use pulp::Simd;
 
@@ -97,9 +98,9 @@ impl Stress for MooneyRivlin {
 
     #[inline(always)]
     fn prepare<S: Simd>(&self, simd: S, at: &Local<'_>) -> Invariants<S> {
-        let bulk = self.bulk / self.limit.mu;
+        let volume = Volume::new(simd, at, self.bulk / self.limit.mu);
         let [first, second] = [self.c10, self.c01].map(|c| simd.splat_f64s(c / self.limit.mu));
-        Invariants::new(simd, at, bulk, |_| Slopes { first, second: Some(second), curvature: None })
+        Invariants::new(simd, at, volume, |_| Slopes { first, second: Some(second), curvature: None })
     }
 
     #[inline(always)]

@@ -44,6 +44,7 @@ impl NeoHooke {
 
 impl Law for NeoHooke {
     const CONSTANTS: &'static [Constant] = ELASTIC;
+    const FORM: Option<&'static str> = Some("power");
 
     fn with_constants(values: &[Value]) -> Result<Self, MaterialError> {
         Self::like(Hooke::new(values[0].number(), values[1].number()))

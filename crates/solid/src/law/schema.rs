@@ -13,7 +13,14 @@ impl Serialize for Material {
         struct Constants<'a>(&'a Material);
         impl Serialize for Constants<'_> {
             fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                serializer.collect_map(self.0.constants().map(|(constant, value)| (constant.key, value)))
+                let mut map = serializer.serialize_map(None)?;
+                if let Some(form) = self.0.kind().form_other_than_default() {
+                    map.serialize_entry("form", form)?;
+                }
+                for (constant, value) in self.0.constants() {
+                    map.serialize_entry(constant.key, &value)?;
+                }
+                map.end()
             }
         }
         let mut map = serializer.serialize_map(Some(1))?;
@@ -27,6 +34,9 @@ impl Serialize for Material {
 impl Display for Material {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{{ {} = {{ ", self.kind().word())?;
+        if let Some(form) = self.kind().form_other_than_default() {
+            write!(f, "form = \"{form}\", ")?;
+        }
         for (i, (constant, value)) in self.constants().enumerate() {
             write!(f, "{}{} = ", if i > 0 { ", " } else { "" }, constant.key)?;
             match value {
@@ -44,8 +54,15 @@ impl JsonSchema for Material {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let variant = |law: &LawKind| {
+        let variant = |law: LawKind| {
             let mut properties = json_schema!({});
+            // all forms of a law have the same constants
+            if let Some((default, _)) = LawKind::forms(law.word()).first() {
+                let about = format!("The form of the energy; `{default}` if omitted.");
+                let words: Vec<&str> = LawKind::forms(law.word()).iter().map(|(form, _)| *form).collect();
+                let form = json_schema!({ "description": about, "type": "string", "enum": words });
+                properties.insert("form".into(), form.to_value());
+            }
             for constant in law.constants() {
                 properties.insert(constant.key.into(), of_constant(constant).to_value());
             }
@@ -56,7 +73,8 @@ impl JsonSchema for Material {
                 "required": [law.word()],
             })
         };
-        let laws: Vec<Schema> = LawKind::ALL.iter().map(variant).collect();
+        let laws: Vec<Schema> =
+            LawKind::WORDS.iter().filter_map(|word| LawKind::from_word(word)).map(variant).collect();
         json_schema!({ "description": "A material law.", "oneOf": laws })
     }
 }

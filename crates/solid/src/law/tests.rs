@@ -59,10 +59,20 @@ fn constants_make_the_law() {
 fn words_name_laws() {
     assert_eq!(LawKind::NeoHooke.word(), "neo_hooke");
     for law in LawKind::ALL {
-        assert_eq!(LawKind::from_word(law.word()), Some(*law));
+        let forms = LawKind::forms(law.word());
+        let found = forms.iter().find(|(form, _)| Some(*form) == law.form()).map(|(_, law)| *law);
+        assert_eq!(found.or(LawKind::from_word(law.word())), Some(*law));
         assert!(law.about().ends_with('.') && !law.about().starts_with(' '));
     }
     assert_eq!(LawKind::from_word("steel"), None);
+    assert_eq!(
+        LawKind::forms("neo_hooke").iter().map(|(form, _)| *form).collect::<Vec<_>>(),
+        ["power", "ln", "isochoric"]
+    );
+    assert_eq!(
+        NeoHookeLn::new(2.0, 0.1).map(Material::from).unwrap().to_string(),
+        "{ neo_hooke = { form = \"ln\", youngs_modulus = 2.0, poisson_ratio = 0.1 } }"
+    );
 }
 
 /// F without symmetry, and F with equal and close stretches, with and without rotation. At equal

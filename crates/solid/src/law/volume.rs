@@ -8,8 +8,13 @@
 //! ```
 //!
 //! U grows without bound both for J → 0 and for J → ∞, and it is convex in J, so it does not
-//! destabilise the law. K/2 (J − 1)², which other programs use, stays finite as J → 0. For small
-//! changes of volume, both agree.
+//! destabilise the law. `neo_hooke = { form = "isochoric" }` has the energy of other programs,
+//!
+//! ```text
+//! U(J) = K/2 (J − 1)²,   P = K (J − 1) J F⁻ᵀ
+//! ```
+//!
+//! which stays finite as J → 0. For small changes of volume, both agree.
 //!
 //! Reference: Simo, Taylor, Comput. Methods Appl. Mech. Engrg. 85 (1991) 273–310.
 
@@ -21,16 +26,26 @@ use pulp::Simd;
 pub(super) fn energy<T: Real>(bulk: f64, f: &[[T; 3]; 3]) -> (T, T) {
     let ln_j = determinant(f).ln();
     let square = (T::from(2.0) * ln_j).exp_m1();
-    let change = (T::from(-2.0 / 3.0) * ln_j).exp_m1() + T::from(1.0);
-    (change, T::from(0.25 * bulk) * (square - T::from(2.0) * ln_j))
+    (change_of_shape(ln_j), T::from(0.25 * bulk) * (square - T::from(2.0) * ln_j))
+}
+
+/// J^(−2/3) and K/2 (J − 1)².
+pub(super) fn quadratic_energy<T: Real>(bulk: f64, f: &[[T; 3]; 3]) -> (T, T) {
+    let j = determinant(f);
+    let growth = j - T::from(1.0);
+    (change_of_shape(j.ln()), T::from(0.5 * bulk) * growth * growth)
+}
+
+fn change_of_shape<T: Real>(ln_j: T) -> T {
+    (T::from(-2.0 / 3.0) * ln_j).exp_m1() + T::from(1.0)
 }
 
 /// Volumetric pressure and stiffness, divided by the shear modulus.
 #[derive(Clone, Copy)]
-pub(super) struct Volume<S: Simd> {
-    /// K/2 (J² − 1).
+pub(crate) struct Volume<S: Simd> {
+    /// J U′, for the first U K/2 (J² − 1).
     pressure: S::f64s,
-    /// K J².
+    /// Its derivative with respect to ln J, for the first U K J².
     stiffness: S::f64s,
 }
 
@@ -46,13 +61,22 @@ impl<S: Simd> Volume<S> {
         Self { pressure, stiffness: simd.mul_f64s(simd.splat_f64s(bulk), simd.mul_f64s(j, j)) }
     }
 
+    /// The same for U = K/2 (J − 1)²: K (J − 1) J and K (2J − 1) J.
+    #[inline(always)]
+    pub fn quadratic(simd: S, at: &Local<'_>, bulk: f64) -> Self {
+        let j = load::<S>(at.determinant, at.v);
+        let growth = simd.sub_f64s(j, simd.splat_f64s(1.0));
+        let scaled = simd.mul_f64s(simd.splat_f64s(bulk), j);
+        Self { pressure: simd.mul_f64s(scaled, growth), stiffness: simd.mul_f64s(scaled, simd.add_f64s(growth, j)) }
+    }
+
     /// Adds the pressure to a stress.
     #[inline(always)]
     pub fn add_stress(&self, simd: S, at: &Local<'_>, stress: &Matrix<S>) -> Matrix<S> {
         array(|a, b| simd.mul_add_e_f64s(self.pressure, at.inverse::<S>(b, a), stress[a][b]))
     }
 
-    /// Adds its change, K J² tr(A) F⁻ᵀ − K/2 (J² − 1) (A F⁻¹)ᵀ with A = F⁻¹ dF, to a stress, given
+    /// Adds its change, stiffness tr(A) F⁻ᵀ − pressure (A F⁻¹)ᵀ with A = F⁻¹ dF, to a stress, given
     /// tr A and A F⁻¹.
     #[inline(always)]
     pub fn add_change(

@@ -2,7 +2,8 @@
 
 use super::constants::{BULK_MODULUS, Hooke};
 use super::invariants::{Invariants, Slopes, change_of_shape, trace_and_second};
-use super::{Constant, Form, Law, Local, MaterialError, Range, Real, Stress, Value, volume};
+use super::volume::{self, Volume};
+use super::{Constant, Form, Law, Local, MaterialError, Range, Real, Stress, Value};
 use crate::registers::{AtPoints, Matrix};
 use pulp::Simd;
 
@@ -104,7 +105,7 @@ impl Stress for Yeoh {
         Invariants::new(
             simd,
             at,
-            self.bulk / self.limit.mu,
+            Volume::new(simd, at, self.bulk / self.limit.mu),
             #[inline(always)]
             |x| {
                 let slope = simd.mul_add_e_f64s(over(3.0 * c30), x, over(2.0 * c20));

@@ -240,9 +240,7 @@ fn material(table: &Table<'_>) -> Material {
     let Some(material) = table.table("material") else {
         return example;
     };
-    let read = material
-        .choose("the material", LawKind::WORDS)
-        .and_then(|word| constants(material.table(word)?, LawKind::from_word(word)?));
+    let read = material.choose("the material", LawKind::WORDS).and_then(|word| constants(material.table(word)?, word));
     material.finish();
     read.unwrap_or(example)
 }
@@ -253,7 +251,13 @@ fn example() -> Material {
 }
 
 /// The law with its constants; `None` if one of them is missing or wrong.
-fn constants(table: Table<'_>, law: LawKind) -> Option<Material> {
+fn constants(table: Table<'_>, word: &str) -> Option<Material> {
+    let forms = LawKind::forms(word);
+    let law = match forms.is_empty() {
+        true => LawKind::from_word(word),
+        false => Some(table.word("form", &forms).or(LawKind::from_word(word)?)),
+    };
+    let law = law?;
     let values: Vec<Option<Value>> = law.constants().iter().map(|constant| value(&table, constant)).collect();
     let (reader, path) = (table.reader, table.path().to_owned());
     table.finish();

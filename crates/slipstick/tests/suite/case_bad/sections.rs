@@ -8,6 +8,7 @@ fn bodies_and_material() {
     one(5, "1000.0", "0.0", YoungsModulus, "0.0");
     one(5, "neo_hooke = { youngs_modulus = 1000.0", "st_venant_kirchhoff = { youngs_modulus = -2", YoungsModulus, "-2");
     one(5, "neo_hooke", "neohooke", UnknownKey, "neohooke");
+    one(5, "{ youngs", "{ form = \"log\", youngs", UnknownWord, "\"log\"");
     one(5, "material", "element = \"fbar\"\nmaterial", UnknownWord, "\"fbar\"");
     one(5, "1000.0", "-1", YoungsModulus, "-1");
     one(5, "0.3", "0.5", PoissonRatio, "0.5");
