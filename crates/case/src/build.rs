@@ -308,6 +308,10 @@ fn build_interfaces(
         }
         check_stiffness(mesh, contact, i)?;
         let interface = interface_of(contact, i, mesh, &points, mirrored, reach)?;
+        let interface = match contact.tied {
+            true => interface,
+            false => interface.with_trusted_depth(1.5 * approach + largest_offset),
+        };
         for slave in interface.slave_nodes() {
             if let Some(first) = slaves_so_far.insert(slave.node, i).filter(|&first| first != i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);

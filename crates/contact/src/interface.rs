@@ -92,6 +92,7 @@ pub struct ContactInterface {
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
     reach: f64,
+    trusted: f64,
     /// Whether slave and master are the same surface, which touches itself.
     with_itself: bool,
     /// The master facets at the reference coordinates.
@@ -141,8 +142,8 @@ impl ContactInterface {
             sharp[*facet as usize][usize::from(*corner)] = true;
         }
         let tree = FacetTree::build(&master_facets, coordinates);
-        let rule = rule.points();
-        Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule, reach, with_itself, tree })
+        let (rule, trusted) = (rule.points(), f64::INFINITY);
+        Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule, reach, trusted, with_itself, tree })
     }
 
     /// Buffers for evaluating the slave nodes that `has` selects by their global numbers.
@@ -160,6 +161,14 @@ impl ContactInterface {
     /// normal to the planes through it.
     pub fn with_symmetry(mut self, mirrored: impl Fn(u32) -> [bool; 3]) -> Self {
         self.slave_nodes.iter_mut().for_each(|slave| slave.mirrored = mirrored(slave.node));
+        self
+    }
+
+    /// The same interface, which couples facets that penetrate more than `depth` only where the
+    /// slave lies inside the master's body. `depth` is what the bodies may move towards each other
+    /// in one step; without it, all facets within reach couple. \[L\]
+    pub fn with_trusted_depth(mut self, depth: f64) -> Self {
+        self.trusted = depth;
         self
     }
 
@@ -207,7 +216,7 @@ impl ContactInterface {
         tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
         let Self { slave_facets, master_facets, sharp, rule, .. } = self;
-        let settings = Settings { x, rule, shape: self.shape, reach: self.reach, with_gradient };
+        let settings = Settings { x, rule, shape: self.shape, reach: self.reach, trusted: self.trusted, with_gradient };
         let (tree, masters) = (&*tree, master_facets);
         let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets);
         let folded = facets.map_init(Vec::new, |hits, (((coupling, facet), sharp), &evaluated)| {
@@ -365,6 +374,33 @@ mod tests {
         }
     }
 
+    /// A slave square that faces up, at height zero, and below it a box
+    /// although its body is below, as a ball's far side does: the box between the heights −3 and
+    /// `top`. The slave couples with the bottom of the box if it lies inside the box, or if one
+    /// step can move it there.
+    #[test]
+    fn a_slave_facet_does_not_touch_what_lies_behind_it() {
+        let coupled = |top: f64, trusted: f64, reach: f64| {
+            let square = |height: f64| [[0.0, 0.0, height], [1.0, 0.0, height], [1.0, 1.0, height], [0.0, 1.0, height]];
+            let x = [square(0.0), square(-3.0), square(top)].concat();
+            // the bottom of the box faces down, its top faces up
+            let masters = vec![FacetNodes::from([4, 7, 6, 5]), FacetNodes::from([8, 9, 10, 11])];
+            let shape = MultiplierShape::Standard;
+            let options = InterfaceOptions { shape, rule: CellRule::Seven, reach, feature_angle: 0.5 };
+            let interface = ContactInterface::new(vec![[0, 1, 2, 3].into()], masters, x.as_flattened(), options);
+            let interface = interface.unwrap().with_trusted_depth(trusted);
+            let mut rows = Vec::new();
+            interface.evaluate(x.as_flattened(), false, &mut interface.workspace(|_| true), &mut rows).unwrap();
+            rows.iter().all(|row| (row.area - 0.25).abs() < 1e-14)
+        };
+        for reach in [3.0, 60.0] {
+            assert!(coupled(1.0, 0.0, reach), "the slave is inside the box");
+            assert!(!coupled(-1.0, 0.0, reach), "the box ends below the slave");
+            assert!(coupled(-1.0, 3.5, reach), "one step moves the slave through the box");
+        }
+        assert!(!coupled(1.0, 0.0, 1.0), "out of reach");
+    }
+
     /// Facets that the tree excludes do not couple. The test compares the tree with a search
     /// through all masters: one slave facet and layers of parallel master squares over its centre
     /// and corners, near and far, for all proportions of slave, masters and reach.
@@ -402,7 +438,7 @@ mod tests {
             let interface = ContactInterface::new(vec![slave], masters.clone(), &x, options).unwrap();
             let mut workspace = interface.workspace(|_| true);
             interface.evaluate(&x, false, &mut workspace, &mut Vec::new()).unwrap();
-            let settings = Settings { x: &x, rule: &interface.rule, shape, reach, with_gradient: false };
+            let settings = Settings { x: &x, rule: &interface.rule, shape, reach, trusted: 0.0, with_gradient: false };
             let mut all = FacetCoupling::default();
             all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
             // by counting: two of the eight layers are too far away

@@ -75,7 +75,8 @@ impl FacetCoupling {
     ///
     /// Masters that do not face the slave facet, or whose centre is further away than `reach` along
     /// n₀, are ignored, as are those whose projection is folded, unless they are so close that they
-    /// may touch. `sharp` marks the corners that lie on a sharp edge and need
+    /// may touch. So are masters behind the slave facet if that lies outside the master's body
+    /// ([`Plane::is_behind`]). `sharp` marks the corners that lie on a sharp edge and need
     /// [`facing`](Self::facing).
     ///
     /// # Errors
@@ -125,6 +126,7 @@ impl FacetCoupling {
                 Coupled::No => continue,
                 Coupled::FoldedMaster => return self.fail(&master),
                 Coupled::FoldedSlave => return self.fail(slave),
+                Coupled::Yes if plane.is_behind(&projected, &master, candidates.clone(), settings) => continue,
                 Coupled::Yes => {}
             }
             self.overlapping.push(index);
@@ -420,7 +422,8 @@ mod tests {
         gradient: bool,
     ) -> FacetCoupling {
         let mut coupling = FacetCoupling::default();
-        let settings = Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, with_gradient: gradient };
+        let settings =
+            Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
         coupling.evaluate(&slave, [true; 4], facets.iter().copied(), settings).unwrap();
         coupling
     }
@@ -557,8 +560,14 @@ mod tests {
             let mut coupling = FacetCoupling::default();
             let candidates = std::iter::once([4, 5, 6, 7].into());
             let rule = &CellRule::Seven.points();
-            let settings =
-                Settings { x: &x, rule, shape: MultiplierShape::Standard, reach: 10.0, with_gradient: false };
+            let settings = Settings {
+                x: &x,
+                rule,
+                shape: MultiplierShape::Standard,
+                reach: 10.0,
+                trusted: 0.0,
+                with_gradient: false,
+            };
             coupling.evaluate(&SLAVE.into(), [false; 4], candidates, settings)
         };
         assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7].into())));

@@ -7,6 +7,7 @@ use super::coupling::MultiplierShape;
 use super::facet_pair::reversed;
 use super::inverse_map::folded;
 use nalgebra::{Matrix3, Vector3};
+use slipstick_mesh::FacetNodes;
 
 pub(super) fn position(x: &[f64], node: u32) -> Vector3<f64> {
     let at = 3 * node as usize;
@@ -49,6 +50,9 @@ pub struct Settings<'a> {
     pub shape: MultiplierShape,
     /// Distance along the slave normal within which facets are coupled. \[L\]
     pub reach: f64,
+    /// Penetration up to which facets are coupled without asking whether the slave lies inside the
+    /// master's body. \[L\]
+    pub trusted: f64,
     /// Whether gradients are computed.
     pub with_gradient: bool,
 }
@@ -204,6 +208,71 @@ impl<const S: usize> Plane<S> {
         let [a, b] = spanning(master);
         let facing = a.cross(&b);
         self.normal.dot(&facing) < -EDGE_ON * facing.norm()
+    }
+
+    /// Whether the slave facet lies outside the master's body although the master facet is behind it:
+    /// the line along n₀ from the master facet leaves the master's body through another of the
+    /// `masters` before it reaches the slave facet. Checked at the centre of the overlap, and only
+    /// for penetrations beyond those that a step can cause and the size of the facets.
+    ///
+    /// Test: `a_slave_facet_does_not_touch_what_lies_behind_it` (interface.rs).
+    pub fn is_behind(
+        &self,
+        projected: &[Point; S],
+        master: &FacetNodes,
+        masters: impl Iterator<Item = FacetNodes>,
+        Settings { x, trusted, .. }: Settings<'_>,
+    ) -> bool {
+        let Some(depth) = (match master[..] {
+            [a, b, c] => self.depth(projected, &[a, b, c].map(|n| position(x, n))),
+            [a, b, c, d] => self.depth(projected, &[a, b, c, d].map(|n| position(x, n))),
+            _ => None,
+        }) else {
+            return false;
+        };
+        let (at, below) = depth;
+        let leaves = |other: FacetNodes| match other[..] {
+            [a, b, c] => self.passed(&[a, b, c].map(|n| position(x, n)), at),
+            [a, b, c, d] => self.passed(&[a, b, c, d].map(|n| position(x, n)), at),
+            _ => None,
+        };
+        below < -trusted && masters.filter_map(leaves).any(|height| height < 0.0 && height > below)
+    }
+
+    /// Centre of the overlap with a master facet that is not near, and the facet's height there.
+    fn depth<const M: usize>(&self, projected: &[Point; S], master: &[Vector3<f64>; M]) -> Option<(Point, f64)> {
+        if self.height(&mean(master)) >= 0.0 || self.is_near(master) {
+            return None;
+        }
+        let order = reversed::<M>();
+        let overlap = clip(projected, &order.map(|i| self.project(&master[i])), &order)?;
+        let (vertices, share) = (overlap.vertices(), 1.0 / overlap.vertices().len() as f64);
+        let at = [0, 1].map(|c| share * vertices.iter().map(|vertex| vertex.position[c]).sum::<f64>());
+        Some((at, self.height_at(master, at)))
+    }
+
+    /// Height at which the line through `at` along n₀ passes a facet that looks in the direction of
+    /// n₀; `None` if it does not.
+    fn passed<const M: usize>(&self, facet: &[Vector3<f64>; M], at: Point) -> Option<f64> {
+        let [a, b] = spanning(facet);
+        let cross = a.cross(&b);
+        if self.normal.dot(&cross) <= 0.0 {
+            return None;
+        }
+        let flat = facet.map(|p| self.project(&p));
+        let left = |i: usize| {
+            let (p, q) = (flat[i], flat[(i + 1) % M]);
+            (q[0] - p[0]) * (at[1] - p[1]) - (q[1] - p[1]) * (at[0] - p[0]) >= 0.0
+        };
+        (0..M).all(left).then(|| self.height_at(facet, at))
+    }
+
+    /// Height at the point `at` of the mean plane of a facet that is not parallel to n₀.
+    fn height_at<const M: usize>(&self, facet: &[Vector3<f64>; M], at: Point) -> f64 {
+        let [a, b] = spanning(facet);
+        let cross = a.cross(&b);
+        let point = self.origin + self.axes[0] * at[0] + self.axes[1] * at[1];
+        cross.dot(&(mean(facet) - point)) / cross.dot(&self.normal)
     }
 
     /// Whether the bounding spheres of the two facets intersect.

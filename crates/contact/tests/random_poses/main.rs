@@ -69,7 +69,8 @@ fn facet(range: std::ops::Range<usize>) -> FacetNodes {
 fn couple(x: &[Vector3<f64>], s: usize, masters: &[FacetNodes], shape: MultiplierShape) -> Option<FacetCoupling> {
     let flat: Vec<f64> = x.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     let mut coupling = FacetCoupling::default();
-    let settings = Settings { x: &flat, rule: &RULE.points(), shape, reach: 2.0, with_gradient: true };
+    let settings =
+        Settings { x: &flat, rule: &RULE.points(), shape, reach: 2.0, trusted: f64::INFINITY, with_gradient: true };
     let found = coupling.evaluate(&facet(0..s), [false; 4], masters.iter().copied(), settings);
     found.ok().map(|()| coupling)
 }
@@ -208,7 +209,8 @@ fn invariance(scene: &Scene, motion: &Rotation3<f64>, size: f64) -> Result<(), T
         let master = FacetNodes::new(&nodes(s, m).collect::<Vec<_>>()).expect("a facet");
         let mut coupling = FacetCoupling::default();
         let (rule, shape) = (&RULE.points(), MultiplierShape::Standard);
-        let settings = Settings { x: &flat, rule, shape, reach: 2.0 * size, with_gradient: false };
+        let settings =
+            Settings { x: &flat, rule, shape, reach: 2.0 * size, trusted: f64::INFINITY, with_gradient: false };
         let found = coupling.evaluate(&slave, [false; 4], std::iter::once(master), settings);
         prop_assert!(found.is_ok());
         prop_assert_eq!(base.nodes.is_empty(), coupling.nodes.is_empty());

@@ -8,6 +8,7 @@ mod fields;
 mod gradients;
 mod nose;
 mod overhang;
+mod search;
 mod sliding;
 mod ssnp503;
 mod study;
