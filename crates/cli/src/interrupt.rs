@@ -1,4 +1,4 @@
-//! Ctrl-C: once, the run stops when the current attempt at a load step ends; twice, at once.
+//! Ctrl-C: once, the run stops within a Newton iteration; twice, at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,7 +7,7 @@ use crate::console::complain;
 use crate::exit::Exit;
 
 /// Reply to the first Ctrl-C. The book quotes it (docs/how_to.md).
-pub const STOPPING: &str = "stopping when the current attempt at a load step ends; Ctrl-C again stops at once";
+pub const STOPPING: &str = "stopping when the current Newton iteration ends; Ctrl-C again stops at once";
 
 /// Whether the user wants to stop.
 #[derive(Debug, Clone, Default)]

@@ -3,6 +3,7 @@
 use slipstick::analysis::AnalysisError;
 use slipstick::build::Problem;
 use slipstick::drive::DriveError;
+use slipstick::path::{StepFailureKind, SweepError};
 use slipstick::run::{
     ExitState, Kept, NewtonTable, Run, RunDirectory, RunError, RunPart, keep_failure, mesh_files, on_first,
 };
@@ -38,6 +39,9 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
 /// The failure of an analysis, after its remaining results have been written to `run`. All ranks
 /// call it; the first has the run.
 pub fn failed(problem: &Problem, error: &AnalysisError, run: Option<&Run>) -> Failure {
+    if let AnalysisError::Sweep(SweepError { kind: StepFailureKind::Interrupted, .. }) = error {
+        return Failure::Interrupted { message: "no gradient".into(), resume: None };
+    }
     let run = run.map(Run::directory);
     let (report, kept) = keep_failure(run, problem, error);
     Failure::Analysis { report, kept: told(&kept, run, "") }

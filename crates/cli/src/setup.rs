@@ -1,7 +1,7 @@
 //! From a case file to a problem that can run, with a directory for its results.
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
@@ -106,6 +106,8 @@ pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setu
     let map = &resolved.source_map;
     let machine = context.parallel.machine(resolved.case.solver.linear == LinearSolverChoice::Petsc)?;
     let mut problem = build_on(&resolved.case, &machine).map_err(|error| Failure::build(&error, map))?;
+    let (interrupt, ranks) = (context.interrupt.clone(), context.parallel.ranks());
+    problem.analysis.linear.set_interrupt(Some(Arc::new(move || ranks.any(interrupt.requested()))));
     let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
         let message = format!("the reference configuration cannot be evaluated: {error}");
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))

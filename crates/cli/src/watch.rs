@@ -6,7 +6,7 @@ use slipstick::build::Problem;
 use slipstick::drive::{DesignEvaluated, DriveObserver};
 use slipstick::model::course;
 use slipstick::optimize::IterationRecord;
-use slipstick::path::{MarchEvent, MarchObserver, PathState, Remedy};
+use slipstick::path::{FailedAttempt, MarchEvent, MarchObserver, PathState, Remedy};
 use slipstick::run::{NewtonTable, RunError};
 
 use crate::Context;
@@ -146,7 +146,7 @@ impl MarchObserver for Watch<'_> {
         }
         match event {
             MarchEvent::Accepted(state) => self.accepted(state),
-            MarchEvent::Retry { step, time, failure, remedy } => {
+            MarchEvent::Retry { step, failed: FailedAttempt { time, rung, kind, iterations }, remedy } => {
                 let next = match remedy {
                     Remedy::OtherSetting => "another setting of the iteration",
                     Remedy::HeldMultipliers => "Uzawa's iteration over all multipliers",
@@ -156,12 +156,14 @@ impl MarchObserver for Watch<'_> {
                     "retry",
                     json!({
                         "iteration": self.iteration, "step": step, "time": time,
-                        "load_case": course::named(&self.load_cases, *time).0, "message": failure.to_string(), "next": next,
+                        "load_case": course::named(&self.load_cases, *time).0, "message": kind.to_string(), "rung": rung.to_string(), "newton_iterations": iterations, "next": next,
                     }),
                 );
                 if self.console.tells(self.level.max(1)) {
                     let to = self.place(*time);
-                    self.console.text(&format!("  step {step:>3}  to {to} failed: {failure}; next, {next}"));
+                    self.console.text(&format!(
+                        "  step {step:>3}  to {to} {rung} failed after Newton {iterations}: {kind}; next, {next}"
+                    ));
                 }
             }
         }

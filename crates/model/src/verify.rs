@@ -20,7 +20,7 @@ mod verdict;
 use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice, Rounding};
 use serde::Serialize;
 use slipstick_design::{DensityMap, ElementValues, VariableValues};
-use slipstick_path::{Guide, MarchObserver, Tolerance, Tolerances};
+use slipstick_path::{Guide, MarchObserver, StepFailureKind, SweepError, Tolerance, Tolerances};
 use stencil::{Stencil, inwards};
 use verdict::verdict;
 
@@ -171,7 +171,10 @@ impl Function<'_> {
 
     /// The gradient with respect to these numbers.
     fn gradient(&mut self, forward: &Forward, at: &ElementValues) -> Result<ElementValues, VerifyError> {
-        let gradient = self.analysis.gradient(forward)?;
+        let gradient = self.analysis.gradient(forward).map_err(|error| match error {
+            AnalysisError::Sweep(SweepError { kind: StepFailureKind::Interrupted, .. }) => VerifyError::Interrupted,
+            error => error.into(),
+        })?;
         Ok(match self.map {
             Some(map) => map.variables().spread(&map.pull_back(&map.variables().at_first(at), &gradient)),
             None => gradient,

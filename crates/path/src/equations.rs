@@ -166,7 +166,7 @@ impl<E: Equations> StepProblem for Differentiated<E> {
         Ok(Evaluated {
             unknowns: y.to_vec(),
             residual: values(residual),
-            scales: Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0 },
+            scales: Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0, rigidity: 0.0 },
             active_set: status.clone(),
             geometry: (),
             state: (values(history), DMatrix::from_iterator(rows, columns.len(), slopes)),

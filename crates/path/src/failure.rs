@@ -1,5 +1,6 @@
 //! Failures on the path, with types that name the place.
 
+use crate::ladder::FailedAttempt;
 use crate::newton::IterationRecord;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -152,8 +153,13 @@ pub struct MarchFailure {
     pub step: usize,
     /// Start and end of the smallest increment tried, in pseudo-time.
     pub increment: (f64, f64),
-    /// Every failed attempt in that step: its target time, and the reason for the failure.
+    /// Every increment that failed in that step: its target time, and the reason for which the method
+    /// itself failed.
     pub attempts: Vec<(f64, StepFailureKind)>,
+    /// Every attempt in that step, each with its rung and its cost.
+    pub tried: Vec<FailedAttempt>,
+    /// Whether smaller increments were left untried, because the attempts had cost too much.
+    pub exhausted: bool,
     /// The last failing iterate, for a picture of it.
     pub iterate: Vec<f64>,
     /// Whether it is the state at which the step starts.
@@ -173,7 +179,7 @@ impl std::fmt::Display for MarchFailure {
         let last = self.attempts.last().map(|a| a.1.to_string()).unwrap_or_default();
         write!(
             f,
-            "load step {} failed: {last}; {} attempts down to the increment t = {from:.6} … {to:.6}; t = {:.6} was reached",
+            "load step {} failed: {last}; {} increments tried, down to t = {from:.6} … {to:.6}; t = {:.6} was reached",
             self.step,
             self.attempts.len(),
             self.path.states.last().map_or(0.0, |s| s.time),

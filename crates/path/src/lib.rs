@@ -27,6 +27,7 @@
 mod divided;
 pub mod equations;
 mod failure;
+mod ladder;
 mod linear;
 mod march;
 mod newton;
@@ -46,6 +47,7 @@ mod timings;
 mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+pub use ladder::{FailedAttempt, Rung};
 pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};
 pub use march::{LoadPath, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};

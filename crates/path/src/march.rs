@@ -2,7 +2,8 @@
 
 use crate::divided::on_first;
 use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
-use crate::newton::{self, NewtonOptions, Start, StepReport, still_falls};
+use crate::ladder::{self, FailedAttempt, Rung, iterations_of};
+use crate::newton::{self, NewtonOptions, Start, StepReport};
 use crate::problem::{Attempt, Evaluated, Held, Iteration, Method, StepProblem, StepState, Wanted};
 use crate::reuse::KeptFactors;
 use crate::solver::Solver;
@@ -179,10 +180,8 @@ pub enum MarchEvent<'a> {
     Retry {
         /// The user's step.
         step: usize,
-        /// Target of the failed attempt.
-        time: f64,
-        /// Why it failed.
-        failure: &'a StepFailureKind,
+        /// The failed attempt: its target, why it failed, what it cost.
+        failed: &'a FailedAttempt,
         /// The next attempt.
         remedy: Remedy,
     },
@@ -251,7 +250,8 @@ impl<'a> LoadPath<'a> {
 /// sub-steps, if any. A failed step is retried from the last state, then with the problem's other
 /// settings, then with half the increment, with at most `max_cutbacks` halvings. [Held
 /// multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings, and after
-/// the last halving. Accepted sub-steps are states of the path like any other.
+/// the last halving. A step whose attempts have cost far more than its neighbours is halved no
+/// further. Accepted sub-steps are states of the path like any other.
 ///
 /// # Errors
 /// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error;
@@ -285,7 +285,8 @@ pub fn march<P: StepProblem>(
         let mut increment = whole;
         let mut failed = false;
         let mut attempts = Vec::new();
-        let mut failed_iterations = 0;
+        // failed attempts at the step, and how many of them the accepted states count
+        let (mut tried, mut counted): (Vec<FailedAttempt>, usize) = (Vec::new(), 0);
         loop {
             if observer.cancelled() {
                 return Ok(path);
@@ -297,9 +298,10 @@ pub fn march<P: StepProblem>(
             let halvings = (whole / (target - now)).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
             let increment_to = Increment { path: &path, time: target, step, rescue, options, guide };
-            match increment_to.attempt(solver, &mut geometry, &mut failed_iterations, observer) {
+            match increment_to.attempt(solver, &mut geometry, &mut tried, observer) {
                 Ok((state, mut report, at)) => {
-                    report.failed_iterations = std::mem::take(&mut failed_iterations);
+                    report.failed_iterations = iterations_of(&tried[counted..]);
+                    counted = tried.len();
                     let fixed = solver.problem.unknowns().fixed(Held::None);
                     let factors = path.keep(solver.linear.latest(fixed), options.factor_memory);
                     let completes = last.then_some(step);
@@ -319,10 +321,17 @@ pub fn march<P: StepProblem>(
                 Err(failure) if failure.kind == StepFailureKind::Interrupted => return Ok(path),
                 Err(failure) => {
                     attempts.push((target, failure.kind.clone()));
+                    if tried.last().is_none_or(|last| last.time != target) {
+                        // the step could not begin
+                        let kind = failure.kind.clone();
+                        tried.push(FailedAttempt { time: target, rung: Rung::LastState, kind, iterations: 0 });
+                    }
                     failed = true;
                     increment = 0.5 * (target - now);
                     let prescribed = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
-                    if increment < smallest || prescribed {
+                    let neighbour = path.states.last().map_or(0, |last| last.report.iterations.len());
+                    let exhausted = ladder::is_exhausted(&tried, neighbour, options.newton.max_iterations);
+                    if increment < smallest || prescribed || exhausted {
                         return Err(Box::new(MarchFailure {
                             step,
                             increment: (now, target),
@@ -330,16 +339,16 @@ pub fn march<P: StepProblem>(
                             iterate: failure.iterate,
                             at_start: failure.at_start,
                             iterations: failure.iterations,
-                            failed_iterations: failed_iterations + path.failed_iterations(),
+                            failed_iterations: iterations_of(&tried[counted..]) + path.failed_iterations(),
+                            tried,
+                            exhausted: exhausted && increment >= smallest,
                             path,
                         }));
                     }
-                    observer.on_event(&MarchEvent::Retry {
-                        step,
-                        time: target,
-                        failure: &failure.kind,
-                        remedy: Remedy::CutBack,
-                    });
+                    // the reason is that of the method itself, not that of held multipliers
+                    let last = tried.last().expect("a failure");
+                    let failed = FailedAttempt { kind: failure.kind, ..last.clone() };
+                    observer.on_event(&MarchEvent::Retry { step, failed: &failed, remedy: Remedy::CutBack });
                 }
             }
         }
@@ -370,7 +379,7 @@ impl Increment<'_> {
         &self,
         solver: &mut Solver<'_, P>,
         geometry: &mut Option<P::Geometry>,
-        failed_iterations: &mut usize,
+        tried: &mut Vec<FailedAttempt>,
         observer: &mut dyn MarchObserver,
     ) -> Result<Accepted<P>, StepFailure> {
         let &Self { path, time, step, options, guide, .. } = self;
@@ -386,7 +395,6 @@ impl Increment<'_> {
         let starts = start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
         let mut starts = starts.into_iter().peekable();
         let mut attempt = Attempt::Setting(0);
-        let mut rescues = 0..if self.rescue { usize::MAX } else { 0 };
         let mut before_rescue = None;
         loop {
             let from = match geometry.take() {
@@ -398,9 +406,14 @@ impl Increment<'_> {
             };
             let from = geometry.insert(from);
             let begun = problem.begin(previous, from, span, solver.workspace).map_err(as_failure)?;
-            let start = match starts.next() {
-                Some(unknowns) if starts.peek().is_some() => Start { unknowns, geometry: None, at_start: false },
-                _ => Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },
+            let (rung, start) = match starts.next() {
+                Some(unknowns) if starts.peek().is_some() => {
+                    (Rung::of(attempt, true), Start { unknowns, geometry: None, at_start: false })
+                }
+                _ => (
+                    Rung::of(attempt, false),
+                    Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },
+                ),
             };
             let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
             let accepted = solved.and_then(|(unknowns, report, at)| match problem.finish(&begun, &at) {
@@ -414,61 +427,26 @@ impl Increment<'_> {
                 Ok(done) => return Ok(done),
                 Err(failure) => failure,
             };
-            *failed_iterations += failure.iterations.len();
             if failure.kind == StepFailureKind::Interrupted {
                 return Err(failure);
             }
+            let (kind, iterations) = (failure.kind.clone(), failure.iterations.len());
+            tried.push(FailedAttempt { time, rung, kind, iterations });
             if starts.peek().is_none() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
-                let next = self.next_attempt(problem, attempt, &failure, own, &mut rescues);
-                match next {
+                match ladder::next_attempt(problem, attempt, &failure, own, self.rescue) {
                     Some(next) => attempt = next,
                     None => return Err(before_rescue.unwrap_or(failure)),
                 }
             }
             let rescuing = matches!(attempt, Attempt::Rescue(_));
             let remedy = if rescuing { Remedy::HeldMultipliers } else { Remedy::OtherSetting };
-            observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, remedy });
+            let failed = tried.last().expect("pushed");
+            observer.on_event(&MarchEvent::Retry { step, failed, remedy });
             if rescuing {
                 before_rescue.get_or_insert(failure);
             }
         }
-    }
-
-    /// Returns the next attempt after `last`, which started from the last state and failed: the
-    /// next setting, or held multipliers if they may help. `own` is the failure of the method
-    /// itself.
-    fn next_attempt<P: StepProblem>(
-        &self,
-        problem: &P,
-        last: Attempt,
-        failure: &StepFailure,
-        own: &StepFailure,
-        rescues: &mut Range<usize>,
-    ) -> Option<Attempt> {
-        if let Attempt::Setting(setting) = last {
-            // other settings of the iteration cannot avoid an inverted element
-            let geometric = matches!(failure.kind, StepFailureKind::State(_));
-            let next = Attempt::Setting(setting + 1);
-            if !geometric && problem.method(next).is_some() {
-                return Some(next);
-            }
-        }
-        let next = Attempt::Rescue(rescues.next()?);
-        (may_be_rescued(own) && problem.method(next).is_some()).then_some(next)
-    }
-}
-
-/// Whether held multipliers may help. They do not if prescribed displacements leave no solution or
-/// an unknown is undetermined, if the increment is so long that contact is missed or a rotation is
-/// ambiguous, or if Newton's method only needs more iterations.
-fn may_be_rescued(failure: &StepFailure) -> bool {
-    match &failure.kind {
-        StepFailureKind::State(StateError::PassedThrough { .. } | StateError::TurnedTooFar { .. }) => false,
-        StepFailureKind::State(state) => !state.is_prescribed(),
-        StepFailureKind::Singular { .. } => false,
-        StepFailureKind::TooManyIterations { .. } => !still_falls(&failure.iterations),
-        _ => true,
     }
 }
 

@@ -85,7 +85,7 @@ impl StepProblem for Pressed {
         Ok(Evaluated {
             unknowns: y.to_vec(),
             residual: vec![force, 0.0, 0.0, y[3] - pressure, 0.0, 0.0],
-            scales: Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0 },
+            scales: Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0, rigidity: 0.0 },
             active_set: vec![u8::from(self.touches(y))],
             geometry: (),
             state: (),

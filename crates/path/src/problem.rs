@@ -12,7 +12,7 @@ pub struct StepState {
     pub history: Vec<f64>,
 }
 
-/// Sizes against which relative tolerances are measured; all positive.
+/// Sizes against which relative tolerances are measured; all positive, except possibly the last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
     /// Norm of the forces in equilibrium. \[F\]
@@ -23,6 +23,9 @@ pub struct Scales {
     pub multiplier: f64,
     /// Norm of the positions x = X + d, whose round-off limits every iteration. \[L\]
     pub position: f64,
+    /// Force that a displacement by the positions themselves would cause, whose round-off remains in
+    /// the residual even without stress; 0 if it is not known. \[F\]
+    pub rigidity: f64,
 }
 
 /// Transposed derivatives with respect to the previous state.

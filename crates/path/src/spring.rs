@@ -138,7 +138,7 @@ impl StepProblem for Spring {
             residual[c] = -spring;
             residual[3 + c] = spring + y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c]) - load;
         }
-        let scales = Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0 };
+        let scales = Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0, rigidity: 0.0 };
         Ok(Evaluated { unknowns: y.to_vec(), residual, scales, active_set: Vec::new(), geometry: (), state: () })
     }
 

@@ -181,7 +181,7 @@ impl MarchObserver for Tried {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match event {
             MarchEvent::Accepted(at) => self.accepted.push(at.time),
-            MarchEvent::Retry { time, remedy, .. } => self.again.push((*time, *remedy == Remedy::CutBack)),
+            MarchEvent::Retry { failed, remedy, .. } => self.again.push((failed.time, *remedy == Remedy::CutBack)),
         }
     }
 }

@@ -66,9 +66,9 @@ impl MarchObserver for Watch {
                 self.iterations += state.report.iterations.len();
                 println!("t = {:.2}: {} iterations", state.time, state.report.iterations.len());
             }
-            MarchEvent::Retry { step, failure, .. } => {
+            MarchEvent::Retry { step, failed, .. } => {
                 self.retries += 1;
-                println!("step {step} is tried again: {failure}");
+                println!("step {step} is tried again: {}", failed.kind);
             }
         }
     }

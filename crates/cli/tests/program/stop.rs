@@ -11,6 +11,7 @@ mod by_signal {
     use super::*;
     use std::io::{BufRead, BufReader, Read};
     use std::process::{Child, Stdio};
+    use std::time::Duration;
 
     fn interrupt(child: &Child) {
         let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
@@ -103,6 +104,64 @@ mod by_signal {
         assert_eq!(place.json("case_verify/run.json")["exit"], "interrupted");
         assert!(!place.path("case_verify/verify.csv").exists());
     }
+
+    /// A block that is crushed: no state follows step 11, and the attempt may take a million Newton
+    /// iterations. SIGTERM stops within one of them, and the states are on disk.
+    #[test]
+    fn an_attempt_at_a_step_is_interrupted() {
+        let place = Place::with("steps = 4", "steps = 4");
+        std::fs::write(place.path("crushed.toml"), CRUSHED).expect("written");
+        let mut child =
+            place.command("solve crushed.toml --json").stdout(Stdio::piped()).spawn().expect("the program runs");
+        let mut reader = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = String::new();
+        while !line.contains("\"step\":11") {
+            line.clear();
+            assert!(reader.read_line(&mut line).expect("text") > 0, "ended before step 11");
+        }
+        std::thread::sleep(Duration::from_millis(500));
+        assert!(child.try_wait().expect("known").is_none(), "the attempt lasts");
+        let sent = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
+        assert!(sent.success());
+        let ended = (0..300).find_map(|_| {
+            std::thread::sleep(Duration::from_millis(100));
+            child.try_wait().expect("known")
+        });
+        if ended.is_none() {
+            child.kill().expect("killed");
+        }
+        assert_eq!(ended.expect("ends within an iteration").code(), Some(4));
+        assert!(place.path("crushed_solve/path_0011.vtu").exists());
+        assert_eq!(place.json("crushed_solve/run.json")["exit"], "interrupted");
+    }
+
+    const CRUSHED: &str = r#"
+[[body]]
+name = "block"
+box = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0], elements = [8, 4, 4] }
+material = { neo_hooke = { youngs_modulus = 10.0, poisson_ratio = 0.4 } }
+
+[[body]]
+name = "plate"
+box = { min = [0.3, 1.0, 0.1], max = [1.7, 1.5, 0.9], elements = [6, 2, 3] }
+material = { neo_hooke = { youngs_modulus = 10.0, poisson_ratio = 0.4 } }
+
+[[contact]]
+slave = "plate_ymin"
+master = "block_ymax"
+friction = 0.3
+
+[[dirichlet]]
+set = "block_ymin"
+
+[[dirichlet]]
+set = "plate_ymax"
+motion = [{ t = 1.0, u = [0.0, -1.6, 0.0] }]
+
+[load_path]
+steps = 20
+max_newton_iterations = 1000000
+"#;
 
     #[test]
     fn an_interrupted_analysis_keeps_its_states() {

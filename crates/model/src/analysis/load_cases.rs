@@ -11,8 +11,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use slipstick_design::ElementValues;
 use slipstick_design::response::Response;
 use slipstick_path::{
-    LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, Remedy, Solver,
-    StepFailureKind, SweepError, SweepOptions, march, sweep_states,
+    FailedAttempt, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient,
+    Remedy, Solver, SweepError, SweepOptions, march, sweep_states,
 };
 use slipstick_solid::MaterialError;
 
@@ -327,8 +327,7 @@ struct Retry {
     /// How many (sub-)steps were accepted before.
     after: usize,
     step: usize,
-    time: f64,
-    failure: StepFailureKind,
+    failed: FailedAttempt,
     remedy: Remedy,
 }
 
@@ -336,8 +335,8 @@ impl MarchObserver for Buffered<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match *event {
             MarchEvent::Accepted(_) => self.accepted += 1,
-            MarchEvent::Retry { step, time, failure, remedy } => {
-                self.retries.push(Retry { after: self.accepted, step, time, failure: failure.clone(), remedy });
+            MarchEvent::Retry { step, failed, remedy } => {
+                self.retries.push(Retry { after: self.accepted, step, failed: failed.clone(), remedy });
             }
         }
     }
@@ -351,8 +350,8 @@ impl MarchObserver for Buffered<'_> {
 fn tell(path: &Path, retries: &[Retry], observer: &mut dyn MarchObserver) {
     let mut retries = retries.iter().peekable();
     let mut retry = |accepted: usize, observer: &mut dyn MarchObserver| {
-        while let Some(Retry { step, time, failure, remedy, .. }) = retries.next_if(|retry| retry.after <= accepted) {
-            observer.on_event(&MarchEvent::Retry { step: *step, time: *time, failure, remedy: *remedy });
+        while let Some(Retry { step, failed, remedy, .. }) = retries.next_if(|retry| retry.after <= accepted) {
+            observer.on_event(&MarchEvent::Retry { step: *step, failed, remedy: *remedy });
         }
     };
     let states = path.states.iter().filter(|state| !state.rest);

@@ -66,7 +66,7 @@ pub use share::Share;
 use slaves::{ContactElements, SlaveData, StartDesign};
 use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_path::{Held, StateError, StepState, Unknowns};
-use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
+use slipstick_solid::{Interpolation, InvertedElements, Material, SolidModel};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -142,6 +142,8 @@ struct Floors {
     force: f64,
     displacement: f64,
     multiplier: f64,
+    /// Stiffness of an element of mean size against compression. \[F/L\]
+    stiffness: f64,
 }
 
 /// Lower bound of the bodies' own stiffness at an interface, as a fraction of the stiffer side.
@@ -149,6 +151,12 @@ const LEAST_SHARE: f64 = 1e-6;
 
 /// Smallest fraction of a characteristic size that a relative tolerance refers to.
 const FLOOR: f64 = 1e-6;
+
+/// λ + 2μ of the small-strain limit, at most that of ν = 0.499999.
+fn compression_modulus(material: &Material) -> f64 {
+    let (modulus, ratio) = (material.youngs_modulus(), material.poisson_ratio().min(0.499_999));
+    modulus * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
+}
 
 impl ContactModel {
     /// Assembles a model.
@@ -186,7 +194,10 @@ impl ContactModel {
         // the displacement by which a load would compress an element
         let driven = largest_motion.max(loads.largest(&coordinates) / (modulus * size));
         let motion = if driven > 0.0 { driven } else { size };
+        let compression = |e: usize| compression_modulus(solid.material(e));
+        let stiffness = size * (0..solid.elements()).map(compression).fold(0.0, f64::max);
         let floors = Floors {
+            stiffness,
             force: FLOOR * modulus * size * motion,
             displacement: FLOOR * motion,
             multiplier: FLOOR * modulus * motion / size,

@@ -398,11 +398,13 @@ impl Design {
     fn scales(&self, y: &[f64], internal: &[f64], traction: f64) -> Scales {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let floors = &self.model.floors;
+        let position = norm(&self.model.positions(y));
         Scales {
             force: norm(internal).max(floors.force),
             displacement: self.model.distance_from_rest(y).max(floors.displacement),
             multiplier: traction.max(floors.multiplier),
-            position: norm(&self.model.positions(y)),
+            position,
+            rigidity: floors.stiffness * position,
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Explains a failed analysis: where and why it failed, what was tried, and what may help.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::mem::discriminant;
 
 use serde::Serialize;
 use slipstick_mesh::Mesh;
-use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind, still_falls};
+use slipstick_path::{FailedAttempt, IterationRecord, MarchFailure, Rung, StateError, StepFailureKind, still_falls};
 
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
@@ -22,22 +23,60 @@ pub struct Iteration {
     pub residual: f64,
     /// Norm of the contact conditions; 0 in methods without multipliers. \[F/L²\]
     pub contact: f64,
+    /// Norm of the increment of displacements that was taken. \[L\]
+    pub displacement: f64,
+    /// Fraction of Newton's increment that was taken.
+    pub step_length: f64,
     /// Numbers of open, sticking and slipping contact nodes.
     pub status: [usize; 3],
 }
 
 impl Iteration {
     fn of(record: &IterationRecord) -> Self {
-        let IterationRecord { iteration, residual, contact, status, .. } = *record;
-        Self { number: iteration, residual, contact, status }
+        let IterationRecord { iteration, residual, contact, displacement, step_length, status, .. } = *record;
+        Self { number: iteration, residual, contact, displacement, step_length, status }
     }
 }
 
 impl fmt::Display for Iteration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { number, residual, contact, status: [open, stick, slip] } = self;
-        write!(f, "{number}: residual {residual:.1e}, contact {contact:.1e}; open {open}, stick {stick}, slip {slip}")
+        let Self { number, residual, contact, displacement, step_length, status: [open, stick, slip] } = self;
+        write!(f, "{number}: residual {residual:.1e}, contact {contact:.1e}, increment {displacement:.1e}")?;
+        if *step_length < 1.0 {
+            write!(f, " (damped by {step_length})")?;
+        }
+        write!(f, "; open {open}, stick {stick}, slip {slip}")
     }
+}
+
+/// The attempts on one rung of the ladder at the failed step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RungCost {
+    /// How they iterated.
+    pub rung: String,
+    /// Their number.
+    pub attempts: usize,
+    /// Their Newton iterations.
+    pub iterations: usize,
+}
+
+impl fmt::Display for RungCost {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { rung, attempts, iterations } = self;
+        write!(f, "{rung}: {}, {}", counted(*attempts, "attempt"), counted(*iterations, "iteration"))
+    }
+}
+
+/// The cost of each rung, in their order.
+fn rungs(tried: &[FailedAttempt]) -> Vec<RungCost> {
+    let mut costs: BTreeMap<Rung, (usize, usize)> = BTreeMap::new();
+    for FailedAttempt { rung, iterations, .. } in tried {
+        let (attempts, all) = costs.entry(*rung).or_default();
+        *attempts += 1;
+        *all += iterations;
+    }
+    let cost = |(rung, (attempts, iterations)): (Rung, _)| RungCost { rung: rung.to_string(), attempts, iterations };
+    costs.into_iter().map(cost).collect()
 }
 
 /// Why an analysis failed, for people and programs.
@@ -62,6 +101,10 @@ pub struct FailureReport {
     pub iterations: Vec<Iteration>,
     /// The attempts at that step; consecutive failures of the same kind are counted together.
     pub attempts: Vec<String>,
+    /// The rungs that were tried at that step, each with its cost.
+    pub rungs: Vec<RungCost>,
+    /// Whether smaller increments were left untried, because these attempts had cost too much.
+    pub exhausted: bool,
     /// Newton iterations of all failed attempts of the path; 0 if no load step failed.
     pub failed_iterations: usize,
     /// Changes that may help.
@@ -120,6 +163,8 @@ impl FailureReport {
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
         report.attempts = attempts(failure, mesh, model);
+        report.rungs = rungs(&failure.tried);
+        report.exhausted = failure.exhausted;
         report.failed_iterations = failure.failed_iterations;
         if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) =
             (still_falls(&failure.iterations), failure.attempts.last())
@@ -137,6 +182,9 @@ impl FailureReport {
             use StepFailureKind::{Diverged, State, TooManyIterations};
             matches!(kind, Diverged | TooManyIterations { .. } | State(StateError::InvertedElements { .. }))
         };
+        if failure.exhausted {
+            report.cures.push(MORE_PATIENCE.into());
+        }
         if model.has_loads() && failure.attempts.last().is_some_and(|(_, kind)| diverged(kind)) {
             report.cures.push(SMALLER_LOAD.into());
         }
@@ -186,6 +234,12 @@ impl fmt::Display for FailureReport {
         if self.failed_iterations > 0 {
             write!(f, "\n    cost: {} in failed attempts", counted(self.failed_iterations, "Newton iteration"))?;
         }
+        for rung in &self.rungs {
+            write!(f, "\n      {rung}")?;
+        }
+        if self.exhausted {
+            write!(f, "\n    halved no further: smaller increments would cost more than the step is worth")?;
+        }
         for cure in &self.cures {
             write!(f, "\n    help: {cure}")?;
         }
@@ -222,6 +276,9 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String
 }
 
 const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
+
+const MORE_PATIENCE: &str = "a larger `load_path.max_newton_iterations`, of which failed attempts at a step may take twenty \
+                             times as many before it is halved no further";
 
 const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) instead: beyond a limit point, \
                             there is no equilibrium under the load nearby";

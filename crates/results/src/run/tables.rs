@@ -3,7 +3,7 @@
 use std::fs;
 
 use slipstick_mesh::Mesh;
-use slipstick_path::{MarchEvent, PathState};
+use slipstick_path::{FailedAttempt, MarchEvent, PathState};
 
 use super::{RunDirectory, RunError};
 use crate::output::{Cell, Csv, OutputError, write_atomically};
@@ -240,7 +240,7 @@ const NEWTON: &[&str] = &[
 ];
 
 /// `newton.csv`: one row per Newton iteration of every accepted (sub-)step, and one per failed
-/// attempt, with its reason in the column `failure`.
+/// attempt, with its number of Newton iterations, and its rung and reason in the column `failure`.
 ///
 /// Columns: the design (or analysis) counted from 0, the user's load step, the pseudo-time at its
 /// end, and [`slipstick_path::IterationRecord`].
@@ -282,10 +282,10 @@ impl NewtonTable {
         }
         let result = match event {
             MarchEvent::Accepted(state) => self.accepted(state),
-            MarchEvent::Retry { step, time, failure, .. } => {
+            MarchEvent::Retry { step, failed, .. } => {
                 // The first step again: an update of the design was halved, and the march restarts.
                 self.step = *step;
-                self.failed(*time, &failure.to_string())
+                self.failed(failed)
             }
         };
         self.error = result.err();
@@ -324,12 +324,15 @@ impl NewtonTable {
         Ok(())
     }
 
-    fn failed(&mut self, time: f64, reason: &str) -> Result<(), OutputError> {
+    fn failed(&mut self, failed: &FailedAttempt) -> Result<(), OutputError> {
+        let FailedAttempt { time, rung, kind, iterations } = failed;
         let mut row: [Cell; 13] = std::array::from_fn(|_| Cell::Empty);
         row[0] = self.iteration.into();
         row[1] = self.step.into();
-        row[2] = time.into();
-        row[12] = reason.into();
+        row[2] = (*time).into();
+        row[3] = (*iterations).into();
+        let reason = format!("{rung}: {kind}");
+        row[12] = reason.as_str().into();
         self.csv.row(&row)?;
         self.rows += 1;
         Ok(())

@@ -63,9 +63,9 @@ struct Watch {
 
 impl MarchObserver for Watch {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
-        if let MarchEvent::Retry { failure, remedy, .. } = event {
+        if let MarchEvent::Retry { failed, remedy, .. } = event {
             if *remedy == Remedy::CutBack {
-                self.cut_backs.push((*failure).clone());
+                self.cut_backs.push(failed.kind.clone());
             } else {
                 self.retries += 1;
             }

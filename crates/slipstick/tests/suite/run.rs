@@ -11,7 +11,9 @@ use slipstick::run::{
     Checkpoint, ExitState, FailureReport, FunctionNames, History, NewtonTable, RunDirectory, RunError, RunPart,
     RunRecord, load_density, load_design, read_density, sha256, write_densities, write_failure, write_path,
 };
-use slipstick_path::{MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind};
+use slipstick_path::{
+    FailedAttempt, MarchEvent, MarchFailure, MarchObserver, Path, Rung, Silent, StateError, StepFailureKind,
+};
 use tempfile::TempDir;
 
 fn small() -> (String, Problem) {
@@ -185,11 +187,19 @@ fn tables_and_fields_of_a_path() {
 fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchFailure {
     let mut iterate = path.states[path.states.len() - 1].state.unknowns.clone();
     iterate[3 * (problem.mesh.nodes.len() - 1)] += 0.01;
-    let attempts = kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32), kind)).collect();
+    let attempts: Vec<_> = kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32), kind)).collect();
+    let tried = |(time, kind): &(f64, StepFailureKind)| FailedAttempt {
+        time: *time,
+        rung: if *time < 1.0 { Rung::LastState } else { Rung::Predicted },
+        kind: kind.clone(),
+        iterations: 10,
+    };
     let iterations = path.states.last().map_or(vec![], |state| state.report.iterations.clone());
     MarchFailure {
         step: 3,
         increment: (0.66, 0.7),
+        tried: attempts.iter().map(tried).collect(),
+        exhausted: false,
         attempts,
         iterate,
         at_start: false,
@@ -223,6 +233,8 @@ fn failures_name_places_attempts_and_cures() {
     assert!(report.cures.iter().any(|cure| cure.contains("max_newton_iterations")), "cures of every reason");
     assert!(report.to_string().contains("cost: 70 Newton iterations in failed attempts"), "{report}");
     assert!(report.to_string().starts_with("load step 3 failed: 2 inverted elements"), "{report}");
+    let told = "from a predicted state: 1 attempt, 10 iterations\n      from the last state: 3 attempts, 30 iterations";
+    assert!(report.to_string().contains(told), "{report}");
 
     let cycling = StepFailureKind::Cycling { nodes: vec![1] };
     let report = FailureReport::of_march(&failure(&problem, path.clone(), vec![cycling]), &problem);
