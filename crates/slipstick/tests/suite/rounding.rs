@@ -179,7 +179,7 @@ motion = [{ t = 0.5, u = [0.0, -0.02, 0.0] }, { t = 1.0, u = [0.0, 0.02, 0.0] }]
 [load_path]
 steps = 4
 "#;
-    let mut problem = problem(text);
+    let mut problem = crate::common::problem(text);
     let density = problem.initial_density().clone();
     let path = problem.analysis.forward(&density, &mut Silent).unwrap().path;
     assert_eq!(path.steps, 4);
