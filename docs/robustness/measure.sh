@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs what docs/robustness.md tells and puts its tables between the marks of that page; under an hour on two idle cores.
-# `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients, hard; and `fuzz SECONDS`, which runs every
+# `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients, hard, setups; and `fuzz SECONDS`, which runs every
 # fuzz target for so long and adds its executions to docs/robustness/fuzz.csv; and `mutations`, which asks cargo-mutants for a
 # sample, runs the tests with each (docs/robustness/mutations.py) and adds what they noticed to docs/robustness/mutations.csv.
 set -euo pipefail
@@ -10,6 +10,13 @@ source docs/tables.sh
 tables=$work
 
 tests() { SLIPSTICK_TABLES=$tables cargo test --release "$@"; }
+
+setups() {
+    cargo build --release -p slipstick-cli
+    docs/robustness/setups/setups.py --out "$work/setups"
+    put docs/robustness.md setups "$work/setups/setups.md"
+    cp "$work/setups/setups.csv" docs/robustness/setups.csv
+}
 
 kills() {
     SLIPSTICK_KILLS=${SLIPSTICK_KILLS:-120} tests -p slipstick-cli --test program killed
@@ -112,7 +119,7 @@ mutations_table() {
 if [ "${1:-}" = fuzz ]; then
     fuzz "${2:-600}"
 else
-    for name in ${*:-kills faults memory random_gradients hard}; do
+    for name in ${*:-kills faults memory random_gradients hard setups}; do
         "$name"
     done
 fi

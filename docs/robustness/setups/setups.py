@@ -1,0 +1,207 @@
+#!/usr/bin/env python3
+"""Random small contact set-ups of the kinds that engineers build, with default settings.
+
+    docs/robustness/setups/setups.py                     300 set-ups; writes setups.md and setups.csv to --out
+    docs/robustness/setups/setups.py --seed 17           one of them again, with all findings
+    docs/robustness/setups/setups.py --seed 17 --write   only its case file
+
+See docs/robustness.md for what is checked. Python 3.11, standard library only.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import copy
+import csv
+import json
+import os
+import pathlib
+import random
+import shutil
+import statistics
+import subprocess
+import time
+
+import kinds
+import results
+from geometry import permuted, turned, scaled
+
+PROGRAM = pathlib.Path(os.environ["SLIPSTICK"]) if "SLIPSTICK" in os.environ else pathlib.Path(__file__).parents[3] / "target/release/slipstick"
+
+#: Seconds after which a set-up counts as failed.
+LIMIT = 120.0
+
+#: Times as many steps, to tell errors of the trapezoidal rule from losses.
+FINER = 8
+
+
+def inline(value):
+    """A value in TOML."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {inline(inner)}" for key, inner in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(inline(inner) for inner in value) + "]"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def toml(case):
+    lines = []
+    for table, entries in case.items():
+        for entry in entries if isinstance(entries, list) else [entries]:
+            lines.append(f"[[{table}]]" if isinstance(entries, list) else f"[{table}]")
+            lines += [f"{key} = {inline(value)}" for key, value in entry.items()]
+            lines.append("")
+    return "\n".join(lines)
+
+
+def set_up(seed):
+    """The set-up of a seed: its kind, its case, its mesh files."""
+    kind = kinds.KINDS[seed % len(kinds.KINDS)]
+    return kind(random.Random(seed))
+
+
+def variant(seed, setup):
+    """One of the equivalent cases of a set-up, with the change that it means for forces."""
+    name = ["rotated", "units", "sides", "radius"][seed // len(kinds.KINDS) % 4]
+    case = copy.deepcopy(setup.case)
+    if name == "rotated":
+        if any("boxes" in surface for surface in case.get("surface", [])):
+            return None
+        case = permuted(case) if setup.has_components else turned(case, [1.0, 2.0, 3.0], 37.0)
+    elif name == "units":
+        case = scaled(case, 1000.0)
+    elif name == "sides":
+        if not setup.swappable:
+            return None
+        for contact in case["contact"]:
+            contact["slave"], contact["master"] = contact["master"], contact["slave"]
+    else:
+        if setup.size == 0.0:
+            return None
+        for contact in case["contact"]:
+            contact["search_radius"] = setup.size
+    return name, case
+
+
+def run(folder, case, meshes, threads):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in meshes.items():
+        (folder / name).write_text(text)
+    (folder / "case.toml").write_text(toml(case))
+    command = [PROGRAM, "solve", "case.toml", "--force", "-o", "out", "--threads", str(threads)]
+    clock = time.monotonic()
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LIMIT)
+        code, text = done.returncode, done.stdout + done.stderr
+    except subprocess.TimeoutExpired:
+        code, text = None, f"not done after {LIMIT:.0f} s"
+    return code, text, time.monotonic() - clock
+
+
+Row = collections.namedtuple("Row", "seed kind outcome iterations seconds energy depth notes")
+
+
+def reason(text):
+    """The line of the message that says why a run failed."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    errors = [line for line in lines if "error" in line or "failed" in line or "not done" in line]
+    return (errors or lines or ["no message"])[0][:160]
+
+
+def judge(seed, folder, compare):
+    setup = set_up(seed)
+    code, text, seconds = run(folder / "base", setup.case, setup.meshes, 1)
+    if code != 0:
+        kind = "refused" if code == 2 else "failed"
+        return Row(seed, setup.kind, kind, results.iterations(folder / "base/out"), seconds, 0.0, 0.0, [reason(text)])
+    found = results.Run(folder / "base/out", setup)
+    notes = found.findings()
+    if found.lost():
+        # steps may be too large for the trapezoidal rule: only a loss that remains with smaller ones counts
+        finer = copy.deepcopy(setup.case)
+        finer["load_path"]["steps"] *= FINER
+        code, text, _ = run(folder / "finer", finer, setup.meshes, 1)
+        again = results.Run(folder / "finer/out", setup) if code == 0 else None
+        if again is None:
+            notes.append(f"finer steps: {reason(text)}")
+        elif again.lost():
+            notes.append(f"{100 * found.energy:.1f} % of the work is missing, {100 * again.energy:.1f} % with {FINER} times the steps")
+    if compare:
+        other = variant(seed, setup)
+        if other is not None:
+            name, case = other
+            code, text, _ = run(folder / name, case, setup.meshes, 1)
+            if code != 0:
+                notes.append(f"{name}: {reason(text)}")
+            else:
+                notes += found.differences(name, results.Run(folder / name / "out", setup))
+    outcome = "wrong" if notes else "complete"
+    return Row(seed, setup.kind, outcome, found.iterations, seconds, found.energy, found.depth, notes)
+
+
+def table(rows):
+    lines = ["| kind | set-ups | complete | failed | wrong | iterations, median | largest | seconds, median | largest |"]
+    lines.append("|---|---|---|---|---|---|---|---|---|")
+    names = list(dict.fromkeys(row.kind for row in rows))
+    for name in names + ["all"]:
+        mine = [row for row in rows if name in (row.kind, "all")]
+        if not mine:
+            continue
+        of = lambda outcome: sum(row.outcome in outcome for row in mine)
+        numbers = [row.iterations for row in mine]
+        times = [row.seconds for row in mine]
+        lines.append(
+            f"| {name} | {len(mine)} | {of(['complete'])} | {of(['failed', 'refused'])} | {of(['wrong'])} "
+            f"| {statistics.median(numbers):.0f} | {max(numbers)} "
+            f"| {statistics.median(times):.1f} | {max(times):.1f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def failures(rows, path):
+    with open(path, "w", newline="") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(["seed", "kind", "outcome", "why"])
+        out.writerows([row.seed, row.kind, row.outcome, "; ".join(row.notes)] for row in rows if row.outcome != "complete")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=304)
+    parser.add_argument("--seed", type=int, help="only this set-up")
+    parser.add_argument("--write", action="store_true", help="write case files, run nothing")
+    parser.add_argument("--alone", action="store_true", help="without the equivalent case")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("setups"))
+    options = parser.parse_args()
+    seeds = [options.seed] if options.seed is not None else range(options.first, options.first + options.count)
+    if options.write:
+        for seed in seeds:
+            setup, folder = set_up(seed), options.out / str(seed)
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "case.toml").write_text(toml(setup.case))
+            for name, text in setup.meshes.items():
+                (folder / name).write_text(text)
+            print(folder / "case.toml")
+        return
+    rows = []
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        judged = {seed: pool.submit(judge, seed, options.out / str(seed), not options.alone) for seed in seeds}
+        for seed, future in judged.items():
+            row = future.result()
+            rows.append(row)
+            print(f"{seed:4} {row.kind:22} {row.outcome:9} {row.iterations:5} {row.seconds:6.1f} s  {'; '.join(row.notes)}", flush=True)
+            if row.outcome == "complete" and options.seed is None:
+                shutil.rmtree(options.out / str(seed), ignore_errors=True)
+    print(table(rows))
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.seed is None:
+        (options.out / "setups.md").write_text(table(rows))
+        failures(rows, options.out / "setups.csv")
+
+
+if __name__ == "__main__":
+    main()
