@@ -1,5 +1,6 @@
 //! From a resolved case to a problem that can be analysed.
 
+mod cross_points;
 mod maps;
 mod mesh;
 mod optimization;
@@ -288,7 +289,6 @@ fn build_interfaces(
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let points = ContactMap::new(mesh).points(&mesh.nodes);
-    let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
     for ((i, contact), tie) in case.contacts.iter().enumerate().zip(ties) {
         let size = largest_facet(contact, i, mesh, &points)?;
         let largest_offset = contact.offset.iter().map(|point| point.offset.abs()).fold(0.0, f64::max);
@@ -307,21 +307,22 @@ fn build_interfaces(
             return Err(BuildError::new(format!("contact[{i}].search_radius"), message, help));
         }
         check_stiffness(mesh, contact, i)?;
+        if let Some(first) = case.contacts[..i].iter().position(|other| other.slave == contact.slave) {
+            // quantities, load cases and tables name a pair by its slave surface
+            let message =
+                format!("`{}` is the slave of contact[{first}] too, and pairs are named by it", contact.slave);
+            let help = format!(
+                "swap slave and master of one of the pairs, or give the slave a second name: a [[surface]] with \
+                 `of = [\"{}\"]`",
+                contact.slave
+            );
+            return Err(BuildError::new(format!("contact[{i}].slave"), message, help));
+        }
         let interface = interface_of(contact, i, mesh, &points, mirrored, reach)?;
         let interface = match contact.tied {
             true => interface,
             false => interface.with_trusted_depth(1.5 * approach + largest_offset),
         };
-        for slave in interface.slave_nodes() {
-            if let Some(first) = slaves_so_far.insert(slave.node, i).filter(|&first| first != i) {
-                let message = format!("node {} is a slave of contact[{first}] too", slave.node);
-                return Err(BuildError::new(
-                    format!("contact[{i}].slave"),
-                    message,
-                    "swap slave and master of one of the pairs",
-                ));
-            }
-        }
         interfaces.push(ModelInterface {
             surfaces: [contact.slave.clone(), contact.master.clone()],
             friction: contact.friction,

@@ -511,7 +511,10 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             facets: [interface.slave_facets().len(), interface.master_facets().len()],
             slave_nodes: distinct(slaves.iter().map(|slave| slave.node)),
             sharp_nodes: distinct(slaves.iter().filter(|slave| slave.sharp).map(|slave| slave.node)),
-            covered: distinct(nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node)),
+            covered: match &model.bond {
+                Some(bond) => distinct(bond.iter().filter(|row| faces_master(row)).map(|row| row.node)),
+                None => distinct(nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node)),
+            },
             smallest_gap: closest.map(|c| c.0),
             at_node: closest.map(|c| c.1),
             reach: interface.reach(),
@@ -520,11 +523,17 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
     Ok(summaries)
 }
 
+/// Whether a part of the master lies opposite a slave node of a tie.
+fn faces_master(row: &NodeKinematics) -> bool {
+    row.area > 0.0 || row.support.len() > row.ring
+}
+
 /// A notice if tied surfaces do not lie on each other, or only partly.
 fn apart(bond: &[NodeKinematics], pair: usize, contact: &Contact, size: f64) -> Option<Notice> {
-    let (tied, free): (Vec<_>, Vec<_>) = bond.iter().partition(|row| row.area > 0.0);
+    let free: Vec<_> = bond.iter().filter(|row| !faces_master(row)).collect();
+    // cross points of ties have no row of their own
+    let tied = bond.iter().filter(|row| row.area > 0.0);
     let (distance, node) = tied
-        .iter()
         .map(|row| ((row.gap() / row.area).abs(), row.node))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(distance, _)| *distance > APART * size)

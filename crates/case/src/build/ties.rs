@@ -8,12 +8,12 @@
 
 use super::mesh::open_mesh;
 use super::symmetry::mirrored;
-use super::{BuildError, bond, interface_of, tie_reach};
+use super::{BuildError, bond, cross_points, interface_of, sides, tie_reach};
 use crate::case::Case;
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{ContactMap, Mesh, facet_area};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Larger gaps, as fractions of the size of the slave's elements, are taken as intended and remain.
 const FARTHEST: f64 = 0.1;
@@ -41,10 +41,14 @@ pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Rows, BuildError> {
     let (map, mirrored) = (ContactMap::new(mesh), mirrored(case, mesh)?);
     let points = map.points(&mesh.nodes);
     let mut sizes = Vec::new();
+    let mut taken = contact_nodes(case, mesh)?;
     for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| contact.tied) {
         let interface = interface_of(contact, i, mesh, &points, &mirrored, tie_reach(contact, i, mesh, &points)?)?;
         sizes.push(smallest(mesh, &contact.slave));
-        ties[i] = Some(bond(&interface, points.as_flattened(), i)?);
+        let mut rows = bond(&interface, points.as_flattened(), i)?;
+        cross_points::condense(&interface, &mut rows, &taken);
+        ties[i] = Some(rows);
+        taken.extend(interface.slave_facets().iter().chain(interface.master_facets()).flatten());
     }
     for _ in 0..REPETITIONS {
         let mut open: f64 = 0.0;
@@ -62,6 +66,16 @@ pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Rows, BuildError> {
         }
     }
     Ok(ties)
+}
+
+/// The slave nodes of all contact pairs.
+fn contact_nodes(case: &Case, mesh: &Mesh) -> Result<BTreeSet<u32>, BuildError> {
+    let mut nodes = BTreeSet::new();
+    for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| !contact.tied) {
+        let [slave, _] = sides(contact, i, mesh)?;
+        nodes.extend(slave.iter().flatten());
+    }
+    Ok(nodes)
 }
 
 /// How far closing the ties moves the slave nodes of each pair: the largest distance \[L\], and its

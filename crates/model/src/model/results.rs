@@ -129,11 +129,15 @@ impl NodalContact {
 
 impl ContactModel {
     /// a_k = ∫ N_k dA over all slave surfaces at positions `x`, for every node; zero away from
-    /// them. \[L²\]
+    /// them. Facets that are slaves in several pairs count once. \[L²\]
     fn surface_areas(&self, x: &[f64]) -> Vec<f64> {
         let mut areas = vec![0.0; x.len() / 3];
         let position = |node: u32| std::array::from_fn(|c| x[3 * node as usize + c]);
+        let mut counted = std::collections::HashSet::new();
         for facet in self.interfaces.iter().flat_map(|model| model.interface.slave_facets()) {
+            if !counted.insert(*facet) {
+                continue;
+            }
             let corners = match facet[..] {
                 [a, b, c] => FacetCorners::Triangle([a, b, c].map(position)),
                 [a, b, c, d] => FacetCorners::Quadrilateral([a, b, c, d].map(position)),

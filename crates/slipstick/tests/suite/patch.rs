@@ -139,7 +139,7 @@ fn uniaxial_strain(moduli: [(f64, f64); 2]) -> ([f64; 2], f64) {
 
 /// Deformation gradients at the centre of an element, or at the integration points of a quadratic one,
 /// from its nodes' displacements.
-fn deformation_gradients(mesh: &Mesh, element: usize, d: &[f64]) -> Vec<Matrix3<f64>> {
+pub(crate) fn deformation_gradients(mesh: &Mesh, element: usize, d: &[f64]) -> Vec<Matrix3<f64>> {
     use slipstick_mesh::second_order::{HEX27_POINTS, TET10_POINTS, hex27_shapes, tet10_shapes};
     // gradients of the shape functions there, in coordinates of the parent cube or tetrahedron
     let cube = || slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 8.0)).to_vec();
@@ -323,12 +323,12 @@ fn uniaxial_strain_passes_through_quadratic_elements() {
     }
 }
 
-fn mean(of: &[[f64; 3]]) -> [f64; 3] {
+pub(crate) fn mean(of: &[[f64; 3]]) -> [f64; 3] {
     std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64)
 }
 
 /// The mesh with its inner nodes moved by up to a tenth of an element.
-fn distorted(mut mesh: Mesh) -> Mesh {
+pub(crate) fn distorted(mut mesh: Mesh) -> Mesh {
     let outer = mesh.boundary(0).nodes();
     for node in (0..mesh.nodes.len()).filter(|n| outer.binary_search(&(*n as u32)).is_err()) {
         for c in 0..3 {
