@@ -199,6 +199,8 @@ class Run:
         return out
 
     def _cone(self, fields):
+        if any(pair.get("multiplier_shape") == "dual" for pair in self.setup.case["contact"]):
+            return []  # nodal forces are positive combinations of multipliers, which obey the cone, only for standard shapes
         limit = max(pair["friction"] for pair in self.setup.case["contact"])
         largest = max((abs(p) for p in fields["contact_pressure"] if p == p), default=0.0) + self.round_off / 1e-5
         out = []
