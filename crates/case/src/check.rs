@@ -14,10 +14,12 @@ use crate::build::Problem;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
+use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_linalg::{Automatic, SchwarzSolver};
 use slipstick_mesh::{Element, Mesh};
 use slipstick_model::analysis::Analysis;
+use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
 use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
 
@@ -36,6 +38,8 @@ pub enum NoticeKind {
     Divided,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
+    /// A node lies below the other surface at the start, while the mean gap there is open.
+    OpenOverlap,
     /// Tied surfaces are apart, or only partly opposite each other.
     TiedApart,
     /// The surfaces of a contact pair are out of each other's search range.
@@ -257,8 +261,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     }));
     notices.extend(design::notices(case, problem));
     let contacts = contacts(case, problem, &mut notices)?;
-    let penetrating: Vec<String> =
-        notices.iter().filter(|n| n.kind == NoticeKind::PenetratingStart).map(|n| n.path.clone()).collect();
+    let touching = |n: &&Notice| matches!(n.kind, NoticeKind::PenetratingStart | NoticeKind::OpenOverlap);
+    let penetrating: Vec<String> = notices.iter().filter(touching).map(|n| n.path.clone()).collect();
     let open = closing::never_closed(case, problem).into_iter();
     for open in open.filter(|open| !penetrating.contains(&format!("contact[{}]", open.pair))) {
         // it is more specific than the notice that nothing lies opposite at the start
@@ -433,6 +437,14 @@ fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed:
 fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {
     let rest = problem.analysis.model().rest();
     let found = problem.analysis.design.contact_results(&rest, &rest, 0.0)?.nodes;
+    let open: Vec<bool> = found.iter().map(|at| at.status == Status::Inactive).collect();
+    let overlaps = overlaps_at(&problem.mesh, problem.analysis.model(), &rest.unknowns, 0.0, &open);
+    notices.extend(overlaps.iter().map(|overlap| Notice {
+        kind: NoticeKind::OpenOverlap,
+        path: format!("contact[{}]", overlap.pair),
+        message: overlap.to_string(),
+        help: overlap.help(),
+    }));
     let mut start = 0;
     let mut summaries = Vec::new();
     let moves = crate::build::ties::moves(case).unwrap_or_default();

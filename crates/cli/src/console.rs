@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
+use slipstick::overlaps::OpenOverlap;
 
 use crate::Outcome;
 use crate::args::Common;
@@ -127,6 +128,19 @@ impl Console {
         self.event("warning", json!({ "code": notice, "message": notice.to_string(), "help": help }));
         if !self.json && !self.quiet {
             self.suspended(|| complain(&format!("warning: {notice}\n    help: {help}\n")));
+        }
+    }
+
+    /// Prints where bodies overlap without a contact force on a path.
+    pub fn overlaps(&self, overlaps: &[OpenOverlap]) {
+        for overlap in overlaps {
+            let help = overlap.help();
+            let object =
+                json!({ "code": "open_overlap", "message": overlap.to_string(), "help": help, "overlap": overlap });
+            self.event("warning", object);
+            if !self.json && !self.quiet {
+                self.suspended(|| complain(&format!("warning: {overlap}\n    help: {help}\n")));
+            }
         }
     }
 

@@ -168,7 +168,7 @@ pub fn diagnostics(
             NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
             NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
             NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
-            NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
+            NoticeKind::PenetratingStart | NoticeKind::OpenOverlap => (CaseCode::PenetratingStart, Severity::Warning),
             NoticeKind::TiedApart => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),

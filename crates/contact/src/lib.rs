@@ -20,5 +20,7 @@ pub mod friction;
 pub mod kinematics;
 
 mod interface;
+mod overlap;
 
 pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace, SlaveNode};
+pub use overlap::{COUNTED_OVERLAP, Overlap};

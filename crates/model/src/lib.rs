@@ -3,12 +3,14 @@
 //! [`model`] is the only place where meshes, solids, contact and the load path meet. [`analysis`]
 //! marches the path of a [`problem::Problem`] and differentiates the objective, [`quantities`]
 //! lists the reactions, contact forces and energies along a path, [`verify`] compares gradients
-//! with differences, and [`optimize`] changes the design. [`words`] formats counts and numbers for
+//! with differences, [`overlaps`] finds bodies that overlap without a contact force, and [`optimize`]
+//! changes the design. [`words`] formats counts and numbers for
 //! display.
 
 pub mod analysis;
 pub mod model;
 pub mod optimize;
+pub mod overlaps;
 pub mod problem;
 pub mod quantities;
 mod side_by_side;

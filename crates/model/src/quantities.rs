@@ -48,6 +48,7 @@ use slipstick_path::{Path, StepState};
 
 use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
 use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
 
 /// What a quantity belongs to.
@@ -113,6 +114,8 @@ pub struct Quantities {
     pub names: Vec<QuantityName>,
     /// The state at rest and every completed load step.
     pub rows: Vec<QuantityRow>,
+    /// Where bodies overlap without a contact force ([`overlaps`]); empty on all ranks but the first.
+    pub overlaps: Vec<OpenOverlap>,
 }
 
 impl Quantities {
@@ -157,7 +160,7 @@ pub struct EnergyJump {
 }
 
 /// Computes the quantities of all completed load steps of a path. All ranks call it and receive the
-/// same.
+/// same, except for the overlaps.
 pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let (mesh, analysis) = (&problem.mesh, &problem.analysis);
     let model = analysis.model();
@@ -178,7 +181,7 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let user_steps = steps_of(path);
     let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
     let ranks = model.share().ranks().clone();
-    let mut result = Quantities { names: recorder.names(), rows: Vec::new() };
+    let mut result = Quantities { names: recorder.names(), rows: Vec::new(), overlaps: overlaps(problem, path) };
     let mut sums = Sums::default();
     let mut last: Option<Last<'_>> = None;
     for (index, at) in path.states.iter().enumerate() {
@@ -549,7 +552,7 @@ mod tests {
                 slipped: Vec::new(),
             };
             let names = vec![name("strain_energy"), name("external_work")];
-            Quantities { names, rows: rows.iter().enumerate().map(row).collect() }
+            Quantities { names, rows: rows.iter().enumerate().map(row).collect(), overlaps: Vec::new() }
         };
         assert_eq!(quantities(&[[0.0, 0.0], [1.0, 1.0], [3.0, 3.0], [0.5, 2.0]]).jump(), None);
         assert_eq!(quantities(&[[0.0, 0.0], [5.0, 0.0], [6.0, 0.0]]).jump(), None);

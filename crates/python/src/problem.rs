@@ -16,6 +16,7 @@ use slipstick::design::quantity::{Quantity, WrongDerivative};
 use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Role, Term};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::model::Parameter;
+use slipstick::overlaps::{OpenOverlap, overlaps};
 use slipstick::quantities::column_names;
 use slipstick::run::load_design;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
@@ -249,13 +250,14 @@ impl Problem {
             }
             let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
             problem.analysis.march.factor_memory = kept;
+            let found = forward.as_ref().map_or_else(|_| Vec::new(), |forward| overlaps(&problem, &forward.path));
             let used = models(&problem);
             if friction.is_some() {
                 (problem.analysis.design, problem.analysis.cases) = own;
             }
             let forward = forward?;
             let value = self.has_objective().then_some(forward.value);
-            let notice = forward.notice.map(|notice| notice.to_string());
+            let notice = noticed(forward.notice.map(|notice| notice.to_string()), &found);
             Ok((Path::new(self.built.clone(), used, forward.path, value), notice))
         })
     }
@@ -284,7 +286,8 @@ impl Problem {
                     false => analysis.gradient(&forward).map(|density| Gradients { density, parameters: Vec::new() }),
                 };
                 let gradients = gradients.map_err(|error| Error::analysis(problem, &error))?;
-                Ok((forward.value, gradients, notice(&forward)))
+                let notice = noticed(notice(&forward), &overlaps(problem, &forward.path));
+                Ok((forward.value, gradients, notice))
             })
         })?;
         let parameters = named(&self.resolved.case, &gradients);
@@ -582,6 +585,13 @@ fn no_objective() -> Error {
 fn notice(forward: &Forward) -> Option<String> {
     let rounding = forward.rounding.map(|rounding| format!("{rounding}; so are its derivatives"));
     rounding.or_else(|| forward.notice.as_ref().map(ForwardNotice::to_string))
+}
+
+/// A notice together with overlaps of bodies without a contact force.
+fn noticed(notice: Option<String>, overlaps: &[OpenOverlap]) -> Option<String> {
+    let found = overlaps.iter().map(|overlap| format!("{overlap}; {}", overlap.help()));
+    let all: Vec<String> = notice.into_iter().chain(found).collect();
+    (!all.is_empty()).then(|| all.join("\n"))
 }
 
 /// Kind, place in the case and derivative of every parameter.

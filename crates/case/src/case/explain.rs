@@ -183,7 +183,8 @@ impl CaseCode {
             }
             PenetratingStart => {
                 "Move a body with its `place.translate` so that the surfaces just touch. Otherwise the first load step \
-                 has to remove the penetration."
+                 has to remove the penetration. Where the mean gap is open although a node lies below the other surface, \
+                 refine both surfaces there, let the pointed or finer side be the slave, or use quadratic elements."
             }
             LooseTolerance => {
                 "Use a smaller tolerance: the default of 1e-8 costs only a few more iterations. Gradients are exact \

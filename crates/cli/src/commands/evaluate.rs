@@ -81,7 +81,9 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         watch.check()?;
         whole(context, &forward, steps)?;
         context.console.notice(forward.notice);
-        paths.push((shown, quantities(problem, &forward.path)));
+        let found = quantities(problem, &forward.path);
+        context.console.overlaps(&found.overlaps);
+        paths.push((shown, found));
         write_evaluations(directory, &paths)?;
         let [open, stick, slip] = final_status(&forward);
         let (newton, increments) = (forward.path.newton_iterations(), forward.path.increments());

@@ -7,6 +7,7 @@ use slipstick::case::Case;
 use slipstick::design::ElementValues;
 use slipstick::model::Parameter;
 use slipstick::output::fields::{DesignFields, write_design};
+use slipstick::overlaps::overlaps;
 use slipstick::run::{Run, RunDirectory, write_densities};
 
 use super::{digits, phases, tell_phases, warn_of_fallbacks, whole};
@@ -44,6 +45,7 @@ fn gradient(
     first(problem, || watch.check())?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
+    context.console.overlaps(&overlaps(problem, &forward.path));
     if let Some(rounding) = forward.rounding {
         context.console.warning(&format!("{rounding}; so are its derivatives"));
     }

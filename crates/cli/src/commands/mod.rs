@@ -98,6 +98,7 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     for (title, text) in lines {
         context.console.text(&format!("  {title:width$}  {text}"));
     }
+    context.console.overlaps(&quantities.overlaps);
     if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
         context.console.warning(&format!(
             "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \

@@ -82,7 +82,7 @@ impl ModelInterface {
 
     /// Whether the surfaces interact in a load step that ends at a pseudo-time, and, if they do
     /// from the start, at rest.
-    pub(super) fn is_active(&self, time: f64) -> bool {
+    pub(crate) fn is_active(&self, time: f64) -> bool {
         let ([from, to], (_, t)) = (self.active, course::place(time));
         (from == 0.0 || t > from + SAME_TIME) && t <= to + SAME_TIME
     }

@@ -33,7 +33,7 @@ impl ContactPoints {
 
 impl ContactModel {
     /// Current positions x̂ = T x of the points of the contact surfaces, [`ContactMap`].
-    pub(super) fn contact_positions(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn contact_positions(&self, y: &[f64]) -> Vec<f64> {
         let x = self.positions(y);
         if self.points.map.is_identity() { x } else { self.points.map.apply(&x) }
     }

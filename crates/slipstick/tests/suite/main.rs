@@ -24,6 +24,7 @@ mod loads;
 mod meshes;
 mod newton;
 mod output;
+mod overlaps;
 mod pairs;
 mod parameters;
 mod patch;
