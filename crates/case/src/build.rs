@@ -6,6 +6,7 @@ mod mesh;
 mod optimization;
 mod quantities;
 mod regions;
+pub(crate) mod surfaces;
 mod symmetry;
 pub(crate) mod ties;
 mod variables;
@@ -260,6 +261,7 @@ fn tie_reach(contact: &case::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 
 
 /// The mortar interface of a pair on contact points at the positions `points`.
 fn interface_of(
+    case: &Case,
     contact: &case::Contact,
     pair: usize,
     mesh: &Mesh,
@@ -277,7 +279,10 @@ fn interface_of(
     let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
     let interface = ContactInterface::new(slave, master, points.as_flattened(), options)
         .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "choose two surfaces of different bodies"))?;
-    Ok(interface.with_symmetry(|node| mirrored[node as usize]))
+    let interface = interface.with_symmetry(|node| mirrored[node as usize]);
+    let heights = [interface.slave_facets(), interface.master_facets()]
+        .map(|facets| surfaces::heights(surfaces::smooth(case, contact, mesh, points, facets, mirrored)));
+    Ok(interface.with_heights(heights))
 }
 
 fn build_interfaces(
@@ -318,7 +323,7 @@ fn build_interfaces(
             );
             return Err(BuildError::new(format!("contact[{i}].slave"), message, help));
         }
-        let interface = interface_of(contact, i, mesh, &points, mirrored, reach)?;
+        let interface = interface_of(case, contact, i, mesh, &points, mirrored, reach)?;
         let interface = match contact.tied {
             true => interface,
             false => interface.with_trusted_depth(1.5 * approach + largest_offset),

@@ -3,6 +3,7 @@
 use crate::kinematics::cell_rule::CellPoint;
 use crate::kinematics::coupling::{FacetCoupling, Settings};
 use crate::kinematics::frame::RingCorner;
+use crate::kinematics::height::{CurvedFacet, FacetHeight};
 use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -97,6 +98,9 @@ pub struct ContactInterface {
     with_itself: bool,
     /// The master facets at the reference coordinates.
     tree: FacetTree,
+    /// For the facets of slave and master, the height of the true surface above them; empty where
+    /// all facets of a side are the surface itself.
+    heights: [Vec<Option<FacetHeight>>; 2],
 }
 
 /// Buffers of [`ContactInterface::evaluate`], and the slave nodes that it evaluates.
@@ -143,7 +147,39 @@ impl ContactInterface {
         }
         let tree = FacetTree::build(&master_facets, coordinates);
         let (rule, trusted) = (rule.points(), f64::INFINITY);
-        Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule, reach, trusted, with_itself, tree })
+        let heights = [Vec::new(), Vec::new()];
+        Ok(Self {
+            slave_facets,
+            master_facets,
+            slave_nodes,
+            sharp,
+            shape,
+            rule,
+            reach,
+            trusted,
+            with_itself,
+            tree,
+            heights,
+        })
+    }
+
+    /// The same interface with the heights of the true surfaces above the facets of slave and
+    /// master, facet by facet, or none for a side whose facets are the surface itself.
+    ///
+    /// # Panics
+    /// If a side has heights, but not for each of its facets.
+    pub fn with_heights(mut self, heights: [Vec<Option<FacetHeight>>; 2]) -> Self {
+        for (heights, facets) in heights.iter().zip([&self.slave_facets, &self.master_facets]) {
+            assert!(heights.is_empty() || heights.len() == facets.len(), "a height for each facet");
+        }
+        self.heights = heights;
+        self
+    }
+
+    /// The heights of the true surfaces above the facets of slave and master, as in
+    /// [`Self::with_heights`].
+    pub fn heights(&self) -> &[Vec<Option<FacetHeight>>; 2] {
+        &self.heights
     }
 
     /// Buffers for evaluating the slave nodes that `has` selects by their global numbers.
@@ -218,8 +254,9 @@ impl ContactInterface {
         let Self { slave_facets, master_facets, sharp, rule, .. } = self;
         let settings = Settings { x, rule, shape: self.shape, reach: self.reach, trusted: self.trusted, with_gradient };
         let (tree, masters) = (&*tree, master_facets);
-        let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets);
-        let folded = facets.map_init(Vec::new, |hits, (((coupling, facet), sharp), &evaluated)| {
+        let height = |side: usize, facet: usize| self.heights[side].get(facet)?.as_ref();
+        let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets).enumerate();
+        let folded = facets.map_init(Vec::new, |hits, (number, (((coupling, facet), sharp), &evaluated))| {
             if !evaluated {
                 return Ok(());
             }
@@ -229,8 +266,10 @@ impl ContactInterface {
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
             let neighbour = |master: &FacetNodes| self.with_itself && master.iter().any(|node| facet.contains(node));
-            let candidates = hits.iter().map(|&h| masters[h as usize]).filter(|master| !neighbour(master));
-            coupling.evaluate(facet, *sharp, candidates, settings)
+            let candidates =
+                hits.iter().map(|&h| CurvedFacet { nodes: masters[h as usize], height: height(1, h as usize) });
+            let candidates = candidates.filter(|master| !neighbour(&master.nodes));
+            coupling.evaluate(CurvedFacet { nodes: *facet, height: height(0, number) }, *sharp, candidates, settings)
         });
         // the first one by facet number, regardless of which thread finishes first
         let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
@@ -440,7 +479,7 @@ mod tests {
             interface.evaluate(&x, false, &mut workspace, &mut Vec::new()).unwrap();
             let settings = Settings { x: &x, rule: &interface.rule, shape, reach, trusted: 0.0, with_gradient: false };
             let mut all = FacetCoupling::default();
-            all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
+            all.evaluate(slave.into(), [false; 4], masters.iter().map(|&master| master.into()), settings).unwrap();
             // by counting: two of the eight layers are too far away
             assert_eq!(all.nodes.len(), corners + 6 * 4 * (corners + 1));
             assert_eq!(workspace.couplings[0].nodes, all.nodes);

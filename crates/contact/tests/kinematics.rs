@@ -2,10 +2,11 @@
 //! objectivity under any common rotation.
 
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use slipstick_contact::kinematics::height::FacetHeight;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
-use slipstick_mesh::{BoxShape, Mesh, box_mesh};
+use slipstick_mesh::{BoxShape, FacetNodes, Mesh, box_mesh, smooth_surface};
 
 const SHAPES: [MultiplierShape; 2] = [MultiplierShape::Standard, MultiplierShape::Dual];
 
@@ -205,6 +206,42 @@ fn slip_of_a_sliding_pair_turns_with_the_body() {
         let seen = measures(&evaluate(&interface, &turned, false), &before, &turned);
         for (a, b) in straight.iter().zip(&seen) {
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-14), "{a:?} {b:?}");
+        }
+    }
+}
+
+/// The gap between coaxial cylinders of radii 10 and 10.02 is 0.02 wherever facets and nodes lie,
+/// although the facets of the coarser side leave their circle by 0.06.
+#[test]
+fn gaps_between_arcs_do_not_depend_on_the_facets() {
+    for (divisions, shape) in [[7, 9], [9, 7], [8, 8], [7, 31]].into_iter().flat_map(|d| SHAPES.map(|shape| (d, shape)))
+    {
+        let mut x: Vec<[f64; 3]> = Vec::new();
+        // an arc of 90°, two facets wide; `outward`: as seen from outside of the body
+        let mut arc = |radius: f64, count: usize, outward: bool| -> Vec<FacetNodes> {
+            let first = x.len() as u32;
+            for i in 0..=count {
+                let (sin, cos) = (std::f64::consts::FRAC_PI_2 * i as f64 / count as f64).sin_cos();
+                x.extend([0.0, 0.4, 1.0].map(|z| [radius * cos, radius * sin, z]));
+            }
+            let at = |i: usize, j: usize| first + (3 * i + j) as u32;
+            let facets = (0..count).flat_map(|i| (0..2).map(move |j| (i, j)));
+            let corners = |(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            facets.map(corners).map(|[a, b, c, d]| if outward { [a, b, c, d] } else { [a, d, c, b] }.into()).collect()
+        };
+        let (slave, master) = (arc(10.0, divisions[0], true), arc(10.02, divisions[1], false));
+        let feature_angle = std::f64::consts::FRAC_PI_4;
+        let options = InterfaceOptions { shape, rule: CellRule::Seven, reach: 1.0, feature_angle };
+        let heights = [&slave, &master].map(|facets| {
+            let smooth = smooth_surface(facets, &x, &x, feature_angle, &[], |_| [false; 3]);
+            smooth.heights.into_iter().map(|heights| heights.map(FacetHeight)).collect()
+        });
+        let interface = ContactInterface::new(slave, master, x.as_flattened(), options).unwrap().with_heights(heights);
+        for row in evaluate(&interface, x.as_flattened(), false) {
+            // the facets at the ends of the arc are partly covered, and end in other planes
+            let angle = x[row.node as usize][1].atan2(x[row.node as usize][0]).to_degrees();
+            let gap = row.gap() / row.area;
+            assert!(!(15.0..75.0).contains(&angle) || (gap / 0.02 - 1.0).abs() < 0.02, "{divisions:?} {angle}°: {gap}");
         }
     }
 }

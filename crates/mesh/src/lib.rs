@@ -41,6 +41,7 @@ mod rigid;
 mod search;
 pub mod second_order;
 mod select;
+mod smooth;
 mod topology;
 pub mod vector;
 
@@ -63,4 +64,5 @@ pub use mesh::{Body, Facet, Mesh, Surface};
 pub use rigid::Rigid;
 pub use search::FacetTree;
 pub use second_order::ContactMap;
+pub use smooth::{Shape, SmoothPatch, SmoothSurface, smooth_surface};
 pub use topology::NodeElements;

@@ -43,7 +43,8 @@ pub(super) fn close(case: &Case, mesh: &mut Mesh) -> Result<Rows, BuildError> {
     let mut sizes = Vec::new();
     let mut taken = contact_nodes(case, mesh)?;
     for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| contact.tied) {
-        let interface = interface_of(contact, i, mesh, &points, &mirrored, tie_reach(contact, i, mesh, &points)?)?;
+        let interface =
+            interface_of(case, contact, i, mesh, &points, &mirrored, tie_reach(contact, i, mesh, &points)?)?;
         sizes.push(smallest(mesh, &contact.slave));
         let mut rows = bond(&interface, points.as_flattened(), i)?;
         cross_points::condense(&interface, &mut rows, &taken);

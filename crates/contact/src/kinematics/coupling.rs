@@ -13,7 +13,8 @@
 //! ```
 
 use super::clip::{PLANE_COORDINATES, Point};
-use super::facet_pair::{PairIntegrals, integrate_pair};
+use super::facet_pair::{PairHeights, PairIntegrals, integrate_pair};
+use super::height::{AlongRay, CurvedFacet};
 use super::inverse_map::Unmappable;
 pub use super::plane::Settings;
 use super::plane::{Coupled, FacetNormal, Plane, position};
@@ -59,6 +60,11 @@ pub struct FacetCoupling {
     /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty if no corner lies on
     /// a sharp edge. \[L\]
     pub facing_gradient: Vec<f64>,
+    /// `height[3 j + c]` = n₀_c ∫ Φ_j (h¹ + t²) over the overlap: the heights of the true surfaces
+    /// above the facets, along the normal n₀ ([`super::height`]). Empty if there are none. \[L³\]
+    pub height: Vec<f64>,
+    /// `height_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂height/∂x_t; empty with `height`. \[L²\]
+    pub height_gradient: Vec<f64>,
     sharp: [bool; 4],
     pair: PairIntegrals,
     overlapping: Vec<usize>,
@@ -85,27 +91,30 @@ impl FacetCoupling {
     ///
     /// Paper: (15), linearised as in Popp et al. (2010).
     /// Test: `coupling_gradient_matches_finite_differences`.
-    pub fn evaluate(
+    pub fn evaluate<'a>(
         &mut self,
-        slave: &FacetNodes,
+        slave: CurvedFacet<'_>,
         sharp: [bool; 4],
-        candidates: impl Iterator<Item = FacetNodes> + Clone,
+        candidates: impl Iterator<Item = CurvedFacet<'a>> + Clone,
         settings: Settings<'_>,
     ) -> Result<(), FoldedFacet> {
         self.nodes.clear();
-        self.corners = slave.len();
+        self.height.clear();
+        self.height_gradient.clear();
+        self.corners = slave.nodes.len();
         self.sharp = sharp;
-        match slave[..] {
-            [a, b, c] => self.evaluate_facet(&[a, b, c], candidates, settings),
-            [a, b, c, d] => self.evaluate_facet(&[a, b, c, d], candidates, settings),
+        match slave.nodes[..] {
+            [a, b, c] => self.evaluate_facet(&[a, b, c], slave, candidates, settings),
+            [a, b, c, d] => self.evaluate_facet(&[a, b, c, d], slave, candidates, settings),
             _ => Ok(()),
         }
     }
 
-    fn evaluate_facet<const S: usize>(
+    fn evaluate_facet<'a, const S: usize>(
         &mut self,
         slave: &[u32; S],
-        candidates: impl Iterator<Item = FacetNodes> + Clone,
+        curved: CurvedFacet<'_>,
+        candidates: impl Iterator<Item = CurvedFacet<'a>> + Clone,
         settings: Settings<'_>,
     ) -> Result<(), FoldedFacet> {
         let Settings { x, shape, with_gradient, .. } = settings;
@@ -116,7 +125,8 @@ impl FacetCoupling {
         // the first pass finds the overlapping masters, to determine the local nodes; the second
         // pass computes their integrals
         self.overlapping.clear();
-        for (index, master) in candidates.clone().enumerate() {
+        let mut has_height = curved.height.is_some();
+        for (index, CurvedFacet { nodes: master, height }) in candidates.clone().enumerate() {
             let overlaps = match master[..] {
                 [a, b, c] => plane.overlaps(&projected, &[a, b, c], settings),
                 [a, b, c, d] => plane.overlaps(&projected, &[a, b, c, d], settings),
@@ -126,10 +136,15 @@ impl FacetCoupling {
                 Coupled::No => continue,
                 Coupled::FoldedMaster => return self.fail(&master),
                 Coupled::FoldedSlave => return self.fail(slave),
-                Coupled::Yes if plane.is_behind(&projected, &master, candidates.clone(), settings) => continue,
+                Coupled::Yes
+                    if plane.is_behind(&projected, &master, candidates.clone().map(|facet| facet.nodes), settings) =>
+                {
+                    continue;
+                }
                 Coupled::Yes => {}
             }
             self.overlapping.push(index);
+            has_height |= height.is_some();
             for &node in &master {
                 if !self.nodes[S..].contains(&node) {
                     self.nodes.push(node);
@@ -153,15 +168,20 @@ impl FacetCoupling {
                 self.facing_gradient.resize(9 * S * n, 0.0);
             }
         }
+        if has_height {
+            self.height.resize(3 * S, 0.0);
+            self.height_gradient.resize(if with_gradient { 9 * S * n } else { 0 }, 0.0);
+        }
         let mut next = 0;
-        for (index, master) in candidates.enumerate() {
+        for (index, CurvedFacet { nodes: master, height }) in candidates.enumerate() {
             if self.overlapping.get(next) != Some(&index) {
                 continue;
             }
             next += 1;
+            let heights = [curved.height, height];
             let added = match master[..] {
-                [a, b, c] => self.add_master(&plane, &corners, &projected, &[a, b, c], settings),
-                [a, b, c, d] => self.add_master(&plane, &corners, &projected, &[a, b, c, d], settings),
+                [a, b, c] => self.add_master(&plane, &corners, &projected, &[a, b, c], heights, settings),
+                [a, b, c, d] => self.add_master(&plane, &corners, &projected, &[a, b, c, d], heights, settings),
                 _ => Ok(()),
             };
             if added.is_err() {
@@ -181,17 +201,21 @@ impl FacetCoupling {
         corners: &[Vector3<f64>; S],
         projected: &[Point; S],
         master: &[u32; M],
+        heights: PairHeights<'_>,
         Settings { x, rule, with_gradient, .. }: Settings<'_>,
     ) -> Result<(), Unmappable> {
         let points = master.map(|m| position(x, m));
         let flat = points.map(|p| plane.project(&p));
         let mut pair = std::mem::take(&mut self.pair);
-        let integrated = integrate_pair(projected, &flat, rule, with_gradient, &mut pair);
+        let integrated = integrate_pair(projected, &flat, heights, rule, with_gradient, &mut pair);
         if integrated == Ok(true) {
             let place: [usize; M] =
                 master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
             self.add_pair(&pair, plane, corners, &points, place, with_gradient);
             self.add_facing(&pair, plane, corners, &points, place, with_gradient);
+            if heights != [None, None] {
+                self.add_height(&pair, plane, corners, &points, place, with_gradient);
+            }
         }
         self.pair = pair;
         integrated.map(|_| ())
@@ -274,6 +298,62 @@ impl FacetCoupling {
         }
     }
 
+    /// Adds the heights above the two facets of a pair: n₀ ∫ N_j (h¹ + t²) ([`super::height`]).
+    ///
+    /// Test: `coupling_gradient_matches_finite_differences`.
+    fn add_height<const S: usize, const M: usize>(
+        &mut self,
+        pair: &PairIntegrals,
+        plane: &Plane<S>,
+        corners: &[Vector3<f64>; S],
+        points: &[Vector3<f64>; M],
+        column: [usize; M],
+        with_gradient: bool,
+    ) {
+        let columns = 3 * self.nodes.len();
+        let (Some(own), Some(other)) = (FacetNormal::of(corners), FacetNormal::of(points)) else { return };
+        let Some(ray) = AlongRay::new(&-own.normal, points, &other.normal, &other.slope) else { return };
+        let factors = [1.0, ray.factors[0], ray.factors[1], ray.factors[2]];
+        for j in 0..S {
+            let integrals: [f64; 4] = std::array::from_fn(|k| pair.heights[4 * k + j]);
+            let height: f64 = factors.iter().zip(integrals).map(|(f, integral)| f * integral).sum();
+            for c in 0..3 {
+                self.height[3 * j + c] += height * own.normal[c];
+            }
+            if !with_gradient {
+                continue;
+            }
+            let mut slope = [0.0; PLANE_COORDINATES];
+            for (k, factor) in factors.iter().enumerate() {
+                let row = &pair.heights_gradient[4 * k + j];
+                slope.iter_mut().zip(row).for_each(|(sum, s)| *sum += factor * s);
+            }
+            let rows = &mut self.height_gradient[3 * j * columns..][..3 * columns];
+            let mut add = |local: usize, c: usize, value: f64| {
+                (0..3).for_each(|r| rows[r * columns + 3 * local + c] += value * own.normal[r]);
+            };
+            plane.chain(&slope, corners, points, |corner, c, value| {
+                add(if corner < 4 { corner } else { column[corner - 4] }, c, value);
+            });
+            // through the factors, by the direction −n₀ and the master's corners
+            let of_master = [integrals[1], integrals[2], integrals[3]];
+            let by_direction: Vector3<f64> = ray.by_direction.iter().zip(of_master).map(|(by, i)| by * i).sum();
+            for (local, by_corner) in own.slope.iter().enumerate() {
+                let by = -by_corner.tr_mul(&by_direction);
+                (0..3).for_each(|c| add(local, c, by[c]));
+            }
+            for (i, local) in column.into_iter().enumerate() {
+                let by: Vector3<f64> = ray.by_corner.iter().zip(of_master).map(|(by, integral)| by[i] * integral).sum();
+                (0..3).for_each(|c| add(local, c, by[c]));
+            }
+            for (local, by_corner) in own.slope.iter().enumerate() {
+                for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
+                    rows[r * columns + 3 * local + c] += height * by_corner[(r, c)];
+                }
+            }
+        }
+    }
+
     /// Dual shapes Φ = A N with A = diag(r) m̂⁻¹, m̂ = m + diag(l), r = m̂ 1: m_jk = ∫ N_j N_k over
     /// the covered part of the facet, l_j = ∫ N_j over the rest.
     ///
@@ -297,6 +377,12 @@ impl FacetCoupling {
         for j in 0..S {
             for s in 0..n {
                 self.coefficient[j * n + s] = (0..S).map(|i| transform[(j, i)] * standard[i * n + s]).sum();
+            }
+        }
+        let heights = self.height.clone();
+        if !heights.is_empty() {
+            for (j, c) in (0..S).flat_map(|j| (0..3).map(move |c| (j, c))) {
+                self.height[3 * j + c] = (0..S).map(|i| transform[(j, i)] * heights[3 * i + c]).sum();
             }
         }
         if !with_gradient {
@@ -327,6 +413,15 @@ impl FacetCoupling {
             }
             for at in 0..S * n {
                 self.gradient[at * columns + t] = slopes[at];
+            }
+            if !heights.is_empty() {
+                let slopes: [f64; 12] = std::array::from_fn(|row| {
+                    let (j, c) = (row / 3, row % 3);
+                    let by = |i: usize| self.height_gradient[(3 * i + c) * columns + t];
+                    let product = |i: usize| d_transform[(j, i)] * heights[3 * i + c] + transform[(j, i)] * by(i);
+                    if j < S { (0..S).map(product).sum() } else { 0.0 }
+                });
+                (0..3 * S).for_each(|row| self.height_gradient[row * columns + t] = slopes[row]);
             }
         }
     }
@@ -373,6 +468,7 @@ fn corner_integrals<const N: usize>(p: &[Point; N]) -> CornerIntegrals<N> {
 mod tests {
     use super::*;
     use crate::kinematics::CellRule;
+    use crate::kinematics::height::FacetHeight;
 
     /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12)
     /// whose normals point up; the slave extends over the patch's edge if `shift` is large.
@@ -424,9 +520,16 @@ mod tests {
         let mut coupling = FacetCoupling::default();
         let settings =
             Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
-        coupling.evaluate(&slave, [true; 4], facets.iter().copied(), settings).unwrap();
+        // on some facets, heights of their own
+        let heights = HEIGHTS.map(FacetHeight);
+        let curved = |(i, &nodes): (usize, &FacetNodes)| CurvedFacet { nodes, height: heights.get(i % 3) };
+        let slave = CurvedFacet { nodes: slave, height: Some(&heights[1]) };
+        coupling.evaluate(slave, [true; 4], facets.iter().enumerate().map(curved), settings).unwrap();
         coupling
     }
+
+    const HEIGHTS: [[f64; 9]; 2] =
+        [[0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.25, 0.6, -0.9], [-0.1, 0.4, 0.2, -0.3, 0.5, 0.8, -0.6, 0.15, 0.35]];
 
     #[test]
     fn coupling_gradient_matches_finite_differences() {
@@ -442,12 +545,12 @@ mod tests {
                     let at = |h: f64| {
                         let mut moved = x.clone();
                         moved[dof] += h;
-                        let FacetCoupling { coefficient, facing, .. } = evaluate(slave, &moved, &facets, shape, false);
-                        [coefficient, facing].concat()
+                        let moved = evaluate(slave, &moved, &facets, shape, false);
+                        [moved.coefficient, moved.facing, moved.height].concat()
                     };
                     let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));
-                    let slopes = [base.gradient.as_slice(), &base.facing_gradient].concat();
-                    for e in 0..slave.len() * (n + 3) {
+                    let slopes = [base.gradient.as_slice(), &base.facing_gradient, &base.height_gradient].concat();
+                    for e in 0..slave.len() * (n + 6) {
                         let fd = (8.0 * (p1[e] - m1[e]) - (p2[e] - m2[e])) / 12e-4;
                         let found = slopes[e * 3 * n + t];
                         assert!(
@@ -558,7 +661,7 @@ mod tests {
             let mut x = scene(0.0, false).0[..12].to_vec();
             x.extend(arrow.iter().flat_map(|p| [p[0], p[1], height]));
             let mut coupling = FacetCoupling::default();
-            let candidates = std::iter::once([4, 5, 6, 7].into());
+            let candidates = std::iter::once(FacetNodes::from([4, 5, 6, 7]).into());
             let rule = &CellRule::Seven.points();
             let settings = Settings {
                 x: &x,
@@ -568,7 +671,7 @@ mod tests {
                 trusted: 0.0,
                 with_gradient: false,
             };
-            coupling.evaluate(&SLAVE.into(), [false; 4], candidates, settings)
+            coupling.evaluate(FacetNodes::from(SLAVE).into(), [false; 4], candidates, settings)
         };
         assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7].into())));
         assert_eq!(at(-5.0), Ok(()));

@@ -13,6 +13,7 @@
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
+use super::height::FacetHeight;
 pub use super::inverse_map::Unmappable;
 use super::inverse_map::{Image, map_back};
 
@@ -28,13 +29,26 @@ pub struct PairIntegrals {
     /// ∂values / ∂(plane coordinates): 8 for the slave corners, then 8 for the master
     /// corners. \[L\]
     pub gradient: [[f64; PLANE_COORDINATES]; 32],
+    /// `heights[4 k + j]` = ∫ N¹_j f_k with f = h¹, h² and the products of h² with its slopes along
+    /// the master facet's two coordinates; zero if there are no heights. \[L³\] or \[L⁴\]
+    pub heights: [f64; 16],
+    /// ∂heights / ∂(plane coordinates). \[L²\] or \[L³\]
+    pub heights_gradient: [[f64; PLANE_COORDINATES]; 16],
 }
 
 impl Default for PairIntegrals {
     fn default() -> Self {
-        Self { values: [0.0; 32], gradient: [[0.0; PLANE_COORDINATES]; 32] }
+        Self {
+            values: [0.0; 32],
+            gradient: [[0.0; PLANE_COORDINATES]; 32],
+            heights: [0.0; 16],
+            heights_gradient: [[0.0; PLANE_COORDINATES]; 16],
+        }
     }
 }
+
+/// The heights of the true surfaces above a slave and a master facet, where there are any.
+pub type PairHeights<'a> = [Option<&'a FacetHeight>; 2];
 
 /// Centroid C of a convex polygon's area, and `slope[i][c][d]` = ∂C_c/∂(coordinate d of vertex i).
 ///
@@ -96,6 +110,7 @@ pub fn reversed<const N: usize>() -> [usize; N] {
 pub fn integrate_pair<const S: usize, const M: usize>(
     slave: &[Point; S],
     master: &[Point; M],
+    heights: PairHeights<'_>,
     rule: &[CellPoint],
     with_gradient: bool,
     out: &mut PairIntegrals,
@@ -113,6 +128,10 @@ pub fn integrate_pair<const S: usize, const M: usize>(
     // gradient with respect to the polygon's vertices (8) and its centre (last)
     let mut by_vertex = [[[0.0; 2]; 9]; 32];
     let mut by_corner = [[0.0; PLANE_COORDINATES]; 32];
+    let curved = heights != [None, None];
+    out.heights = [0.0; 16];
+    out.heights_gradient = [[0.0; PLANE_COORDINATES]; 16];
+    let mut heights_by_vertex = [[[0.0; 2]; 9]; 16];
     for i in 0..count {
         let cell = [centre, vertices[i].position, vertices[(i + 1) % count].position];
         let slots = [8, i, (i + 1) % count];
@@ -135,6 +154,39 @@ pub fn integrate_pair<const S: usize, const M: usize>(
                 second.slope[own] = turned_image.slope[position];
             }
             let weight = point.weight * area;
+            let on_slave = heights[0].map(|height| height.at(S, &first.shape, &first.slope)[0]);
+            let on_master = heights[1].map(|height| height.at(M, &second.shape, &second.slope));
+            let functions = on_slave
+                .into_iter()
+                .map(|f| (0, f))
+                .chain(on_master.into_iter().flatten().zip(1..).map(|(f, k)| (k, f)));
+            for (k, (f, by_point)) in functions {
+                let (image, column) = if k == 0 { (&first, 0) } else { (&second, 8) };
+                for j in 0..S {
+                    let entry = 4 * k + j;
+                    out.heights[entry] += weight * first.shape[j] * f;
+                    if !with_gradient {
+                        continue;
+                    }
+                    // through the slave's shape function, and through the function
+                    let slope_n = first.slope[j].map(|slope| weight * slope * f);
+                    let slope_f = by_point.map(|slope| weight * first.shape[j] * slope);
+                    for (corner, &slot) in slots.iter().enumerate() {
+                        for c in 0..2 {
+                            heights_by_vertex[entry][slot][c] +=
+                                point.weight * area_slope[corner][c] * first.shape[j] * f
+                                    + l[corner] * (slope_n[c] + slope_f[c]);
+                        }
+                    }
+                    let row = &mut out.heights_gradient[entry];
+                    for i in 0..4 {
+                        for c in 0..2 {
+                            row[2 * i + c] -= first.shape[i] * slope_n[c];
+                            row[column + 2 * i + c] -= image.shape[i] * slope_f[c];
+                        }
+                    }
+                }
+            }
             for j in 0..S {
                 for k in 0..S {
                     values[4 * j + k] += weight * first.shape[j] * first.shape[k];
@@ -182,18 +234,22 @@ pub fn integrate_pair<const S: usize, const M: usize>(
     }
     out.values = values;
     if with_gradient {
-        for e in 0..32 {
-            let row = &mut out.gradient[e];
-            *row = by_corner[e];
+        let add_through_vertices = |row: &mut [f64; PLANE_COORDINATES], by_vertex: &[[f64; 2]; 9]| {
+            let by_centre = by_vertex[8];
             for (i, vertex) in vertices.iter().enumerate() {
-                let by_centre = by_vertex[e][8];
                 let through: Point = std::array::from_fn(|d| {
-                    by_vertex[e][i][d] + by_centre[0] * centre_slope[i][0][d] + by_centre[1] * centre_slope[i][1][d]
+                    by_vertex[i][d] + by_centre[0] * centre_slope[i][0][d] + by_centre[1] * centre_slope[i][1][d]
                 });
                 for q in 0..PLANE_COORDINATES {
                     row[q] += through[0] * vertex.gradient[0][q] + through[1] * vertex.gradient[1][q];
                 }
             }
+        };
+        out.gradient = by_corner;
+        out.gradient.iter_mut().zip(&by_vertex).for_each(|(row, by_vertex)| add_through_vertices(row, by_vertex));
+        if curved {
+            let rows = out.heights_gradient.iter_mut().zip(&heights_by_vertex);
+            rows.for_each(|(row, by_vertex)| add_through_vertices(row, by_vertex));
         }
     }
     Ok(true)
@@ -214,7 +270,7 @@ mod tests {
         let slave = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let master = [[-1.0, -1.0], [-1.0, 2.0], [2.0, 2.0], [2.0, -1.0]];
         let mut pair = PairIntegrals::default();
-        assert_eq!(integrate_pair(&slave, &master, &CellRule::Seven.points(), false, &mut pair), Ok(true));
+        assert_eq!(integrate_pair(&slave, &master, [None; 2], &CellRule::Seven.points(), false, &mut pair), Ok(true));
         for (entry, exact) in [(0, 4.0), (1, 2.0), (2, 1.0), (3, 2.0), (5, 4.0)] {
             assert!((pair.values[entry] - exact / 36.0).abs() < 1e-15);
         }
@@ -223,7 +279,7 @@ mod tests {
     #[test]
     fn a_master_that_looks_away_is_skipped() {
         let mut pair = PairIntegrals::default();
-        assert_eq!(integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair), Ok(false));
+        assert_eq!(integrate_pair(&SLAVE, &SLAVE, [None; 2], &CellRule::Seven.points(), false, &mut pair), Ok(false));
     }
 
     /// For a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); for
@@ -234,7 +290,7 @@ mod tests {
         let mut pair = PairIntegrals::default();
         let rule = CellRule::Seven.points();
         let cover = [[-1.0, -1.0], [-1.0, 2.0], [3.0, 2.0], [3.0, -1.0]];
-        assert_eq!(integrate_pair(&slave, &cover, &rule, false, &mut pair), Ok(true));
+        assert_eq!(integrate_pair(&slave, &cover, [None; 2], &rule, false, &mut pair), Ok(true));
         let mass = |j: usize, k: usize| 1.5 / 12.0 * (1.0 + f64::from(j == k));
         for j in 0..3 {
             for k in 0..3 {
@@ -242,7 +298,7 @@ mod tests {
             }
         }
         let same = [slave[0], slave[2], slave[1]];
-        assert_eq!(integrate_pair(&slave, &same, &rule, false, &mut pair), Ok(true));
+        assert_eq!(integrate_pair(&slave, &same, [None; 2], &rule, false, &mut pair), Ok(true));
         for j in 0..3 {
             for (l, k) in [(0, 0), (2, 1), (1, 2)] {
                 assert!((pair.values[16 + 4 * j + l] - mass(j, k)).abs() < 1e-15);
@@ -255,7 +311,7 @@ mod tests {
     }
 
     proptest! {
-        /// Richardson-extrapolated central differences of all 32 integrals in all 16 coordinates,
+        /// Richardson-extrapolated central differences of all 48 integrals in all 16 coordinates,
         /// and Σ_k D = Σ_l M.
         #[test]
         fn gradient_matches_finite_differences(jitter in prop::array::uniform16(-0.1f64..0.1), x in -0.7f64..0.7, y in -0.7f64..0.7, turn in -0.7f64..0.7) {
@@ -273,6 +329,16 @@ mod tests {
         }
     }
 
+    const HEIGHTS: PairHeights<'static> = [
+        Some(&FacetHeight([0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.25, 0.6, -0.9])),
+        Some(&FacetHeight([-0.1, 0.4, 0.2, -0.3, 0.5, 0.8, -0.6, 0.15, 0.35])),
+    ];
+
+    /// D, M and the integrals of the heights in one array.
+    fn all(values: &[f64; 32], heights: &[f64; 16]) -> [f64; 48] {
+        std::array::from_fn(|e| if e < 32 { values[e] } else { heights[e - 32] })
+    }
+
     /// The pair of facets with the first S and M of four corners.
     fn check_gradient<const S: usize, const M: usize>(q: &[f64; 16]) -> Result<(), TestCaseError> {
         let rule = CellRule::Seven.points();
@@ -283,12 +349,12 @@ mod tests {
         let value = |q: &[f64; 16]| {
             let (s, m) = corners(q);
             let mut pair = PairIntegrals::default();
-            integrate_pair(&s, &m, &rule, false, &mut pair).unwrap();
-            pair.values
+            integrate_pair(&s, &m, HEIGHTS, &rule, false, &mut pair).unwrap();
+            all(&pair.values, &pair.heights)
         };
         let (s, m) = corners(q);
         let mut pair = PairIntegrals::default();
-        if !integrate_pair(&s, &m, &rule, true, &mut pair).unwrap() {
+        if !integrate_pair(&s, &m, HEIGHTS, &rule, true, &mut pair).unwrap() {
             return Ok(());
         }
         for j in 0..S {
@@ -313,7 +379,7 @@ mod tests {
             };
             let difference = |h: f64| {
                 let (a, b) = (value(&moved(h)), value(&moved(-h)));
-                std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
+                std::array::from_fn::<f64, 48, _>(|e| (a[e] - b[e]) / (2.0 * h))
             };
             // Where the polygon gains or loses a vertex, second derivatives jump; nearby, higher
             // derivatives are large, especially if the edges are almost parallel. Only steps within
@@ -321,11 +387,12 @@ mod tests {
             let keeps = |h: &f64| [-2.0, -1.0, 1.0, 2.0].iter().all(|k| lines(&moved(k * h)) == lines(q));
             let entries =
                 (0..S).flat_map(|j| (0..S).map(move |k| 4 * j + k).chain((0..M).map(move |l| 16 + 4 * j + l)));
-            let entries: Vec<usize> = entries.collect();
+            let entries: Vec<usize> = entries.chain((0..4 * S).map(|e| 32 + e / S * 4 + e % S)).collect();
+            let gradient = all(&pair.gradient.map(|row| row[i]), &pair.heights_gradient.map(|row| row[i]));
             let mut worst = None;
             for step in [1e-4, 1e-5, 1e-6].into_iter().filter(keeps) {
                 let (coarse, fine) = (difference(2.0 * step), difference(step));
-                let apart = |&e: &usize| ((4.0 * fine[e] - coarse[e]) / 3.0 - pair.gradient[e][i]).abs();
+                let apart = |&e: &usize| ((4.0 * fine[e] - coarse[e]) / 3.0 - gradient[e]).abs();
                 let largest = entries.iter().map(apart).fold(0.0, f64::max);
                 worst = Some(largest);
                 if largest < 2e-6 {

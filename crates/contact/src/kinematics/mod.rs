@@ -3,7 +3,7 @@
 //!
 //! In reading order: [`clip`] (overlap of two projected facets), [`cell_rule`] (quadrature on its
 //! triangles), `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one
-//! pair), `plane` (the auxiliary plane of a slave facet), [`coupling`] (one slave facet with all
+//! pair), [`height`] (the true surface above a facet), `plane` (the auxiliary plane of a slave facet), [`coupling`] (one slave facet with all
 //! its masters, dual shapes), [`frame`] (nodal normal and tangents), [`rows`] (everything collected
 //! per slave node).
 
@@ -12,6 +12,7 @@ pub mod clip;
 pub mod coupling;
 pub mod facet_pair;
 pub mod frame;
+pub mod height;
 mod inverse_map;
 mod plane;
 pub mod rows;

@@ -34,6 +34,11 @@ pub struct NodeKinematics {
     pub relative: Vector3<f64>,
     /// `relative_gradient[c * 3 |support| + t]` = ∂w_c/∂x_t. \[L²\]
     pub relative_gradient: Vec<f64>,
+    /// Heights of the true surfaces above the facets, v_j ([`super::height`]); zero if there are
+    /// none. \[L³\]
+    pub height: Vector3<f64>,
+    /// `height_gradient[c * 3 |support| + t]` = ∂v_c/∂x_t; empty if there are no heights. \[L²\]
+    pub height_gradient: Vec<f64>,
 }
 
 /// A mortar row of the previous step, as needed for the slip increment.
@@ -111,7 +116,37 @@ impl NodeKinematics {
             return false;
         }
         self.form_relative(x, with_gradient);
+        self.gather_height(slave, couplings, with_gradient);
         true
+    }
+
+    /// Sums the heights above the facets around the node.
+    fn gather_height(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], with_gradient: bool) {
+        let columns = 3 * self.support.len();
+        self.height = Vector3::zeros();
+        self.height_gradient.clear();
+        for &(facet, corner) in &slave.facets {
+            let coupling = &couplings[facet as usize];
+            if coupling.height.is_empty() || coupling.nodes.is_empty() {
+                continue;
+            }
+            if with_gradient {
+                self.height_gradient.resize(3 * columns, 0.0);
+            }
+            let own = 3 * coupling.nodes.len();
+            for c in 0..3 {
+                let row = 3 * corner as usize + c;
+                self.height[c] += coupling.height[row];
+                if !with_gradient {
+                    continue;
+                }
+                for (i, &node) in coupling.nodes.iter().enumerate() {
+                    let at = c * columns + 3 * self.position_of(node, i < coupling.corners);
+                    let from = &coupling.height_gradient[row * own + 3 * i..][..3];
+                    (0..3).for_each(|d| self.height_gradient[at + d] += from[d]);
+                }
+            }
+        }
     }
 
     /// Sets the normal of the frame of a patch at a sharp edge to that of the opposite master; if
@@ -193,6 +228,8 @@ impl NodeKinematics {
             area_gradient: vec![0.0; columns],
             relative_gradient: vec![0.0; 3 * columns],
             frame: NodalFrame { gradient: Vec::new(), ..self.frame.clone() },
+            height: Vector3::zeros(),
+            height_gradient: Vec::new(),
             ..self.clone()
         };
         let own = position(d, self.node);
@@ -204,11 +241,12 @@ impl NodeKinematics {
         out
     }
 
-    /// Weighted gap g̃ = −n · w, ≥ 0 open. \[L³\]
+    /// Weighted gap g̃ = −n · (w + v) between the true surfaces, ≥ 0 open. \[L³\]
     ///
-    /// Paper: (22) with the full row of D. Test: `gap_and_slip_gradients`.
+    /// Paper: (22) with the full row of D; the heights v are ours. Tests: `gap_and_slip_gradients`,
+    /// `gaps_between_arcs_do_not_depend_on_the_facets`.
     pub fn gap(&self) -> f64 {
-        -self.frame.vector(0).dot(&self.relative)
+        -self.frame.vector(0).dot(&(self.relative + self.height))
     }
 
     /// Adds `weight` ∂area/∂x to the nodal vector `out` (3 per node).
@@ -227,12 +265,17 @@ impl NodeKinematics {
         let own = position(x, self.node);
         let row = self.support.iter().zip(&self.coefficient);
         let relative: Vector3<f64> = row.map(|(&s, &b)| (position(x, s) - own) * b).sum();
-        -self.frame.vector(0).dot(&relative)
+        -self.frame.vector(0).dot(&(relative + self.height))
     }
 
     /// ∂g̃/∂x_t over the support. \[L²\]
     pub fn gap_gradient(&self, out: &mut Vec<f64>) {
-        self.project_gradient(0, &self.relative, out);
+        self.project_gradient(0, &(self.relative + self.height), out);
+        let normal = self.frame.vector(0);
+        let columns = out.len();
+        for (c, slope) in self.height_gradient.chunks_exact(columns.max(1)).enumerate() {
+            out.iter_mut().zip(slope).for_each(|(out, slope)| *out -= normal[c] * slope);
+        }
     }
 
     /// −∂(basis vector b · w)/∂x_t: frame and row both move.
@@ -343,6 +386,8 @@ mod tests {
             relative: Vector3::new(7.0, 7.0, 7.0),
             relative_gradient: vec![7.0; 27],
             frame: NodalFrame { basis: nalgebra::Matrix3::identity(), gradient: vec![7.0; 27], across: [false; 2] },
+            height: Vector3::new(7.0, 7.0, 7.0),
+            height_gradient: vec![7.0; 27],
         };
         let d = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.5, 0.1, 0.2];
         let bonded = row.bonded(&d);

@@ -71,7 +71,8 @@ fn couple(x: &[Vector3<f64>], s: usize, masters: &[FacetNodes], shape: Multiplie
     let mut coupling = FacetCoupling::default();
     let settings =
         Settings { x: &flat, rule: &RULE.points(), shape, reach: 2.0, trusted: f64::INFINITY, with_gradient: true };
-    let found = coupling.evaluate(&facet(0..s), [false; 4], masters.iter().copied(), settings);
+    let found =
+        coupling.evaluate(facet(0..s).into(), [false; 4], masters.iter().map(|&master| master.into()), settings);
     found.ok().map(|()| coupling)
 }
 
@@ -211,7 +212,7 @@ fn invariance(scene: &Scene, motion: &Rotation3<f64>, size: f64) -> Result<(), T
         let (rule, shape) = (&RULE.points(), MultiplierShape::Standard);
         let settings =
             Settings { x: &flat, rule, shape, reach: 2.0 * size, trusted: f64::INFINITY, with_gradient: false };
-        let found = coupling.evaluate(&slave, [false; 4], std::iter::once(master), settings);
+        let found = coupling.evaluate(slave.into(), [false; 4], std::iter::once(master.into()), settings);
         prop_assert!(found.is_ok());
         prop_assert_eq!(base.nodes.is_empty(), coupling.nodes.is_empty());
         let n = base.nodes.len();

@@ -9,6 +9,7 @@ mod common;
 mod conservative;
 mod constrained;
 mod corpus;
+mod curved;
 mod derivatives;
 mod design_maps;
 mod edges;

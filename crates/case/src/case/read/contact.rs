@@ -3,7 +3,8 @@
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Shape, Stiffness, StiffnessScaling, ToleranceScaling,
+    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Shape, Stiffness, StiffnessScaling, Surfaces,
+    ToleranceScaling,
 };
 use super::super::typed::Table;
 use super::{CaseCode, motion};
@@ -106,6 +107,8 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
             "the fraction of a node's area that the master must cover for its contact condition to be rigid",
         )
         .or(Contact::EDGE_COVER);
+    let surfaces =
+        table.word("surfaces", &[("smooth", Surfaces::Smooth), ("faceted", Surfaces::Faceted)]).or(Surfaces::Smooth);
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     if tied {
         refuse_with_tied(&table);
@@ -140,13 +143,14 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         search_radius,
         feature_angle,
         edge_cover,
+        surfaces,
         enforcement,
     }
 }
 
 /// Refuses the keys that have no meaning for tied surfaces.
 fn refuse_with_tied(table: &Table<'_>) {
-    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover"] {
+    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover", "surfaces"] {
         if table.has(key) {
             let message = format!("`{key}` has no meaning for tied surfaces, which neither separate nor slide");
             let help = format!("omit `{key}`, or `tied`");

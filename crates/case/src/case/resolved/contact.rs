@@ -43,8 +43,22 @@ pub struct Contact {
     /// Fraction of the area around a slave node that the master must cover for the node's contact
     /// condition to be rigid.
     pub edge_cover: f64,
+    /// The surfaces between which the gap is measured.
+    pub surfaces: Surfaces,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
+}
+
+/// The surfaces between which the gap of a contact pair is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Surfaces {
+    /// The smooth surfaces for which the facets stand: spheres, cylinders, cones and tori through
+    /// all nodes of a patch, or surfaces with averaged normals.
+    #[default]
+    Smooth,
+    /// The facets themselves.
+    Faceted,
 }
 
 impl Contact {

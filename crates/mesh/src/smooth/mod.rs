@@ -1,0 +1,485 @@
+//! The smooth surface for which the facets of a mesh stand, as heights above these facets.
+//!
+//! A surface is divided into patches at edges sharper than the feature angle. The facets of a patch
+//! stand for
+//!
+//! * a sphere, cylinder, cone or torus ([`Shape`]) that is known, or on which all nodes of the patch
+//!   lie;
+//! * otherwise, where it is flat, themselves;
+//! * elsewhere, a surface through the nodes with averaged normals: along an edge from a to b with
+//!   the unit normals n_a and n_b at its ends, the middle of a cubic with these tangent planes
+//!   stands off the edge by ((n_b · e) n_b − (n_a · e) n_a)/8, e = x_b − x_a (after Nagata,
+//!   Comput. Aided Geom. Des. 22 (2005), 327–347). A node of a flat region has the normal of that
+//!   region, so that a fillet ends where it should.
+
+mod shape;
+
+pub use shape::Shape;
+
+use crate::{FacetNodes, facet_area};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A part of a surface that is smooth, and curved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SmoothPatch {
+    /// The shape on which all its nodes lie, if there is one.
+    pub shape: Option<Shape>,
+    /// Its facets, ascending.
+    pub facets: Vec<u32>,
+    /// The largest distance of the smooth surface from a facet. \[L\]
+    pub sagitta: f64,
+}
+
+/// Heights of the smooth surface above the facets of a surface.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SmoothSurface {
+    /// For each facet, none where it is the surface itself: the heights above its corners, the
+    /// middles of its edges (the first one follows the first corner) and, on a quadrilateral, its
+    /// centre, along the facet's outward normal. \[L\]
+    pub heights: Vec<Option<[f64; 9]>>,
+    /// The curved patches, by their first facet.
+    pub patches: Vec<SmoothPatch>,
+}
+
+/// Facets whose normals differ by less than this angle lie in one plane. \[rad\]
+const FLAT: f64 = 1e-4;
+
+/// Nodes are on a shape if they are not farther from it than this fraction of the largest distance
+/// of a facet from it.
+const ON_SHAPE: f64 = 0.02;
+
+/// Heights below this fraction of a facet's size are round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Bending of an edge relative to that of the other edges of its facets beyond which the edge is a
+/// kink, where flat faces meet.
+const KINK: f64 = 3.0;
+
+/// Facets belong to a known shape if their normals differ from its own by less than this. \[rad\]
+const ALONG_SHAPE: f64 = std::f64::consts::FRAC_PI_3;
+
+/// The smooth surface for which `facets` stand.
+///
+/// `known` are shapes from which the mesh was made: facets between nodes on them stand for them,
+/// however coarse they are. `mirrored` are the coordinate axes normal to a symmetry plane through a
+/// node: there, the surface continues with its mirror image. `nodes` are the positions of the nodes, which lie on the surface; `points` are those of the
+/// facets' corners. They differ for quadratic elements ([`crate::ContactMap`]).
+///
+/// Tests: `arcs_get_their_sagitta`, `half_a_surface_is_half_of_the_whole`, `known_shapes_need_no_fit`, `flat_faces_and_kinks_stay_as_they_are`,
+/// `a_fillet_ends_at_the_flat_face`.
+pub fn smooth_surface(
+    facets: &[FacetNodes],
+    nodes: &[[f64; 3]],
+    points: &[[f64; 3]],
+    feature_angle: f64,
+    known: &[Shape],
+    mirrored: impl Fn(u32) -> [bool; 3],
+) -> SmoothSurface {
+    let surface = Facets::new(facets, nodes, feature_angle, &mirrored);
+    let mut out = SmoothSurface { heights: vec![None; facets.len()], patches: Vec::new() };
+    let mut all: BTreeSet<u32> = (0..facets.len() as u32).collect();
+    for shape in known {
+        let on: BTreeSet<u32> = all.iter().copied().filter(|&facet| surface.is_on(facet, shape)).collect();
+        if !on.is_empty() && surface.add_on_shape(&on, *shape, points, &mut out) {
+            all.retain(|facet| !on.contains(facet));
+        }
+    }
+    let smooth = |edge: &Bend| edge.angle <= feature_angle + 1e-9;
+    for patch in surface.components(&all, smooth) {
+        if surface.add_shape(&patch, points, &mut out) {
+            continue;
+        }
+        let flat = surface.flat(&patch);
+        let curved: BTreeSet<u32> = patch.difference(&flat).copied().collect();
+        for patch in surface.components(&curved, smooth) {
+            if !surface.add_shape(&patch, points, &mut out) {
+                surface.add_averaged(&patch, &flat, points, &mut out);
+            }
+        }
+    }
+    out.patches.sort_by_key(|patch| patch.facets[0]);
+    out
+}
+
+/// An edge between two facets, and the angle between their normals \[rad\]; an edge in a symmetry
+/// plane lies between a facet and its own mirror image.
+struct Bend {
+    facets: [u32; 2],
+    angle: f64,
+}
+
+struct Facets<'a> {
+    facets: &'a [FacetNodes],
+    nodes: &'a [[f64; 3]],
+    normals: Vec<Vector3<f64>>,
+    bends: BTreeMap<[u32; 2], Bend>,
+    feature_angle: f64,
+    mirrored: &'a dyn Fn(u32) -> [bool; 3],
+}
+
+/// Unit normal of a facet at its centre; zero for a collapsed facet.
+fn normal(facet: &FacetNodes, nodes: &[[f64; 3]]) -> Vector3<f64> {
+    let at = |i: usize| Vector3::from(nodes[facet[i] as usize]);
+    let cross = match facet.len() {
+        3 => (at(1) - at(0)).cross(&(at(2) - at(0))),
+        _ => (at(2) - at(0)).cross(&(at(3) - at(1))),
+    };
+    cross.try_normalize(0.0).unwrap_or_default()
+}
+
+fn edges(facet: &FacetNodes) -> impl Iterator<Item = [u32; 2]> + '_ {
+    (0..facet.len()).map(|i| {
+        let (a, b) = (facet[i], facet[(i + 1) % facet.len()]);
+        [a.min(b), a.max(b)]
+    })
+}
+
+fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
+
+impl<'a> Facets<'a> {
+    fn new(
+        facets: &'a [FacetNodes],
+        nodes: &'a [[f64; 3]],
+        feature_angle: f64,
+        mirrored: &'a dyn Fn(u32) -> [bool; 3],
+    ) -> Self {
+        let normals: Vec<_> = facets.iter().map(|facet| normal(facet, nodes)).collect();
+        let mut around: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+        for (number, facet) in facets.iter().enumerate() {
+            edges(facet).for_each(|edge| around.entry(edge).or_default().push(number as u32));
+        }
+        let bend = |(edge, around): ([u32; 2], Vec<u32>)| match around[..] {
+            [f, g] => Some((edge, Bend { facets: [f, g], angle: angle(&normals[f as usize], &normals[g as usize]) })),
+            [f] => {
+                let [a, b] = edge.map(mirrored);
+                let axis = (0..3).find(|&c| a[c] && b[c])?;
+                let angle = 2.0 * normals[f as usize][axis].abs().min(1.0).asin();
+                Some((edge, Bend { facets: [f, f], angle }))
+            }
+            _ => None,
+        };
+        let bends = around.into_iter().filter_map(bend).collect();
+        Self { facets, nodes, normals, bends, feature_angle, mirrored }
+    }
+
+    fn position(&self, node: u32) -> Vector3<f64> {
+        Vector3::from(self.nodes[node as usize])
+    }
+
+    /// The facets of a set that edges of a kind connect.
+    fn components(&self, of: &BTreeSet<u32>, connects: impl Fn(&Bend) -> bool) -> Vec<BTreeSet<u32>> {
+        let mut left = of.clone();
+        let mut out = Vec::new();
+        while let Some(first) = left.pop_first() {
+            let mut component = BTreeSet::from([first]);
+            let mut queue = vec![first];
+            while let Some(facet) = queue.pop() {
+                for bend in edges(&self.facets[facet as usize]).filter_map(|edge| self.bends.get(&edge)) {
+                    let next = bend.facets[usize::from(bend.facets[0] == facet)];
+                    if connects(bend) && left.remove(&next) {
+                        component.insert(next);
+                        queue.push(next);
+                    }
+                }
+            }
+            out.push(component);
+        }
+        out
+    }
+
+    /// The facets in flat regions. A strip of coplanar facets, as along a cylinder, is no region: in
+    /// a region, a facet has at least three neighbours in its plane.
+    fn flat(&self, patch: &BTreeSet<u32>) -> BTreeSet<u32> {
+        let coplanar = |bend: &Bend| bend.angle <= FLAT;
+        let inner = |facet: &u32| {
+            let bends = edges(&self.facets[*facet as usize]).filter_map(|edge| self.bends.get(&edge));
+            bends.filter(|bend| coplanar(bend)).count() >= 3
+        };
+        let planes = self.components(patch, coplanar);
+        planes.into_iter().filter(|plane| plane.iter().any(inner)).flatten().collect()
+    }
+
+    /// Adds the heights of a patch whose nodes lie on a shape; `false` if there is none, or it is
+    /// flat.
+    fn add_shape(&self, patch: &BTreeSet<u32>, points: &[[f64; 3]], out: &mut SmoothSurface) -> bool {
+        let numbers: BTreeSet<u32> = patch.iter().flat_map(|&f| self.facets[f as usize].iter().copied()).collect();
+        let nodes: Vec<_> = numbers.iter().map(|&node| self.position(node)).collect();
+        let facets: Vec<_> = patch
+            .iter()
+            .map(|&f| {
+                let facet = &self.facets[f as usize];
+                let sum: Vector3<f64> = facet.iter().map(|&node| self.position(node)).sum();
+                (sum / facet.len() as f64, self.normals[f as usize])
+            })
+            .collect();
+        // a chord of length l between tangents that differ by an angle a has the sagitta a l/8
+        let sagitta = |facet: &u32| {
+            let nodes = &self.facets[*facet as usize];
+            let bends = edges(nodes).filter_map(|edge| self.bends.get(&edge));
+            let largest = bends.map(|bend| bend.angle).filter(|a| *a <= self.feature_angle).fold(0.0, f64::max);
+            largest * self.size(*facet) / 8.0
+        };
+        let sagitta = patch.iter().map(sagitta).fold(0.0, f64::max);
+        if !(sagitta > ROUND_OFF * patch.iter().map(|&f| self.size(f)).fold(0.0, f64::max)) {
+            return false;
+        }
+        let Some(shape) = shape::fit(&nodes, &facets, ON_SHAPE * sagitta) else { return false };
+        self.add_on_shape(patch, shape, points, out)
+    }
+
+    /// Whether all nodes of a facet lie on a shape, and the facet along it.
+    fn is_on(&self, facet: u32, shape: &Shape) -> bool {
+        let nodes: Vec<_> = self.facets[facet as usize].iter().map(|&node| self.position(node)).collect();
+        let (centre, size) = (nodes.iter().sum::<Vector3<f64>>() / nodes.len() as f64, self.size(facet));
+        let on = shape.residual(&nodes) <= ROUND_OFF * (size + centre.norm());
+        let slope = Vector3::from_fn(|c, _| {
+            let step = Vector3::ith(c, 1e-3 * size);
+            shape.distance(&(centre + step)) - shape.distance(&(centre - step))
+        });
+        on && self.normals[facet as usize].dot(&slope).abs() > ALONG_SHAPE.cos() * slope.norm()
+    }
+
+    /// Adds the heights of facets that stand for a shape; `false` if one does not.
+    fn add_on_shape(&self, patch: &BTreeSet<u32>, shape: Shape, points: &[[f64; 3]], out: &mut SmoothSurface) -> bool {
+        let height = |facet: u32, point: &Vector3<f64>, _: &[f64]| {
+            let normal = normal(&self.facets[facet as usize], points);
+            shape.along(point, &normal, self.size(facet))
+        };
+        self.add(patch, Some(shape), points, height, out)
+    }
+
+    /// Adds the heights of a patch of a surface with averaged normals.
+    fn add_averaged(&self, patch: &BTreeSet<u32>, flat: &BTreeSet<u32>, points: &[[f64; 3]], out: &mut SmoothSurface) {
+        let bending = |facet: u32, but: [u32; 2]| {
+            let others = edges(&self.facets[facet as usize]).filter(|edge| *edge != but);
+            others.filter_map(|edge| self.bends.get(&edge)).map(|bend| bend.angle).fold(0.0, f64::max)
+        };
+        let kinks: BTreeSet<[u32; 2]> = self
+            .bends
+            .iter()
+            .filter(|(edge, bend)| {
+                let [f, g] = bend.facets;
+                bend.angle > self.feature_angle
+                    || bend.angle > FLAT.max(KINK * bending(f, **edge).max(bending(g, **edge)))
+            })
+            .map(|(edge, _)| *edge)
+            .collect();
+        let smooth = |edge: &Bend, key: &[u32; 2]| edge.angle <= self.feature_angle && !kinks.contains(key);
+        // the normals at the corners of each facet: of the facets around the node that smooth edges
+        // at the node connect with it
+        let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for f in patch.union(flat) {
+            self.facets[*f as usize].iter().for_each(|&node| around.entry(node).or_default().push(*f));
+        }
+        let normal_at = |facet: u32, node: u32| -> Vector3<f64> {
+            let mut group = vec![facet];
+            let mut next = 0;
+            while next < group.len() {
+                for edge in edges(&self.facets[group[next] as usize]).filter(|edge| edge.contains(&node)) {
+                    let Some(bend) = self.bends.get(&edge).filter(|bend| smooth(bend, &edge)) else { continue };
+                    let other = bend.facets[usize::from(bend.facets[0] == group[next])];
+                    if around[&node].contains(&other) && !group.contains(&other) {
+                        group.push(other);
+                    }
+                }
+                next += 1;
+            }
+            match group.iter().find(|f| flat.contains(f)) {
+                Some(&plane) => self.normals[plane as usize],
+                None => {
+                    let sum: Vector3<f64> = group.iter().map(|&f| self.normals[f as usize]).sum();
+                    let across = (self.mirrored)(node);
+                    Vector3::from_fn(|c, _| if across[c] { 0.0 } else { sum[c] }).normalize()
+                }
+            }
+        };
+        let mut stand_off: BTreeMap<u32, Vec<Vector3<f64>>> = BTreeMap::new();
+        for &f in patch {
+            let facet = &self.facets[f as usize];
+            let normals: Vec<_> = facet.iter().map(|&node| normal_at(f, node)).collect();
+            let middles = (0..facet.len()).map(|i| {
+                let j = (i + 1) % facet.len();
+                let e = self.position(facet[j]) - self.position(facet[i]);
+                (normals[j] * normals[j].dot(&e) - normals[i] * normals[i].dot(&e)) / 8.0
+            });
+            stand_off.insert(f, middles.collect());
+        }
+        let height = |facet: u32, point: &Vector3<f64>, shape: &[f64]| {
+            let corners = &self.facets[facet as usize];
+            let middles = &stand_off[&facet];
+            let ends: Vec<usize> = (0..corners.len()).filter(|&i| shape[i] > 0.0).collect();
+            let off = match ends[..] {
+                [_] => Vector3::zeros(),
+                [a, b] => middles[if b == a + 1 { a } else { b }],
+                // the centre of a Coons patch over edges that stand off
+                _ => middles.iter().sum::<Vector3<f64>>() / 2.0,
+            };
+            let on: Vector3<f64> = corners.iter().zip(shape).map(|(&node, n)| self.position(node) * *n).sum();
+            Some(normal(corners, points).dot(&(on + off - point)))
+        };
+        self.add(patch, None, points, height, out);
+    }
+
+    /// Size of a facet: the square root of its area. \[L\]
+    fn size(&self, facet: u32) -> f64 {
+        facet_area(&self.facets[facet as usize].corners(self.nodes)).sqrt()
+    }
+
+    /// Adds the heights at the control points of the facets of a patch, and the patch if one is not
+    /// round-off; adds nothing, and returns false, if there is no height at a point. `height` gets
+    /// the facet, the point on it and the shape functions there.
+    fn add(
+        &self,
+        patch: &BTreeSet<u32>,
+        shape: Option<Shape>,
+        points: &[[f64; 3]],
+        height: impl Fn(u32, &Vector3<f64>, &[f64]) -> Option<f64>,
+        out: &mut SmoothSurface,
+    ) -> bool {
+        let mut found = Vec::with_capacity(patch.len());
+        let mut sagitta: f64 = 0.0;
+        for &f in patch {
+            let facet = &self.facets[f as usize];
+            let mut heights = [0.0; 9];
+            for (at, shape) in heights.iter_mut().zip(control_points(facet.len())) {
+                let corners = facet.iter().zip(&shape);
+                let point: Vector3<f64> = corners.map(|(&n, s)| Vector3::from(points[n as usize]) * *s).sum();
+                let Some(h) = height(f, &point, &shape[..facet.len()]).filter(|h| h.is_finite()) else { return false };
+                *at = h;
+            }
+            let largest = heights.iter().fold(0.0, |largest: f64, h| largest.max(h.abs()));
+            if largest > ROUND_OFF * self.size(f) {
+                sagitta = sagitta.max(largest);
+                found.push((f, heights));
+            }
+        }
+        let facets: Vec<u32> = found.iter().map(|(f, _)| *f).collect();
+        found.into_iter().for_each(|(f, heights)| out.heights[f as usize] = Some(heights));
+        if !facets.is_empty() {
+            out.patches.push(SmoothPatch { shape, facets, sagitta });
+        }
+        true
+    }
+}
+
+/// Shape functions at the control points of a facet, in the order of the heights.
+fn control_points(corners: usize) -> Vec<[f64; 4]> {
+    let unit = |i: usize| std::array::from_fn(|k| f64::from(u8::from(k == i)));
+    let mut points: Vec<[f64; 4]> = (0..corners).map(unit).collect();
+    points.extend((0..corners).map(|i| {
+        let next = (i + 1) % corners;
+        std::array::from_fn(|k| if k == i || k == next { 0.5 } else { 0.0 })
+    }));
+    if corners == 4 {
+        points.push([0.25; 4]);
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A strip of quadrilaterals, two wide, over the points of a profile in the plane z = 0.
+    fn strip(profile: &[[f64; 2]]) -> (Vec<FacetNodes>, Vec<[f64; 3]>) {
+        let nodes = profile.iter().flat_map(|p| [0.0, 0.4, 1.0].map(|z| [p[0], p[1], z])).collect();
+        let at = |i: usize, j: usize| (3 * i + j) as u32;
+        let facets = (0..profile.len() - 1).flat_map(|i| (0..2).map(move |j| (i, j)));
+        (facets.map(|(i, j)| [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)].into()).collect(), nodes)
+    }
+
+    /// Angle of a right angle's quarter, 45°.
+    const FEATURE: f64 = std::f64::consts::FRAC_PI_4;
+
+    /// Ten degrees of a circle of radius 3 have the sagitta 3 (1 − cos 5°).
+    #[test]
+    fn arcs_get_their_sagitta() {
+        let arc = |factor: f64| -> Vec<[f64; 2]> {
+            (0..=6)
+                .map(|i| f64::to_radians(10.0 * f64::from(i)).sin_cos())
+                .map(|(s, c)| [3.0 * s, factor * 3.0 * c])
+                .collect()
+        };
+        let exact = 3.0 * (1.0 - f64::to_radians(5.0).cos());
+        let (facets, nodes) = strip(&arc(1.0));
+        let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
+        assert!(matches!(found.patches[..], [SmoothPatch { shape: Some(Shape::Cone { slope: 0.0, .. }), .. }]));
+        for heights in &found.heights {
+            let [.., a, b, c, d, e] = heights.unwrap();
+            assert!(a.abs() < 1e-12 && c.abs() < 1e-12, "{heights:?}");
+            assert!([b, d, e].iter().all(|h| (h - exact).abs() < 1e-9), "{heights:?} {exact}");
+        }
+        // an elliptic arc has no shape; away from its ends the averaged normals give its sagitta
+        let (facets, nodes) = strip(&arc(0.98));
+        let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
+        assert!(matches!(found.patches[..], [SmoothPatch { shape: None, .. }]));
+        for heights in &found.heights[2..10] {
+            let middle = heights.unwrap()[8];
+            assert!((middle / exact - 1.0).abs() < 0.05, "{middle} {exact}");
+        }
+    }
+
+    #[test]
+    fn flat_faces_and_kinks_stay_as_they_are() {
+        let profiles: [&[[f64; 2]]; 3] = [
+            &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]],
+            &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.5], [4.0, 1.0]],
+            &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.5]],
+        ];
+        for profile in profiles {
+            let (facets, nodes) = strip(profile);
+            let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
+            assert_eq!(found.patches, [], "{profile:?}");
+        }
+    }
+
+    /// A flat face of 3 × 2 facets that a fillet of radius 1 continues.
+    #[test]
+    fn a_fillet_ends_at_the_flat_face() {
+        let mut profile: Vec<[f64; 2]> = (0..4).map(|i| [f64::from(i) - 3.0, 1.0]).collect();
+        profile.extend((1..=5).map(|i| f64::to_radians(12.0 * f64::from(i)).sin_cos()).map(|(s, c)| [s, c]));
+        let (facets, nodes) = strip(&profile);
+        let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
+        assert!(found.heights[..6].iter().all(Option::is_none));
+        let exact = 1.0 - f64::to_radians(6.0).cos();
+        for heights in &found.heights[6..] {
+            assert!((heights.unwrap()[8] - exact).abs() < 1e-9);
+        }
+    }
+
+    /// A hexagonal prism is one, unless it is known to stand for a cylinder: then the height is
+    /// 1 − cos 30°, and the ends, whose nodes lie on the cylinder too, remain flat.
+    #[test]
+    fn known_shapes_need_no_fit() {
+        let hexagon: Vec<[f64; 2]> =
+            (0..6).map(|i| f64::to_radians(60.0 * f64::from(i)).sin_cos()).map(|(s, c)| [s, c]).collect();
+        let (mut facets, nodes) = strip(&hexagon);
+        facets.extend([[0, 3, 6, 9], [0, 9, 12, 15]].map(FacetNodes::from));
+        let known = [Shape::Cone { point: Vector3::zeros(), axis: Vector3::z(), radius: 1.0, slope: 0.0 }];
+        let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
+        assert_eq!(found.patches, []);
+        let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &known, |_| [false; 3]);
+        let exact = 1.0 - f64::to_radians(30.0).cos();
+        assert!(found.heights[..10].iter().all(|heights| (heights.unwrap()[8] - exact).abs() < 1e-12));
+        assert!(found.heights[10..].iter().all(Option::is_none));
+    }
+
+    /// A bump, and its half that ends at a symmetry plane.
+    #[test]
+    fn half_a_surface_is_half_of_the_whole() {
+        let bump: Vec<[f64; 2]> =
+            (-6..=6).map(|i| 0.25 * f64::from(i)).map(|x: f64| [x, (-x * x).exp() + 0.2 * x.powi(4)]).collect();
+        let (facets, nodes) = strip(&bump);
+        let whole = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
+        let (facets, nodes) = strip(&bump[6..]);
+        let half = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |node| [node < 3, false, false]);
+        assert_eq!(half.patches.len(), 1);
+        for (part, all) in half.heights.iter().zip(&whole.heights[12..]) {
+            let (part, all) = (part.unwrap(), all.unwrap());
+            assert!(part.iter().zip(all).all(|(a, b)| (a - b).abs() < 1e-12), "{part:?} {all:?}");
+        }
+    }
+}
