@@ -67,17 +67,19 @@ fn a_fit_does_not_depend_on_the_divisions() {
 }
 
 /// Adjoint gradients with heights above the facets of both sides agree with central differences,
-/// for all methods, shapes of multipliers and orders, with friction and rotation of the hub.
+/// for all methods, shapes of multipliers and orders.
 #[test]
 fn gradient_of_a_fit_of_facets_that_do_not_match() {
     let cases = [("lagrange = {}", "standard", 1), ("lagrange = {}", "dual", 1), ("lagrange = {}", "standard", 2)];
     let methods = [("penalty = {}", "standard", 1), ("augmented = { tolerance = 1e-11 }", "dual", 1)];
     for (enforcement, shape, order) in cases.into_iter().chain(methods) {
         let more = format!("multiplier_shape = '{shape}'\nenforcement = {{ {enforcement} }}");
-        let text = fit([6, 7], order, 0.2, &more)
+        // with the sides of both bodies held, nothing would determine the friction along z of the nodes
+        // between the sides
+        let friction = if order == 1 { 0.2 } else { 0.0 };
+        let text = fit([6, 8], order, friction, &more)
             .replace("elements = [6, 4, 1]", "elements = [6, 1, 1]")
-            .replace("elements = [7, 4, 1]", "elements = [7, 1, 1]")
-            .replace("'offset'", "")
+            .replace("elements = [8, 4, 1]", "elements = [8, 1, 1]")
             .replace("steps = 1\n", "steps = 2\ntolerance = { relative = 1e-12 }\n")
             + "[design]\nbodies = ['shaft', 'hub']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n\
                [[load]]\nsurface = 'hub_outer'\npressure = 300.0\n";

@@ -276,7 +276,8 @@ fn viscous_work_by_hand() {
 
 /// A half ring whose ends are pushed together from outside, and a little past each other, until its
 /// inner surface touches itself. `legs`: two parts of that surface as a pair, instead of the whole
-/// surface with itself.
+/// surface with itself. The gap is that between the facets: the circle around them would touch only
+/// after the end of the path.
 fn squeezed(enforcement: &str, legs: bool, around: usize) -> String {
     let end = |name: &str, sign: f64| {
         let (a, b) = (1.2 * sign, 2.0 * sign);
@@ -306,7 +307,7 @@ fn squeezed(enforcement: &str, legs: bool, around: usize) -> String {
          material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
          [[set]]\nname = 'bottom'\nwithin = 'ring_outer'\nboxes = [{{ min = [-0.05, -2, -1], max = [0.05, -1, 1] }}]\n\
          [[dirichlet]]\nset = 'bottom'\n{}{}{surfaces}\
-         [[contact]]\nslave = '{}'\nmaster = '{}'\nfriction = 0.3\nsearch_radius = 0.6\nenforcement = {enforcement}\n\
+         [[contact]]\nslave = '{}'\nmaster = '{}'\nfriction = 0.3\nsearch_radius = 0.6\nsurfaces = 'faceted'\nenforcement = {enforcement}\n\
          [load_path]\nsteps = 12\ntolerance = {{ relative = 1e-12 }}\n\
          [design]\nbodies = ['ring']\ninitial = 0.8\n[objective]\ncontact_force = {{ steps = 'all' }}\n",
         end("left_end", -1.0),
@@ -323,8 +324,6 @@ fn gradient_of_a_body_in_contact_with_itself() {
         ("itself", squeezed("{ penalty = { stiffness = 8e3 } }", false, 16)),
         ("parts", squeezed("{ lagrange = {} }", true, 16)),
     ] {
-        // the circle inside which the facets lie would touch only after the end of the path
-        let text = text.replace("[[contact]]", "[[contact]]\nsurfaces = 'faceted'");
         let statuses = check(name, problem(&text));
         assert!(statuses[0].chars().all(|s| s == 'o') && statuses[11].contains('l'), "{name}: {statuses:?}");
     }

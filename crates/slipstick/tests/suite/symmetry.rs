@@ -16,6 +16,8 @@ struct Cut {
     axes: [bool; 2],
     slides: bool,
     shape: &'static str,
+    /// Whether the gap is measured between smooth surfaces.
+    smooth: bool,
     /// Whether the bodies consist of wedges along z, which a plane normal to z does not change.
     wedges: bool,
 }
@@ -35,11 +37,12 @@ impl Cut {
         let slide = if self.slides { ", { t = 1.0, u = [0.35, -0.22, 0] }" } else { "" };
         text += &format!(
             "[[contact]]\nslave = 'block_ymin'\nmaster = 'slab_ymax'\nfriction = 0.3\nmultiplier_shape = '{}'\n\
-             enforcement = {enforcement}\n[[dirichlet]]\nset = 'slab_ymin'\n[[dirichlet]]\nset = 'block_ymax'\n\
+             surfaces = '{}'\nenforcement = {enforcement}\n[[dirichlet]]\nset = 'slab_ymin'\n[[dirichlet]]\nset = 'block_ymax'\n\
              motion = [{{ t = 0.5, u = [0, -0.2, 0] }}{slide}]\n[load_path]\nsteps = 6\ntolerance = {{ relative = 1e-12 }}\n\
              [design]\nbodies = ['slab', 'block']\ninitial = 0.5\nvolume_fraction = 0.5\nsensitivity_filter = {{ radius = 0.7 }}\n\
              [objective]\ncontact_force = {{ steps = 'all' }}\n[optimizer]\niterations = 2\n",
-            self.shape
+            self.shape,
+            if self.smooth { "smooth" } else { "faceted" }
         );
         text
     }
@@ -163,14 +166,18 @@ fn compare(cut: Cut, enforcement: &str, supports: bool) -> Apart {
 fn a_part_is_a_part_of_the_whole() {
     let weighted = "{ penalty = { stiffness = 100000.0, scaling = 'weighted' } }".to_string();
     for enforcement in [LAGRANGE.to_string(), penalty(2e4), weighted, augmented(1e4, 1e-11)] {
-        let slides = |shape| Cut { axes: [false, true], slides: true, shape, wedges: false };
-        let rests = Cut { axes: [true, true], slides: false, shape: "standard", wedges: false };
+        let slides = |shape| Cut { axes: [false, true], slides: true, shape, smooth: false, wedges: false };
+        let rests = Cut { axes: [true, true], slides: false, shape: "standard", smooth: false, wedges: false };
         let wedges = Cut { wedges: true, ..slides("standard") };
-        for cut in [slides("standard"), slides("dual"), rests, wedges] {
+        let smooth = Cut { smooth: true, ..slides("standard") };
+        for cut in [slides("standard"), slides("dual"), rests, wedges, smooth] {
             let apart = compare(cut, &enforcement, false);
             println!("{enforcement} {cut:?}: {apart:?}");
             let Apart { objective, displacement, traction, gradient } = apart;
-            assert!(objective < 1e-4 && displacement < 1e-3 && traction < 2e-3 && gradient < 1e-3, "{apart:?}");
+            // the cut also misses the height above the part that it cuts off
+            let factor = if cut.smooth { 2.0 } else { 1.0 };
+            assert!(objective < 1e-4 && displacement < 1e-3, "{apart:?}");
+            assert!(traction < factor * 2e-3 && gradient < factor * 1e-3, "{apart:?}");
             let supports = compare(cut, &enforcement, true);
             assert!(supports.traction > 10.0 * traction, "{apart:?}, with mere supports {supports:?}");
         }
@@ -181,7 +188,7 @@ fn a_part_is_a_part_of_the_whole() {
 #[test]
 fn gradients_of_a_part_match_finite_differences() {
     for enforcement in [LAGRANGE.to_string(), penalty(2e4), augmented(1e4, 1e-11)] {
-        let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
+        let cut = Cut { axes: [false, true], slides: true, shape: "standard", smooth: false, wedges: false };
         let mut problem = cut.problem(&enforcement);
         let density = random_density(&problem, 3);
         let base = forward(&mut problem, &density);
@@ -202,7 +209,7 @@ fn gradients_of_a_part_match_finite_differences() {
 /// consistent.
 #[test]
 fn designs_of_a_part_are_those_of_the_whole() {
-    let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
+    let cut = Cut { axes: [false, true], slides: true, shape: "standard", smooth: false, wedges: false };
     let filters = ["sensitivity_filter = {", "projection = { sharpness = 2 }\ndensity_filter = {"];
     for filter in filters {
         let designs = [cut, Cut { axes: [false; 2], ..cut }].map(|cut| design(cut, filter));
@@ -235,7 +242,7 @@ fn design(cut: Cut, filter: &str) -> BTreeMap<[i64; 3], f64> {
 
 #[test]
 fn planes_that_are_none_are_refused() {
-    let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
+    let cut = Cut { axes: [false, true], slides: true, shape: "standard", smooth: false, wedges: false };
     let read = |name: &str| {
         let mesh = cut.meshes().into_iter().find(|mesh| mesh.0 == name).unwrap().1;
         Ok(abaqus::abaqus(&mesh).into_bytes())

@@ -12,7 +12,7 @@ fn ball_on_layer(right: f64, place: [f64; 2], motion: &str, steps: usize, radius
          [[body]]\nname = 'ball'\nhalf_ball = {{ radius = 3.0, elements = [8, 4, 4] }}\n\
          place = {{ translate = [{:?}, {:?}, 0] }}\nrigid = {{}}\n\
          [[surface]]\nname = 'all'\nof = ['layer_ymax', 'layer_xmax']\n\
-         [[contact]]\nslave = 'all'\nmaster = 'ball_dome'\nfriction = 0.0\n{radius}\
+         [[contact]]\nslave = 'all'\nmaster = 'ball_dome'\nfriction = 0.0\nsurfaces = 'faceted'\n{radius}\
          [[dirichlet]]\nset = 'layer_ymin'\n[[dirichlet]]\nset = 'ball'\n{motion}\
          [load_path]\nsteps = {steps}\ntolerance = {{ relative = 1e-11 }}\n",
         neo_hooke(10.0, 0.3),
