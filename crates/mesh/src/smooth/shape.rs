@@ -212,8 +212,7 @@ pub fn fit(points: &[Vector3<f64>], facets: &[(Vector3<f64>, Vector3<f64>)], tol
     }
     let unit: Vec<Vector3<f64>> = points.iter().map(|x| (x - centre) / size).collect();
     let facets: Vec<_> = facets.iter().map(|(x, n)| ((x - centre) / size, *n)).collect();
-    let guesses: [fn(&[Vector3<f64>], &[Facet]) -> Option<Shape>; 4] = [sphere, cylinder, cone, torus];
-    for guess in guesses {
+    for guess in [sphere as Guess, cylinder, cone, torus] {
         let fitted = guess(&unit, &facets).and_then(|shape| shape.refined(&unit));
         // farther away than this, a surface is flat
         let sensible = fitted.filter(|shape| shape.parameters().iter().all(|p| p.abs() < 1e3));
@@ -225,7 +224,11 @@ pub fn fit(points: &[Vector3<f64>], facets: &[(Vector3<f64>, Vector3<f64>)], tol
     None
 }
 
+/// Centre and unit normal of a facet.
 type Facet = (Vector3<f64>, Vector3<f64>);
+
+/// Finds a shape of one kind through points, from which its fit starts.
+type Guess = fn(&[Vector3<f64>], &[Facet]) -> Option<Shape>;
 
 impl Shape {
     /// Whether points show this shape, rather than happen to lie on it.
