@@ -82,7 +82,7 @@ impl FacetCoupling {
     /// Masters that do not face the slave facet, or whose centre is further away than `reach` along
     /// n₀, are ignored, as are those whose projection is folded, unless they are so close that they
     /// may touch. So are masters behind the slave facet if that lies outside the master's body
-    /// ([`Plane::is_behind`]). `sharp` marks the corners that lie on a sharp edge and need
+    /// (`Plane::is_behind`). `sharp` marks the corners that lie on a sharp edge and need
     /// [`facing`](Self::facing).
     ///
     /// # Errors
