@@ -290,6 +290,29 @@ fn threads_do_not_change_results() {
     assert_eq!(place.json("one/run.json")["threads"], 1);
 }
 
+/// A ball of a few facets that is pressed into a slab by 0.08 while the mean gap stays open.
+#[test]
+fn an_overlap_without_force_is_told() {
+    let place = Place::new();
+    let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    let text = format!(
+        "[[body]]\nname = 'slab'\nbox = {{ min = [0, 0, 0], max = [3, 1, 3], elements = [9, 3, 9] }}\n{material}\n\
+         [[body]]\nname = 'ball'\nhalf_ball = {{ radius = 1.0, elements = [2, 1, 2] }}\n\
+         place = {{ translate = [1.5, 2.0, 1.5] }}\n{material}\n\
+         [[contact]]\nslave = 'ball_dome'\nmaster = 'slab_ymax'\nfriction = 0.3\n\
+         [[dirichlet]]\nset = 'slab_ymin'\n\
+         [[dirichlet]]\nset = 'ball_flat'\nmotion = [{{ t = 1, u = [0, -0.08, 0] }}]\n[load_path]\nsteps = 2\n"
+    );
+    place.write("ball.toml", &text);
+    let ran = place.good("solve ball.toml");
+    let expected = "warning: in load step 2, `ball_dome` lies up to 0.08 below `slab_ymax` at node";
+    assert!(ran.err.contains(expected) && ran.err.contains("help: refine both surfaces"), "{}", ran.err);
+    let events = place.good("solve ball.toml --json --force").events();
+    let warning = events.iter().find(|event| event["code"] == "open_overlap").expect("a warning");
+    assert_eq!((&warning["event"], &warning["overlap"]["step"]), (&"warning".into(), &2.into()));
+    assert!(warning["overlap"]["depth"].as_f64().is_some_and(|depth| (depth - 0.08).abs() < 1e-9), "{warning}");
+}
+
 /// A block that is lifted off: the objective is 0, and every command that runs an analysis says
 /// why.
 #[test]
