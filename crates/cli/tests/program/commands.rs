@@ -299,7 +299,7 @@ fn an_overlap_without_force_is_told() {
         "[[body]]\nname = 'slab'\nbox = {{ min = [0, 0, 0], max = [3, 1, 3], elements = [9, 3, 9] }}\n{material}\n\
          [[body]]\nname = 'ball'\nhalf_ball = {{ radius = 1.0, elements = [2, 1, 2] }}\n\
          place = {{ translate = [1.5, 2.0, 1.5] }}\n{material}\n\
-         [[contact]]\nslave = 'ball_dome'\nmaster = 'slab_ymax'\nfriction = 0.3\n\
+         [[contact]]\nslave = 'ball_dome'\nmaster = 'slab_ymax'\nfriction = 0.3\nsurfaces = 'faceted'\n\
          [[dirichlet]]\nset = 'slab_ymin'\n\
          [[dirichlet]]\nset = 'ball_flat'\nmotion = [{{ t = 1, u = [0, -0.08, 0] }}]\n[load_path]\nsteps = 2\n"
     );

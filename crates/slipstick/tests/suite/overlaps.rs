@@ -33,7 +33,7 @@ fn ball(elements: &str, motion: &str) -> String {
     format!(
         "{SLAB}[[body]]\nname = 'ball'\nhalf_ball = {{ radius = 1.0, elements = {elements} }}\n\
          place = {{ translate = [1.5, 2.0, 1.5] }}\n{STIFF}\
-         [[contact]]\nslave = 'ball_dome'\nmaster = 'slab_ymax'\nfriction = 0.3\n\
+         [[contact]]\nslave = 'ball_dome'\nmaster = 'slab_ymax'\nfriction = 0.3\nsurfaces = 'faceted'\n\
          [[dirichlet]]\nset = 'ball_flat'\nmotion = {motion}\n[load_path]\nsteps = 4\n"
     )
 }
