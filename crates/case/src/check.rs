@@ -245,9 +245,10 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
                     "body `{}` is free in {} of its 6 rigid motions; only contact could hold it",
                     body.name, body.free_motions
                 ),
-                help: "prescribe more of its displacements in a [[dirichlet]] table, unless contact holds it from the \
-                       start"
-                    .into(),
+                help:
+                    "if contact is to hold it, a load or another body must press it there; otherwise prescribe more of \
+                       its displacements in a [[dirichlet]] table"
+                        .into(),
             });
         }
     }

@@ -111,7 +111,7 @@ impl<'a> Watch<'a> {
             json!({
                 "iteration": self.iteration, "step": state.completes, "time": state.time,
                 "load_case": course::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
-                "rescued": state.report.rescued,
+                "rescued": state.report.rescued, "left_free": state.report.left_free, "holding": state.report.holding,
                 "open": open, "stick": stick, "slip": slip,
             }),
         );
@@ -119,8 +119,12 @@ impl<'a> Watch<'a> {
             let at = self.place(state.time);
             let rounded = state.report.rounded.map_or(String::new(), |left| format!("; round-off left {left:.1e}"));
             let rescued = if state.report.rescued { "; found with held multipliers" } else { "" };
+            let free = match &state.report.left_free {
+                free if free.is_empty() => String::new(),
+                free => format!("; held with {:.1e} of the forces: {}", state.report.holding, free.join("; ")),
+            };
             self.console.text(&format!(
-                "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}{rescued}"
+                "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}{rescued}{free}"
             ));
         }
         if self.console.tells(2) {

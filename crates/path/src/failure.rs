@@ -54,6 +54,16 @@ pub enum StateError {
         /// Its depth, from the weighted gap over the area.
         depth: f64,
     },
+    /// A load moves a body along a motion that neither supports nor contact restrain.
+    #[error("nothing holds body `{body}` against its load {motion}: no support, and no contact ahead")]
+    Unheld {
+        /// Name of the body.
+        body: String,
+        /// The motion, such as `along −y`.
+        motion: String,
+        /// An unknown that this motion changes.
+        unknown: usize,
+    },
     /// A residual or an increment is NaN or infinite.
     #[error("{quantity} is not finite")]
     NotFinite {
@@ -71,7 +81,7 @@ impl StateError {
     /// Whether the prescribed data are at fault, so that no other attempt at the same load step can
     /// succeed.
     pub fn is_prescribed(&self) -> bool {
-        matches!(self, Self::PrescribedPenetration { .. })
+        matches!(self, Self::PrescribedPenetration { .. } | Self::Unheld { .. })
     }
 }
 

@@ -27,6 +27,7 @@
 mod divided;
 pub mod equations;
 mod failure;
+mod free;
 mod ladder;
 mod linear;
 mod march;

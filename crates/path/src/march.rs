@@ -2,6 +2,7 @@
 
 use crate::divided::on_first;
 use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+use crate::free::FreeSteps;
 use crate::ladder::{self, FailedAttempt, Rung, iterations_of};
 use crate::newton::{self, NewtonOptions, Start, StepReport};
 use crate::problem::{Attempt, Evaluated, Held, Iteration, Method, StepProblem, StepState, Wanted};
@@ -357,7 +358,7 @@ pub fn march<P: StepProblem>(
 }
 
 /// Result of an accepted increment: the state, how it converged, and the last evaluation.
-type Accepted<P> = (StepState, StepReport, Evaluated<P>);
+pub(crate) type Accepted<P> = (StepState, StepReport, Evaluated<P>);
 
 /// An increment from the last state of a path.
 struct Increment<'a> {
@@ -396,6 +397,7 @@ impl Increment<'_> {
         let mut starts = starts.into_iter().peekable();
         let mut attempt = Attempt::Setting(0);
         let mut before_rescue = None;
+        let mut free = FreeSteps::default();
         loop {
             let from = match geometry.take() {
                 Some(geometry) => geometry,
@@ -405,26 +407,36 @@ impl Increment<'_> {
                 }
             };
             let from = geometry.insert(from);
-            let begun = problem.begin(previous, from, span, solver.workspace).map_err(as_failure)?;
-            let (rung, start) = match starts.next() {
-                Some(unknowns) if starts.peek().is_some() => {
-                    (Rung::of(attempt, true), Start { unknowns, geometry: None, at_start: false })
+            let mut begun = problem.begin(previous, from, span, solver.workspace).map_err(as_failure)?;
+            let (rung, accepted) = match free.begin(solver, &mut begun, last, from, (time, attempt), &options.newton) {
+                Some(result) => {
+                    while starts.next().is_some() {}
+                    (Rung::of(attempt, false), result)
                 }
-                _ => (
-                    Rung::of(attempt, false),
-                    Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },
-                ),
+                None => {
+                    let (rung, start) = match starts.next() {
+                        Some(unknowns) if starts.peek().is_some() => {
+                            (Rung::of(attempt, true), Start { unknowns, geometry: None, at_start: false })
+                        }
+                        _ => (
+                            Rung::of(attempt, false),
+                            Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },
+                        ),
+                    };
+                    let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
+                    let accepted = solved.and_then(|(unknowns, report, at)| match problem.finish(&begun, &at) {
+                        Ok(history) => Ok((StepState { unknowns, history }, report, at)),
+                        Err(error) => {
+                            let (kind, iterations) = (error.into(), report.iterations);
+                            Err(StepFailure { kind, iterations, iterate: unknowns, at_start: false })
+                        }
+                    });
+                    (rung, free.end(solver, &mut begun, last, from, (time, attempt), &options.newton, accepted))
+                }
             };
-            let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
-            let accepted = solved.and_then(|(unknowns, report, at)| match problem.finish(&begun, &at) {
-                Ok(history) => Ok((StepState { unknowns, history }, report, at)),
-                Err(error) => {
-                    let (kind, iterations) = (error.into(), report.iterations);
-                    Err(StepFailure { kind, iterations, iterate: unknowns, at_start: false })
-                }
-            });
             let failure = match accepted {
                 Ok(done) => return Ok(done),
+                Err(failure) if failure.is_unheld() => return Err(failure),
                 Err(failure) => failure,
             };
             if failure.kind == StepFailureKind::Interrupted {
@@ -450,7 +462,7 @@ impl Increment<'_> {
     }
 }
 
-fn solve_increment<P: StepProblem>(
+pub(crate) fn solve_increment<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     step: &P::Step,
     start: Start<P>,

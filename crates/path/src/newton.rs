@@ -132,6 +132,12 @@ pub struct StepReport {
     /// [Uzawa's iteration over all multipliers](crate::Attempt::Rescue) led to the state: it may
     /// lie beyond a jump of the contact.
     pub rescued: bool,
+    /// Whether the step [holds free motions](crate::StepProblem::hold_free_motions).
+    pub holds: bool,
+    /// The motions that are free at the state and so were held, in words.
+    pub left_free: Vec<String>,
+    /// Norm of the forces that hold them, relative to the forces in equilibrium.
+    pub holding: f64,
     /// If the last Newton iteration was limited by round-off of the positions, the remaining
     /// relative residual; `None` if it met the tolerances.
     pub rounded: Option<f64>,

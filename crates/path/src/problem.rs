@@ -285,6 +285,43 @@ pub trait StepProblem: Sized {
         let _ = (at, lambda);
     }
 
+    /// Adds to a step that motions which nothing restrains, such as rigid motions of a body without
+    /// supports and contact, remain as they are in the previous state. Returns whether the problem may
+    /// have such motions. The equations of all other motions stay the same. Without `hold`, it removes
+    /// that again.
+    fn hold_free_motions(&self, step: &mut Self::Step, previous: &StepState, hold: bool) -> bool {
+        let _ = (step, previous, hold);
+        false
+    }
+
+    /// Whether a motion is free at a state, or nearly free.
+    fn moves_freely(&self, at: &Evaluated<Self>, nearly: bool) -> bool {
+        let _ = (at, nearly);
+        false
+    }
+
+    /// In a step that holds free motions, y with loaded bodies moved up to their first contact; `None`
+    /// if nothing can be moved. It is a better initial guess.
+    ///
+    /// # Errors
+    /// If the equations have no value at `y`.
+    fn approach(
+        &self,
+        step: &Self::Step,
+        y: &[f64],
+        workspace: &mut Self::Workspace,
+    ) -> Result<Option<Vec<f64>>, StateError> {
+        let _ = (step, y, workspace);
+        Ok(None)
+    }
+
+    /// The motions that are free at a state of a step that holds them, in words, and the norm of the
+    /// forces that hold them, relative to the forces in equilibrium.
+    fn motions_left_free(&self, step: &Self::Step, at: &Evaluated<Self>) -> (Vec<String>, f64) {
+        let _ = (step, at);
+        (Vec::new(), 0.0)
+    }
+
     /// h = G(y) of a converged state, before it is accepted.
     ///
     /// # Errors

@@ -242,7 +242,10 @@ impl<P: StepProblem> Run<'_, '_, P> {
         }
         let Solver { workspace, .. } = &mut *self.solver;
         let from = problem.geometry(&previous.unknowns, Wanted::Derivatives, workspace)?;
-        let step = problem.begin(previous, &from, span, workspace)?;
+        let mut step = problem.begin(previous, &from, span, workspace)?;
+        if here.report.holds {
+            problem.hold_free_motions(&mut step, previous, true);
+        }
         let (iteration, wanted) = (Iteration::default(), Wanted::Derivatives);
         let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;
         self.geometry = Some(from);

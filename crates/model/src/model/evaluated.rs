@@ -1,6 +1,7 @@
 //! The fixed data of a load step, and the contact data of an evaluation of its equations.
 
 use super::law::{LawWeights, NodeLaw, Steering};
+use super::loose::FreeMotions;
 use super::node::{self, NodeStep};
 use super::{ContactModel, Design, ModelInterface, SlaveData};
 use nalgebra::Vector3;
@@ -40,6 +41,8 @@ pub struct Step {
     pub(super) rate: Rate,
     /// Rotation vectors of the rigid bodies before the step. \[rad\]
     pub(super) rotations: Vec<Vector3<f64>>,
+    /// Displacements before the step, if it holds free motions.
+    pub(super) anchor: Option<Vec<f64>>,
 }
 
 impl Step {
@@ -50,7 +53,15 @@ impl Step {
             false => PreviousRow::from(now),
         };
         let rows = previous.nodes.iter().zip(&model.slaves).map(of).collect();
-        Self { previous, rows, history: history.to_vec(), time, rate: Rate::default(), rotations: Vec::new() }
+        Self {
+            previous,
+            rows,
+            history: history.to_vec(),
+            time,
+            rate: Rate::default(),
+            rotations: Vec::new(),
+            anchor: None,
+        }
     }
 
     /// Tangential traction of the penalty method at node j, at the end of the previous step.
@@ -74,6 +85,8 @@ pub struct ContactState {
     /// Slave nodes, in the order of [`ContactModel::slave_nodes`]; `None` for those of other ranks.
     pub(super) nodes: Vec<Option<NodeState>>,
     pub(super) steering: Steering,
+    /// The free motions, if the step holds them.
+    pub(super) free: FreeMotions,
 }
 
 impl ContactState {
@@ -216,7 +229,7 @@ impl Design {
             })
         };
         let nodes = kinematics.nodes.par_iter().zip(&step.rows).enumerate().map(of).collect();
-        ContactState { kinematics, nodes, steering }
+        ContactState { kinematics, nodes, steering, free: FreeMotions::default() }
     }
 
     /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it

@@ -21,6 +21,7 @@
 //! | penalty | d | ζ_τ | R |
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
+mod approach;
 mod assembly;
 pub mod course;
 mod design;
@@ -29,6 +30,7 @@ mod enforcement;
 mod evaluated;
 mod law;
 mod loads;
+mod loose;
 pub mod motion;
 pub mod node;
 mod observed;
@@ -53,6 +55,7 @@ pub use element_fields::ElementFields;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 pub use loads::{Loaded, Loads};
+use loose::LooseBodies;
 use nalgebra::Vector3;
 pub use pair::{ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
@@ -104,6 +107,8 @@ pub struct ContactModel {
     prescribed: Prescribed,
     loads: Loads,
     viscosity: Viscosity,
+    /// Bodies that supports alone do not hold.
+    loose: LooseBodies,
     slaves: Vec<SlaveData>,
     contact_elements: ContactElements,
     start: StartDesign,
@@ -202,6 +207,7 @@ impl ContactModel {
             displacement: FLOOR * motion,
             multiplier: FLOOR * modulus * motion / size,
         };
+        let loose = LooseBodies::new(mesh, prescribed.fixed(), modulus * size);
         let mut model = Self {
             share,
             own,
@@ -217,6 +223,7 @@ impl ContactModel {
             prescribed,
             loads,
             viscosity,
+            loose,
             slaves,
             contact_elements,
             start: StartDesign::default(),

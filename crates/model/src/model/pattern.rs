@@ -28,6 +28,8 @@ pub struct PatternInUse {
     reach: Vec<Vec<u32>>,
     /// Whether the next rebuild is the first one of a step.
     first: bool,
+    /// Further nodes that couple with each other.
+    cliques: Vec<Vec<u32>>,
     pattern: Option<Arc<BlockPattern>>,
 }
 
@@ -76,17 +78,22 @@ impl ContactPattern {
         self.bulk.len() + if self.multipliers { self.own.len() } else { 0 }
     }
 
-    /// The pattern that holds the needed couplings (one per slave node), and whether it is new.
+    /// The pattern that holds the needed couplings (one per slave node), and `cliques` of nodes, and whether it is new.
     pub fn covering<'a>(
         &self,
         couplings: impl Iterator<Item = Coupling<'a>> + Clone,
+        cliques: &[&[u32]],
         in_use: &mut PatternInUse,
     ) -> (Arc<BlockPattern>, bool) {
         in_use.reach.resize(self.own.len(), Vec::new());
         let inside = |reach: &[u32], c: &Coupling<'_>| c.support.iter().all(|n| reach.binary_search(n).is_ok());
         let fits = couplings.clone().zip(&in_use.reach).all(|(c, reach)| !c.needed || inside(reach, &c));
-        if let (true, Some(pattern)) = (fits, &in_use.pattern) {
+        let coupled = cliques.iter().all(|clique| in_use.cliques.iter().any(|known| known == clique));
+        if let (true, Some(pattern)) = (fits && coupled, &in_use.pattern) {
             return (pattern.clone(), false);
+        }
+        if !coupled {
+            in_use.cliques = cliques.iter().map(|clique| clique.to_vec()).collect();
         }
         if std::mem::take(&mut in_use.first) {
             in_use.reach.iter_mut().for_each(Vec::clear);
@@ -101,14 +108,17 @@ impl ContactPattern {
                 reach.dedup();
             }
         }
-        let pattern = Arc::new(self.build(&in_use.reach));
+        let pattern = Arc::new(self.build(&in_use.reach, &in_use.cliques));
         in_use.pattern = Some(pattern.clone());
         (pattern, true)
     }
 
-    fn build(&self, reach: &[Vec<u32>]) -> BlockPattern {
+    fn build(&self, reach: &[Vec<u32>], cliques: &[Vec<u32>]) -> BlockPattern {
         let nodes = self.bulk.len();
         let mut rows: Vec<Vec<u32>> = self.bulk.clone();
+        for clique in cliques {
+            clique.iter().for_each(|&node| rows[node as usize].extend_from_slice(clique));
+        }
         if self.multipliers {
             rows.resize(nodes + reach.len(), Vec::new());
         }

@@ -91,7 +91,10 @@ impl StepProblem for Design {
         });
         let contact = kinematics.map(|kinematics| self.contact(step, y, kinematics, iteration, &model.own));
         workspace.timings.end(Phase::Contact, begin);
-        let contact = model.share.agree(contact)?;
+        let mut contact = model.share.agree(contact)?;
+        if step.anchor.is_some() {
+            contact.free = model.free_motions(y, &contact, true);
+        }
         let mut status: Vec<u8> = (0..model.slaves.len()).map(|j| contact.status(j)).collect();
         let mut residual = Vec::new();
         let mut squares = 0.0;
@@ -125,7 +128,8 @@ impl StepProblem for Design {
             }
             None => Coupling { support: &[], needed: false, near: false },
         });
-        let (pattern, grown) = model.pattern.covering(couplings, &mut workspace.pattern);
+        let cliques = model.holding_couplings(&at.state.free);
+        let (pattern, grown) = model.pattern.covering(couplings, &cliques, &mut workspace.pattern);
         if grown || workspace.matrix.is_none() {
             workspace.scatter = Some(model.solid.scatter(&pattern));
             workspace.matrix = Some(BlockMatrix::new(pattern));
@@ -140,6 +144,7 @@ impl StepProblem for Design {
             model.loads.add_tangent(step.time, &model.positions(y), matrix);
         }
         model.add_viscous_tangent(step, matrix);
+        model.add_holding_tangent(&at.state.free, matrix);
         workspace.timings.end(Phase::Solid, begin);
         let begin = workspace.timings.begin();
         let matrix = workspace.matrix.as_mut().expect("made above");
@@ -160,6 +165,25 @@ impl StepProblem for Design {
         self.model.rigid.spread(&at.unknowns, lambda);
     }
 
+    fn hold_free_motions(&self, step: &mut Step, previous: &StepState, hold: bool) -> bool {
+        let model = &*self.model;
+        let can = model.may_move_freely();
+        step.anchor = (can && hold).then(|| previous.unknowns[..model.displacement_count()].to_vec());
+        can
+    }
+
+    fn moves_freely(&self, at: &Evaluated<Self>, nearly: bool) -> bool {
+        self.model.may_move_freely() && self.model.free_motions(&at.unknowns, &at.state, nearly).basis.is_some()
+    }
+
+    fn approach(&self, step: &Step, y: &[f64], workspace: &mut Workspace) -> Result<Option<Vec<f64>>, StateError> {
+        self.approached(step, y, workspace)
+    }
+
+    fn motions_left_free(&self, step: &Step, at: &Evaluated<Self>) -> (Vec<String>, f64) {
+        (self.model.motions_left_free(&at.state), self.model.holding_share(step, at))
+    }
+
     /// A node that faced the other surface and no longer does must not lie far behind that
     /// surface's former position; otherwise it has passed through undetected. We check this with
     /// the previous row at the current positions.
@@ -168,6 +192,7 @@ impl StepProblem for Design {
     /// multiplier could push it out again.
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
+        model.check_held(step, at)?;
         model.rigid.check_turns(&step.rotations, &at.unknowns, model.prescribed.fixed())?;
         let x = model.contact_positions(&at.unknowns);
         let mut worst: Option<(f64, u32, f64)> = None;
@@ -248,6 +273,7 @@ impl StepProblem for Design {
         }
         model.pull_to_nodes(&mut out.unknowns);
         model.pull_back_viscous_force(step, lambda, &mut out.unknowns);
+        model.pull_back_holding_force(&at.state.free, lambda, &mut out.unknowns);
         model.share.sum(&mut [&mut out.unknowns, &mut out.history]);
         out
     }
@@ -380,6 +406,7 @@ impl Design {
             model.loads.add_residual(step.time, &model.positions(y), &mut out);
         }
         model.add_viscous_force(step, y, &mut out);
+        model.add_holding_force(step, y, &contact.free, &mut out);
         out.resize(model.unknowns.count(), 0.0);
         for (j, _, node) in contact.own() {
             let value = node.law.value();

@@ -314,6 +314,11 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
             &[steps, cuts, "a prescribed rotation of the rigid body (`dirichlet.motion`), if it is known"]
         }
         StepFailureKind::State(StateError::PrescribedPenetration { .. }) | StepFailureKind::Interrupted => &[],
+        StepFailureKind::State(StateError::Unheld { .. }) => &[
+            "a support (`[[dirichlet]]`) of the body against this motion",
+            "a contact pair with the surface that is to hold the body",
+            "friction in the pair that is to hold the body, if it slides",
+        ],
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
         StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],
         StepFailureKind::Singular { .. } | StepFailureKind::Linear(_) => &[

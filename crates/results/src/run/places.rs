@@ -93,7 +93,7 @@ pub(super) fn places(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> V
         StepFailureKind::State(StateError::FoldedFacet { nodes }) => {
             nodes.iter().copied().take(LISTED).filter_map(node).collect()
         }
-        StepFailureKind::State(StateError::NotFinite { index, .. })
+        StepFailureKind::State(StateError::NotFinite { index, .. } | StateError::Unheld { unknown: index, .. })
         | StepFailureKind::Singular { unknown: index, .. } => {
             let number = model.unknown(*index).and_then(|unknown| match unknown {
                 Unknown::Displacement { node, .. } => Some(node),
@@ -181,11 +181,13 @@ const ALONG: f64 = 0.1;
 /// for other failures.
 pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Conditions {
     match kind {
-        StepFailureKind::Singular { unknown, .. } => match model.unknown(*unknown) {
-            Some(Unknown::Displacement { node, axis }) => of_displacement(node, axis, mesh, model),
-            Some(Unknown::Multiplier { row, component }) => of_multiplier(row, component, model),
-            None => Conditions::default(),
-        },
+        StepFailureKind::Singular { unknown, .. } | StepFailureKind::State(StateError::Unheld { unknown, .. }) => {
+            match model.unknown(*unknown) {
+                Some(Unknown::Displacement { node, axis }) => of_displacement(node, axis, mesh, model),
+                Some(Unknown::Multiplier { row, component }) => of_multiplier(row, component, model),
+                None => Conditions::default(),
+            }
+        }
         StepFailureKind::State(StateError::PrescribedPenetration { node, .. }) => of_penetration(*node, model),
         _ => Conditions::default(),
     }

@@ -16,6 +16,7 @@ mod edges;
 mod equations;
 mod examples;
 mod failures;
+mod free;
 mod friction;
 mod gradient;
 mod invariance;

@@ -1,0 +1,180 @@
+//! Steps in which bodies move freely until contact holds them.
+//!
+//! A step whose tangent is singular because nothing restrains a rigid motion is solved again with free
+//! motions [held](StepProblem::hold_free_motions), and loaded bodies are first moved up to their first
+//! contact. If a body that has arrived pushes another free one, the bodies move on together.
+
+use crate::failure::{StateError, StepFailure, StepFailureKind};
+use crate::march::{Accepted, PathState, solve_increment};
+use crate::newton::{NewtonOptions, Start};
+use crate::problem::{Attempt, Iteration, StepProblem, StepState, Wanted};
+use crate::solver::Solver;
+
+/// Most times that bodies are moved on in a step.
+const MOVES: usize = 8;
+
+/// How the attempts at an increment treat free motions.
+#[derive(Default)]
+pub(crate) struct FreeSteps {
+    /// Whether all attempts hold free motions: there are some at the start, or some that the last step held
+    /// are still nearly free.
+    holds: Option<bool>,
+    /// Whether a motion is free, not only nearly.
+    certain: bool,
+    /// The failure of the first attempt that held them.
+    first: Option<StepFailure>,
+}
+
+impl FreeSteps {
+    /// Before an attempt: if motions are free at the start, the result of an attempt that holds them.
+    pub fn begin<P: StepProblem>(
+        &mut self,
+        solver: &mut Solver<'_, P>,
+        step: &mut P::Step,
+        last: &PathState,
+        geometry: &P::Geometry,
+        to: (f64, Attempt),
+        options: &NewtonOptions,
+    ) -> Option<Result<Accepted<P>, StepFailure>> {
+        let problem = solver.problem;
+        let holds = *self.holds.get_or_insert_with(|| {
+            let iteration = Iteration { at_start: true, ..Iteration::default() };
+            let y = &last.state.unknowns;
+            let at = problem
+                .hold_free_motions(step, &last.state, false)
+                .then(|| problem.evaluate(step, y, Some(geometry), iteration, Wanted::Residual, solver.workspace));
+            let Some(Ok(at)) = at else { return false };
+            self.certain = problem.moves_freely(&at, false);
+            self.certain || last.report.holds && problem.moves_freely(&at, true)
+        });
+        if !holds {
+            return None;
+        }
+        let result = solve(solver, step, last, geometry, to, options)?;
+        if !self.certain && matches!(&result, Err(failure) if failure.is_unheld()) {
+            // what is nearly free may yet find an equilibrium
+            self.holds = Some(false);
+            problem.hold_free_motions(step, &last.state, false);
+            return None;
+        }
+        Some(result.map_err(|failure| self.first_of(failure)))
+    }
+
+    /// After an attempt that did not hold free motions: if it failed because a motion is undetermined, or
+    /// its state has one, the result of an attempt that holds them.
+    #[allow(clippy::too_many_arguments)]
+    pub fn end<P: StepProblem>(
+        &mut self,
+        solver: &mut Solver<'_, P>,
+        step: &mut P::Step,
+        last: &PathState,
+        geometry: &P::Geometry,
+        to: (f64, Attempt),
+        options: &NewtonOptions,
+        result: Result<Accepted<P>, StepFailure>,
+    ) -> Result<Accepted<P>, StepFailure> {
+        let problem = solver.problem;
+        let undetermined = match &result {
+            Ok((.., at)) => problem.moves_freely(at, false),
+            Err(failure) => matches!(failure.kind, StepFailureKind::Singular { .. }),
+        };
+        if undetermined {
+            match solve(solver, step, last, geometry, to, options) {
+                Some(Ok(done)) => return Ok(done),
+                Some(Err(failure)) if result.is_err() && failure.is_final() => return Err(failure),
+                _ => {}
+            }
+            problem.hold_free_motions(step, &last.state, false);
+        }
+        result
+    }
+
+    /// The failure of an attempt that holds free motions. That nothing holds a body is the verdict of the
+    /// first attempt only; a later one may have left a contact that the first had found.
+    fn first_of(&mut self, failure: StepFailure) -> StepFailure {
+        let first = self.first.get_or_insert_with(|| failure.clone());
+        if failure.is_unheld() { first.clone() } else { failure }
+    }
+}
+
+impl StepFailure {
+    /// Whether nothing holds a loaded body.
+    pub(crate) fn is_unheld(&self) -> bool {
+        matches!(self.kind, StepFailureKind::State(StateError::Unheld { .. }))
+    }
+
+    /// Whether no other attempt, also at a smaller increment, can succeed.
+    pub(crate) fn is_final(&self) -> bool {
+        match &self.kind {
+            StepFailureKind::State(state) => state.is_prescribed(),
+            kind => *kind == StepFailureKind::Interrupted,
+        }
+    }
+}
+
+/// Solves the step to `time` with free motions held; `None` if the problem has none.
+pub(crate) fn solve<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
+    step: &mut P::Step,
+    last: &PathState,
+    geometry: &P::Geometry,
+    (time, attempt): (f64, Attempt),
+    options: &NewtonOptions,
+) -> Option<Result<Accepted<P>, StepFailure>> {
+    let (problem, previous) = (solver.problem, &last.state);
+    if !problem.hold_free_motions(step, previous, true) {
+        return None;
+    }
+    let mut from = previous.unknowns.clone();
+    let mut unheld = None;
+    for moves in 0..MOVES {
+        let moved = match problem.approach(step, &from, solver.workspace) {
+            Ok(moved) => moved,
+            Err(error) => return Some(Err(failure(error, from))),
+        };
+        let start = match moved {
+            Some(unknowns) => Start { unknowns, geometry: None, at_start: false },
+            None if moves == 0 => Start { unknowns: from.clone(), geometry: Some(geometry.clone()), at_start: true },
+            None => break,
+        };
+        let mut before = Vec::new();
+        let start = if moves == 0 {
+            start
+        } else {
+            // held where it touches, the body does not return to where it was while contact settles
+            let touching = StepState { unknowns: start.unknowns.clone(), ..previous.clone() };
+            problem.hold_free_motions(step, &touching, true);
+            let solved = solve_increment(solver, step, start, time, attempt, options);
+            problem.hold_free_motions(step, previous, true);
+            match solved {
+                Ok((_, report, at)) => {
+                    before = report.iterations;
+                    Start { unknowns: at.unknowns, geometry: None, at_start: false }
+                }
+                Err(failure) => return Some(Err(failure)),
+            }
+        };
+        let (unknowns, mut report, at) = match solve_increment(solver, step, start, time, attempt, options) {
+            Ok(solved) => solved,
+            Err(failure) => return Some(Err(failure)),
+        };
+        report.iterations.splice(0..0, before);
+        match problem.finish(step, &at) {
+            Ok(history) => {
+                report.holds = true;
+                (report.left_free, report.holding) = problem.motions_left_free(step, &at);
+                return Some(Ok((StepState { unknowns, history }, report, at)));
+            }
+            Err(error @ StateError::Unheld { .. }) => {
+                from.clone_from(&unknowns);
+                unheld = Some(StepFailure { iterations: report.iterations, ..failure(error, unknowns) });
+            }
+            Err(error) => return Some(Err(StepFailure { iterations: report.iterations, ..failure(error, unknowns) })),
+        }
+    }
+    unheld.map(Err)
+}
+
+fn failure(error: StateError, iterate: Vec<f64>) -> StepFailure {
+    StepFailure { kind: error.into(), iterations: Vec::new(), iterate, at_start: false }
+}
