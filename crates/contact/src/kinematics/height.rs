@@ -126,8 +126,8 @@ pub(super) struct AlongRay<const M: usize> {
 }
 
 impl<const M: usize> AlongRay<M> {
-    /// For a facet with these corners and this normal, whose derivative by corner i is `slope[i]`.
-    /// `None` for a collapsed facet.
+    /// For a facet with these corners and this normal, whose derivative with respect to
+    /// corner i is `slope[i]`. `None` for a collapsed facet.
     ///
     /// Test: `coupling_gradient_matches_finite_differences`.
     pub fn new(

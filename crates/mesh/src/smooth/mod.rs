@@ -190,8 +190,8 @@ impl<'a> Facets<'a> {
         out
     }
 
-    /// The facets in flat regions. A strip of coplanar facets, as along a cylinder, is no region: in
-    /// a region, a facet has at least three neighbours in its plane.
+    /// The facets in flat regions. A strip of coplanar facets, as along a cylinder, does not count:
+    /// in a flat region, at least one facet has three neighbours in its plane.
     fn flat(&self, patch: &BTreeSet<u32>) -> BTreeSet<u32> {
         let coplanar = |bend: &Bend| bend.angle <= FLAT;
         let inner = |facet: &u32| {

@@ -354,7 +354,7 @@ impl ContactModel {
         }
     }
 
-    /// The nodes that the springs couple, body by body; none in a step that holds no motions.
+    /// The nodes that the springs couple, body by body. The list is empty if the step holds no motion.
     pub(super) fn holding_couplings(&self, free: &FreeMotions) -> Vec<&[u32]> {
         let bodies = self.loose.bodies.iter().filter(|_| !free.held.is_empty());
         bodies.map(|body| body.anchors.as_slice()).collect()
