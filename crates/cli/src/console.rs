@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
+use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 
 use crate::Outcome;
@@ -140,6 +141,18 @@ impl Console {
             self.event("warning", object);
             if !self.json && !self.quiet {
                 self.suspended(|| complain(&format!("warning: {overlap}\n    help: {help}\n")));
+            }
+        }
+    }
+
+    /// Prints which pairs take or add energy without a mechanism.
+    pub fn losses(&self, losses: &[LostWork]) {
+        for lost in losses {
+            let help = lost.help();
+            let object = json!({ "code": "lost_work", "message": lost.to_string(), "help": help, "loss": lost });
+            self.event("warning", object);
+            if !self.json && !self.quiet {
+                self.suspended(|| complain(&format!("warning: {lost}\n    help: {help}\n")));
             }
         }
     }

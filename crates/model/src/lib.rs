@@ -8,6 +8,7 @@
 //! display.
 
 pub mod analysis;
+pub mod losses;
 pub mod model;
 pub mod optimize;
 pub mod overlaps;

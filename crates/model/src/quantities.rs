@@ -47,6 +47,7 @@ use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Path, StepState};
 
 use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
+use crate::losses::{ContactAt, Losses, LostWork};
 use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
@@ -116,6 +117,9 @@ pub struct Quantities {
     pub rows: Vec<QuantityRow>,
     /// Where bodies overlap without a contact force ([`overlaps`]); empty on all ranks but the first.
     pub overlaps: Vec<OpenOverlap>,
+    /// Contact pairs that take or add energy without a mechanism ([`crate::losses`]), over the load case that
+    /// loses most.
+    pub losses: Vec<LostWork>,
 }
 
 impl Quantities {
@@ -181,13 +185,15 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let user_steps = steps_of(path);
     let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
     let ranks = model.share().ranks().clone();
-    let mut result = Quantities { names: recorder.names(), rows: Vec::new(), overlaps: overlaps(problem, path) };
+    let mut result =
+        Quantities { names: recorder.names(), rows: Vec::new(), overlaps: overlaps(problem, path), losses: Vec::new() };
     let mut sums = Sums::default();
     let mut last: Option<Last<'_>> = None;
     for (index, at) in path.states.iter().enumerate() {
         let (now, design) = (path.state(index, &*ranks), analysis.design_at(at.time));
         let before = last.take().filter(|_| !at.rest);
         if before.is_none() {
+            sums.report(mesh, model, &mut result.losses);
             sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
         }
         let previous = before.as_ref().map_or(&now, |last| &last.state);
@@ -198,27 +204,30 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
             _ => {
                 sums.broken = true;
                 result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
-                last =
-                    Some(Last { state: now, contact: Vec::new(), pressed: Vec::new(), seen: PreviousData::default() });
+                let (contact, seen) = (ContactResults::default(), PreviousData::default());
+                last = Some(Last { state: now, time: at.time, contact, pressed: Vec::new(), seen });
                 continue;
             }
         };
         let contact = data.results.take().unwrap_or_default();
         let pressed = pressed(design.model(), &contact, at.time);
-        let (state, old, earlier, seen) = match before {
-            Some(Last { state, contact, pressed, seen }) => (Some(state), contact, pressed, seen),
-            None => (None, Vec::new(), Vec::new(), PreviousData::at_rest(design, at.time, &now)),
+        let (state, earlier, seen) = match before {
+            Some(Last { state, time, contact, pressed, seen }) => (Some((state, time, contact)), pressed, seen),
+            None => (None, Vec::new(), PreviousData::at_rest(design, at.time, &now)),
         };
         let data = data.after(seen);
         // the step of the load case in progress
         let place = (user_steps[index].saturating_sub(1) % steps.max(1) + 1, steps);
         let value = |quantity: &dyn Quantity| quantity.value(&data.view(design, &now, place));
         let own: Vec<f64> = recorder.own.iter().map(|quantity| value(&**quantity)).collect();
-        if let Some(state) = &state {
-            sums.external += value(&recorder.external_work);
-            sums.add(design.model(), (state, &old), &now, &contact);
+        if let Some((state, before, old)) = &state {
+            let external = value(&recorder.external_work);
             let both = earlier.iter().zip(&pressed);
-            sums.offset += both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
+            let offset = both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
+            sums.external += external;
+            sums.offset += offset;
+            sums.done += external.abs() + offset.abs();
+            sums.add(design.model(), (state, *before, old), (&now, at.time, &contact));
             sums.add_own(recorder.own, &own);
             let span = at.time - path.states[index - 1].time;
             sums.viscous += model.viscosity().work(&state.unknowns, &now.unknowns, span);
@@ -235,16 +244,18 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
             true => PreviousData::at_rest(design, at.time, &now),
             false => data.into_previous(&now),
         };
-        last = Some(Last { state: now, contact: contact.force, pressed, seen });
+        last = Some(Last { state: now, time: at.time, contact, pressed, seen });
     }
+    sums.report(mesh, model, &mut result.losses);
     result
 }
 
 /// The last state treated.
 struct Last<'a> {
     state: Cow<'a, StepState>,
-    /// Nodal contact forces. \[F\]
-    contact: Vec<f64>,
+    /// Its pseudo-time.
+    time: f64,
+    contact: ContactResults,
     /// Normal force and offset of each pair. \[F, L\]
     pressed: Vec<[f64; 2]>,
     /// What quantities at the next state see of it.
@@ -325,11 +336,25 @@ struct Sums {
     own: Vec<f64>,
     /// As [`QuantityRow::slipped`].
     slipped: Vec<Slipped>,
+    /// Sum of the magnitudes of the work of loads, supports and offsets in each (sub-)step.
+    done: f64,
+    lost: Losses,
     /// A state since then could not be evaluated.
     broken: bool,
 }
 
 impl Sums {
+    /// Adds what the load case lost to the pairs that are reported, or replaces a smaller loss.
+    fn report(&self, mesh: &Mesh, model: &ContactModel, reported: &mut Vec<LostWork>) {
+        for lost in self.lost.reported(model, &mesh.nodes, self.done) {
+            match reported.iter_mut().find(|known| known.pair == lost.pair) {
+                Some(known) if known.fraction.abs() < lost.fraction.abs() => *known = lost,
+                Some(_) => {}
+                None => reported.push(lost),
+            }
+        }
+    }
+
     fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
         for ((sum, quantity), value) in self.own.iter_mut().zip(own).zip(values) {
             *sum += if quantity.accumulates() { *value } else { 0.0 };
@@ -339,11 +364,16 @@ impl Sums {
     fn add(
         &mut self,
         model: &ContactModel,
-        (before, old): (&StepState, &[f64]),
-        now: &StepState,
-        contact: &ContactResults,
+        (before, earlier, old): (&StepState, f64, &ContactResults),
+        (now, time, contact): (&StepState, f64, &ContactResults),
     ) {
-        for (i, (old, new)) in old.iter().zip(&contact.force).enumerate() {
+        let [from, to] = [before, now].map(|state| model.contact_positions(&state.unknowns));
+        self.lost.add(
+            model,
+            &ContactAt { positions: &from, results: old, time: earlier },
+            &ContactAt { positions: &to, results: contact, time },
+        );
+        for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
             self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
         }
         if self.slipped.is_empty() {
@@ -552,7 +582,12 @@ mod tests {
                 slipped: Vec::new(),
             };
             let names = vec![name("strain_energy"), name("external_work")];
-            Quantities { names, rows: rows.iter().enumerate().map(row).collect(), overlaps: Vec::new() }
+            Quantities {
+                names,
+                rows: rows.iter().enumerate().map(row).collect(),
+                overlaps: Vec::new(),
+                losses: Vec::new(),
+            }
         };
         assert_eq!(quantities(&[[0.0, 0.0], [1.0, 1.0], [3.0, 3.0], [0.5, 2.0]]).jump(), None);
         assert_eq!(quantities(&[[0.0, 0.0], [5.0, 0.0], [6.0, 0.0]]).jump(), None);

@@ -1,5 +1,6 @@
 //! The states of a load path.
 
+use std::ffi::CString;
 use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
@@ -85,6 +86,11 @@ impl Path {
             (problem.analysis.design, problem.analysis.cases) = own;
             take_raised().map_or(Ok(found), |error| Err(Error::Python(error)))
         })?;
+        for loss in &found.losses {
+            let warning = py.import("slipstick")?.getattr("SlipstickWarning")?;
+            let message = CString::new(format!("{loss}; {}", loss.help())).unwrap_or_default();
+            PyErr::warn(py, &warning, &message, 2)?;
+        }
         let names = found.names.iter().map(|name| name.name.clone()).collect();
         let units = found.names.iter().map(|name| name.unit).collect();
         let rows: Vec<f64> = found.rows.iter().filter(|row| row.step > 0).flat_map(|row| row.values.clone()).collect();

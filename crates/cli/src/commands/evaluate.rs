@@ -83,6 +83,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         context.console.notice(forward.notice);
         let found = quantities(problem, &forward.path);
         context.console.overlaps(&found.overlaps);
+        context.console.losses(&found.losses);
         paths.push((shown, found));
         write_evaluations(directory, &paths)?;
         let [open, stick, slip] = final_status(&forward);

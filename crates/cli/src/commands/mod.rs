@@ -99,6 +99,7 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
         context.console.text(&format!("  {title:width$}  {text}"));
     }
     context.console.overlaps(&quantities.overlaps);
+    context.console.losses(&quantities.losses);
     if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
         context.console.warning(&format!(
             "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \

@@ -60,6 +60,9 @@ pub struct ContactResults {
     /// shapes; one per node. Its integral over the deformed surface is the normal force, as a sum
     /// of magnitudes if the surface is curved. \[F/L²\]
     pub pressure: Vec<f64>,
+    /// Row of each slave node that transmits a force: points of the contact surfaces and weights b_jk,
+    /// empty for the others. \[L²\]
+    pub transfer: Vec<Vec<(u32, f64)>>,
 }
 
 impl Design {
@@ -105,7 +108,12 @@ impl ContactState {
             traction[3 * node..3 * node + 3].iter_mut().for_each(|t| *t /= area);
         }
         model.pull_to_nodes(&mut force);
-        ContactResults { nodes, force, traction, pressure }
+        let row = |(at, (_, now, _)): (&NodalContact, (usize, &NodeKinematics, &NodeState))| match at.multiplier {
+            [0.0, 0.0, 0.0] => Vec::new(),
+            _ => now.support.iter().copied().zip(now.coefficient.iter().copied()).collect(),
+        };
+        let transfer = nodes.iter().zip(self.own()).map(row).collect();
+        ContactResults { nodes, force, traction, pressure, transfer }
     }
 }
 

@@ -23,6 +23,7 @@ mod invariance;
 mod joints;
 mod load_cases;
 mod loads;
+mod losses;
 mod meshes;
 mod newton;
 mod output;

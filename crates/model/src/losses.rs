@@ -1,0 +1,139 @@
+//! Work that contact takes from the bodies and that neither gap, slip nor offset accounts for.
+//!
+//! The contact force of slave node j moves its nodes apart against the measures of the contact laws:
+//! Σ_k b_jk z_j·δx_k = −ζ_nj δg̃_j + ζ_τj·δũ_τj for a body that turns rigidly with its contact. Where
+//! the mortar normal is not the derivative of the gap, as at edges that dig in, both sides differ: the
+//! work that the difference does is lost, or gained, without a mechanism. It vanishes with the mesh, not
+//! with the load steps. Both sides are integrated by the trapezoidal rule over the accepted (sub-)steps,
+//! so that coarse steps change both alike. Nodes without a master on one side of a step do not count in it.
+//! Test: `an_edge_that_digs_in_loses_work` (tests/suite/losses.rs).
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::model::{ContactModel, ContactResults, ModelInterface};
+use crate::words::quantity;
+
+/// Fraction of the work of loads, supports and offsets above which lost work is reported.
+pub const COUNTED_LOSS: f64 = 0.02;
+
+/// Lost work of a contact pair, if it is more than [a fraction](COUNTED_LOSS) of what loads, supports
+/// and offsets do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LostWork {
+    /// Number of the pair.
+    pub pair: usize,
+    /// Names of slave and master.
+    pub surfaces: [String; 2],
+    /// Work that the pair takes without a mechanism; negative: that it adds. \[F L\]
+    pub work: f64,
+    /// The same as a fraction of the work done on the bodies, as a sum of magnitudes over the steps.
+    pub fraction: f64,
+    /// Slave node with the largest part.
+    pub node: u32,
+    /// Position of that node in the reference configuration. \[L\]
+    pub position: [f64; 3],
+    /// Its part. \[F L\]
+    pub at_node: f64,
+}
+
+impl fmt::Display for LostWork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [slave, master] = &self.surfaces;
+        let [x, y, z] = self.position.map(quantity);
+        let (verb, share) = (if self.work > 0.0 { "takes" } else { "adds" }, 100.0 * self.fraction.abs());
+        write!(
+            f,
+            "contact of `{slave}` with `{master}` {verb} {} of energy, {share:.1} % of the work done on the bodies, that \
+             neither friction nor a gap accounts for; most of it, {}, at node {} of `{slave}`, [{x}, {y}, {z}]: an edge \
+             digs in there, or facets are coarse against the curvature",
+            quantity(self.work.abs()),
+            quantity(self.at_node.abs()),
+            self.node,
+        )
+    }
+}
+
+impl LostWork {
+    /// The remedy.
+    pub fn help(&self) -> String {
+        "refine the mesh there; round the edge, or include both of its sides in the slave surface; let the other \
+         surface be the slave"
+            .into()
+    }
+}
+
+/// Lost work of every slave node since the start of the path. \[F L\]
+#[derive(Debug, Default)]
+pub(crate) struct Losses {
+    nodes: Vec<f64>,
+}
+
+/// A state of contact, as [`Losses::add`] needs it.
+pub(crate) struct ContactAt<'a> {
+    /// Positions of the points of the contact surfaces. \[L\]
+    pub positions: &'a [f64],
+    pub results: &'a ContactResults,
+    pub time: f64,
+}
+
+impl Losses {
+    /// Adds what is lost between two neighbouring states.
+    pub fn add(&mut self, model: &ContactModel, before: &ContactAt<'_>, now: &ContactAt<'_>) {
+        self.nodes.resize(now.results.nodes.len(), 0.0);
+        let pair_of = model.by_pair(&now.results.nodes).zip(model.interfaces());
+        let pairs = pair_of.flat_map(|(nodes, pair)| nodes.iter().map(move |_| pair));
+        for ((j, sum), pair) in self.nodes.iter_mut().enumerate().zip(pairs) {
+            *sum += lost(pair, j, before, now);
+        }
+    }
+
+    /// Pairs that lose more than [a fraction](COUNTED_LOSS) of the work done on the bodies. \[F L\]
+    pub fn reported(&self, model: &ContactModel, reference: &[[f64; 3]], done: f64) -> Vec<LostWork> {
+        if self.nodes.is_empty() || done <= 0.0 {
+            return Vec::new();
+        }
+        let pairs = model.by_pair(&self.nodes).zip(model.interfaces()).enumerate();
+        let found = pairs.filter_map(|(number, (lost, pair))| {
+            let work: f64 = lost.iter().sum();
+            let largest = (0..lost.len()).max_by(|&a, &b| (lost[a] * work).total_cmp(&(lost[b] * work)))?;
+            let node = pair.interface.slave_nodes().get(largest)?.node;
+            let fraction = work / done;
+            (fraction.abs() > COUNTED_LOSS).then(|| LostWork {
+                pair: number,
+                surfaces: pair.surfaces.clone(),
+                work,
+                fraction,
+                node,
+                position: reference.get(node as usize).copied().unwrap_or_default(),
+                at_node: lost[largest],
+            })
+        });
+        found.collect()
+    }
+}
+
+/// What slave node j loses between two states. \[F L\]
+fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt<'_>) -> f64 {
+    let [old, new] = [before, now].map(|at| at.results.nodes.get(j));
+    let (Some(old), Some(new)) = (old, new) else { return 0.0 };
+    if pair.is_bonded() || old.gap.is_none() || new.gap.is_none() {
+        return 0.0;
+    }
+    let moved = |i: usize| now.positions[i] - before.positions[i];
+    let taken: f64 = [before, now]
+        .iter()
+        .flat_map(|at| at.results.transfer.get(j).into_iter().flatten().map(|term| (term, at.results.nodes[j])))
+        .map(|(&(point, weight), at)| {
+            (0..3).map(|c| weight * at.global_multiplier[c] * moved(3 * point as usize + c)).sum::<f64>()
+        })
+        .sum();
+    let opened = |at: &ContactAt<'_>| {
+        let node = &at.results.nodes[j];
+        node.weighted_gap + pair.offset_at(at.time) * node.covered_area
+    };
+    let mean = |c: usize| 0.5 * (old.multiplier[c] + new.multiplier[c]);
+    let slipped = mean(1) * new.weighted_slip[0] + mean(2) * new.weighted_slip[1];
+    0.5 * taken + mean(0) * (opened(now) - opened(before)) - slipped
+}

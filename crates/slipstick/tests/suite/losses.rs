@@ -1,0 +1,57 @@
+//! Work that contact takes without a mechanism, against the energy balance of the bodies, which reactions and
+//! strain energies give without it.
+
+use slipstick::losses::LostWork;
+use slipstick::quantities::{Quantities, quantities};
+use slipstick_path::Silent;
+
+/// A block on a plane-strain strip; `motion` of its top, and the contact table's further keys.
+fn pressed(low: &str, up: &str, motion: &str, keys: &str) -> Quantities {
+    let text = format!(
+        "[[body]]\nname = 'low'\nbox = {low}\nmaterial = {{ neo_hooke = {{ youngs_modulus = 10.0, poisson_ratio = 0.3 }} }}\n\
+         [[body]]\nname = 'up'\nbox = {up}\nmaterial = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
+         [[contact]]\nslave = 'up_ymin'\nmaster = 'low_ymax'\n{keys}\n\
+         [[dirichlet]]\nset = 'low_ymin'\n[[dirichlet]]\nset = 'low_zmin'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'low_zmax'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'up_ymax'\nmotion = {motion}\n[load_path]\nsteps = 20\n"
+    );
+    let mut problem = crate::common::problem(&text);
+    let density = problem.initial_density().clone();
+    let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}"));
+    quantities(&problem, &forward.path)
+}
+
+const LONG: &str = "{ min = [0, 0, 0], max = [3, 1, 0.5], elements = [9, 3, 1] }";
+
+/// The edge of a stiff block at x = 0.9 digs into a strip and is dragged along it: without friction, the external
+/// work would be stored. What is missing is lost by contact, at the edge.
+#[test]
+fn an_edge_that_digs_in_loses_work() {
+    let up = "{ min = [-0.5, 1, 0], max = [0.9, 2, 0.5], elements = [4, 3, 1] }";
+    let motion = "[{ t = 0.5, u = [0, -0.3, 0] }, { t = 1, u = [0.5, -0.3, 0] }]";
+    for keys in ["friction = 0.0", "friction = 0.0\nmultiplier_shape = 'dual'"] {
+        let found = pressed(LONG, up, motion, keys);
+        let [loss] = &found.losses[..] else { panic!("{:?}", found.losses) };
+        let last = |name: &str| *found.get(name).expect(name).last().expect("a row");
+        let missing = last("external_work") - last("strain_energy");
+        assert!((loss.work - missing).abs() < 0.02 * missing.abs(), "{} of {missing}", loss.work);
+        assert!((loss.fraction - loss.work / last("external_work")).abs() < 1e-9, "{loss:?}");
+        assert!((loss.position[0], loss.position[1]) == (0.9, 1.0) && loss.at_node * loss.work > 0.0, "{loss:?}");
+        assert!(loss.to_string().contains("contact of `up_ymin` with `low_ymax`"), "{loss}");
+    }
+}
+
+/// A column pressed by one of the same plan: the contact stays flat and as large as it is, so that nothing is lost,
+/// whatever the method, even though the penalty method stores a third of the work in its penalties.
+#[test]
+fn flat_contact_loses_nothing() {
+    let low = "{ min = [0, 0, 0], max = [1, 1, 0.5], elements = [2, 3, 1] }";
+    let up = "{ min = [0, 1, 0], max = [1, 2, 0.5], elements = [2, 3, 1] }";
+    let lagrange = pressed(low, up, "[{ t = 1, u = [0, -0.1, 0] }]", "friction = 0.0");
+    assert_eq!(lagrange.losses, Vec::<LostWork>::new());
+    let keys = "friction = 0.3\nenforcement = { penalty = { stiffness = 30.0, scaling = 'area' } }";
+    let penalty = pressed(low, up, "[{ t = 1, u = [0, -0.1, 0] }]", keys);
+    let last = |name: &str| *penalty.get(name).expect(name).last().expect("a row");
+    assert!(last("energy_balance") > 0.1 * last("external_work"), "penalties store energy");
+    assert_eq!(penalty.losses, Vec::<LostWork>::new());
+}
