@@ -4,9 +4,10 @@
 //! multiplier. Where facets are coarse against the curvature, or a corner points into a facet, a
 //! node may lie far below the other surface while this mean is still open. The measure here does
 //! not use mortar rows: it is the distance of a node to the nearest point of the other surface's
-//! facets, if it lies below them.
+//! facets, if it lies below them, plus the height of the true surface above that point.
 
 use crate::ContactInterface;
+use crate::kinematics::height::FacetHeight;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_mesh::{FacetNodes, FacetTree};
@@ -14,8 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Point = Vector3<f64>;
 
-/// Fraction of the facet size above which an overlap counts.
-pub const COUNTED_OVERLAP: f64 = 0.05;
+/// Fraction of the smaller facet's size above which an overlap counts.
+pub const COUNTED_OVERLAP: f64 = 0.02;
 
 /// A node that lies below the other surface of its pair while contact there is open.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +34,7 @@ pub struct Overlap {
 /// One of the two surfaces at current positions.
 struct Side<'a> {
     facets: &'a [FacetNodes],
+    heights: &'a [Option<FacetHeight>],
     x: &'a [f64],
     tree: FacetTree,
     /// Square roots of the facets' areas. \[L\]
@@ -50,6 +52,8 @@ struct Nearest {
     distance: f64,
     facet: usize,
     normal: Point,
+    /// Height of the true surface above the point. \[L\]
+    height: f64,
     /// Whether the point lies below all facets that meet there.
     below: bool,
 }
@@ -65,7 +69,7 @@ const FACING: f64 = 0.2;
 
 impl ContactInterface {
     /// The deepest overlap of the two surfaces at positions `x` (3 per node) that exceeds
-    /// [`COUNTED_OVERLAP`] of the facet size; `open` says for each of [`Self::slave_nodes`] whether
+    /// [`COUNTED_OVERLAP`] of the size of the smaller facet there; `open` says for each of [`Self::slave_nodes`] whether
     /// it transmits no force, and `allowed` by how much the meshes may overlap. Of a slave node, all
     /// nodes of the facets around it must be open; of a master node, those of the slave facet above.
     ///
@@ -82,7 +86,8 @@ impl ContactInterface {
         if self.is_with_itself() || open.iter().all(|open| !open) {
             return None;
         }
-        let sides = [Side::new(self.slave_facets(), x), Side::new(self.master_facets(), x)];
+        let [of_slave, of_master] = self.heights();
+        let sides = [Side::new(self.slave_facets(), of_slave, x), Side::new(self.master_facets(), of_master, x)];
         let closed: BTreeSet<u32> =
             self.slave_nodes().iter().zip(open).filter(|(_, open)| !**open).map(|(slave, _)| slave.node).collect();
         let is_open = |facet: &FacetNodes| facet.iter().all(|node| !closed.contains(node));
@@ -97,9 +102,10 @@ impl ContactInterface {
                 let size = around.iter().map(|&f| side.sizes[f as usize]).fold(0.0, f64::max);
                 let p = point(x, node);
                 let nearest = other.nearest(&p, size.max(largest) + allowed).filter(|nearest| nearest.below)?;
-                let facet_size = size.max(other.sizes[nearest.facet]);
-                let depth = nearest.distance - allowed;
-                let counts = depth > COUNTED_OVERLAP * facet_size && depth < facet_size;
+                let (facet_size, smaller) =
+                    (size.max(other.sizes[nearest.facet]), size.min(other.sizes[nearest.facet]));
+                let depth = nearest.distance + nearest.height - allowed;
+                let counts = depth > COUNTED_OVERLAP * smaller && depth < facet_size;
                 let transmits = own == 1 && !is_open(&other.facets[nearest.facet]);
                 let facing = |&f: &u32| normal(&side.facets[f as usize], x).dot(&nearest.normal) < -FACING;
                 let overlap = Overlap { node, on_slave: own == 0, depth, facet_size };
@@ -114,7 +120,7 @@ impl ContactInterface {
 }
 
 impl<'a> Side<'a> {
-    fn new(facets: &'a [FacetNodes], x: &'a [f64]) -> Self {
+    fn new(facets: &'a [FacetNodes], heights: &'a [Option<FacetHeight>], x: &'a [f64]) -> Self {
         let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut border = BTreeSet::new();
         for (f, facet) in facets.iter().enumerate() {
@@ -128,7 +134,7 @@ impl<'a> Side<'a> {
         }
         let sizes = facets.iter().map(|facet| (0.5 * area_vector(facet, x).norm()).sqrt()).collect();
         let border_nodes = border.iter().flatten().copied().collect();
-        Self { facets, x, tree: FacetTree::build(facets, x), sizes, around, border, border_nodes }
+        Self { facets, heights, x, tree: FacetTree::build(facets, x), sizes, around, border, border_nodes }
     }
 
     /// The nearest point within a distance.
@@ -155,10 +161,22 @@ impl<'a> Side<'a> {
                 let below = away.dot(&normal) < 0.0 && (above || !self.on_border(nodes, weights));
                 let same = best.as_ref().filter(|best| distance >= (1.0 - SAME) * best.distance);
                 let below = below && same.is_none_or(|best| best.below);
-                best = Some(Nearest { distance, facet, normal, below });
+                let height = self.height(facet, i, weights);
+                best = Some(Nearest { distance, facet, normal, height, below });
             }
         }
         best
+    }
+
+    /// Height of the true surface above a point with these weights of the corners of edge i and the centre. \[L\]
+    fn height(&self, facet: usize, i: usize, [of_a, of_b, of_centre]: [f64; 3]) -> f64 {
+        let Some(Some(height)) = self.heights.get(facet) else { return 0.0 };
+        let count = self.facets[facet].len();
+        let mut weights = [0.0; 4];
+        weights[..count].fill(of_centre / count as f64);
+        weights[i] += of_a;
+        weights[(i + 1) % count] += of_b;
+        height.value(count, &weights)
     }
 
     /// Whether a point with these weights of the corners of an edge and a facet's centre lies on the
@@ -266,18 +284,37 @@ mod tests {
                 let at = |z: f64| depth([place[0], place[1], z], 0.1, slave, 0.0);
                 let (node, deep) = at(-0.3).expect("an overlap");
                 assert!(node == 13 && (deep - 0.3).abs() < 1e-15, "{node} {deep}");
-                // 4 % of the size of the facet, and above it
-                assert_eq!((at(-0.04), at(0.01)), (None, None));
+                // below 2 % of the size of the pyramid's facets, and above the plane
+                assert_eq!((at(-0.008), at(0.01)), (None, None));
             }
             let allowed = depth([0.6, 1.3, -0.3], 0.1, slave, 0.2).expect("an overlap");
             assert!((allowed.1 - 0.1).abs() < 1e-15);
-            assert_eq!(depth([-0.1, 1.3, -0.3], 0.1, slave, 0.0), None, "beside the plane");
+            assert_eq!(depth([-0.1, 1.5, -0.3], 0.1, slave, 0.0), None, "beside the plane");
             assert_eq!(depth([0.5, 0.5, -1.1], 0.1, slave, 0.0), None, "deeper than a facet is wide");
             assert_eq!(depth([2.4, 2.4, -0.3], 0.1, slave, 0.0), None, "beside a corner of the plane");
             assert_eq!(depth([0.6, 1.3, -0.3], -0.7, slave, 0.0), None, "it faces away from the plane");
         }
         // on the border itself, as on a plane of symmetry
         assert_eq!(depth([0.0, 1.3, -0.3], 0.1, true, 0.0), Some((13, 0.3)));
+    }
+
+    /// The plane's facets stand for a surface 0.2 above or below their centres, by the polynomials of the height at
+    /// ξ = 0.2, η = −0.4.
+    #[test]
+    fn the_height_of_the_true_surface_counts() {
+        for (sign, deep) in [(1.0, Some(0.1 + 0.2 * 0.96 * 0.84)), (-1.0, None)] {
+            let (interface, x) = pyramid([0.6, 1.3, -0.1], 0.1, true);
+            let mut bubble = [0.0; 9];
+            bubble[8] = sign * 0.2;
+            let heights = vec![Some(FacetHeight(bubble)); interface.master_facets().len()];
+            let interface = interface.with_heights([Vec::new(), heights]);
+            let open = vec![true; interface.slave_nodes().len()];
+            let found = interface.deepest_overlap(&x, &open, 0.0).map(|overlap| overlap.depth);
+            match (found, deep) {
+                (Some(found), Some(deep)) => assert!((found - deep).abs() < 1e-14, "{found} {deep}"),
+                _ => assert_eq!(found, deep),
+            }
+        }
     }
 
     /// A force at any node of the facets involved, and at the slave nodes of the facet above.

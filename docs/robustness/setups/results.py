@@ -217,10 +217,10 @@ class Run:
                 break
         return out
 
-    def lost(self):
-        """Whether more of the work is missing than round-off and the trapezoidal rule explain."""
+    def lost(self, after=0):
+        """Whether more of the work since a load step is missing than round-off and the trapezoidal rule explain."""
         work = self.value("external_work") + self.value("offset_work")
-        rest = work - self.value("strain_energy") - self.value("friction_work") - self.value("viscous_work")
+        rest = self._rest() - (self._rest(after) if after else 0.0)
         if any("penalty" in pair["enforcement"] for pair in self.setup.case["contact"]):
             # what the penalty stores, by half the force times the gap
             rest -= 0.5 * sum(norm(f) * abs(gap) for f, gap in zip(self.last["contact_force"], self.last["contact_gap"])
@@ -229,6 +229,11 @@ class Run:
                     + [abs(self.value("friction_work"))])
         self.energy = rest / scale if scale > self.round_off else 0.0
         return abs(self.energy) > ENERGY
+
+    def _rest(self, row=-1):
+        """Work that is neither stored nor dissipated."""
+        taken = sum(self.value(name, row) for name in ["strain_energy", "friction_work", "viscous_work"])
+        return self.value("external_work", row) + self.value("offset_work", row) - taken
 
     def _boundary(self, body):
         """Facets of the boundary of a body."""

@@ -63,6 +63,12 @@ impl FacetHeight {
         [(value, in_plane(first)), product(0), product(1)]
     }
 
+    /// The height at a point where the facet's shape functions, or weights of its corners that give the same
+    /// coordinates, have these values. \[L\]
+    pub(crate) fn value(&self, corners: usize, shape: &[f64; 4]) -> f64 {
+        self.in_facet(corners, shape).0
+    }
+
     /// Height, first and second derivatives in the facet's coordinates: ξ and η of a quadrilateral,
     /// the second and third area coordinate of a triangle.
     fn in_facet(&self, corners: usize, shape: &[f64; 4]) -> (f64, [f64; 2], [[f64; 2]; 2]) {
