@@ -7,7 +7,7 @@ mod optimization;
 mod quantities;
 mod regions;
 pub(crate) mod surfaces;
-mod symmetry;
+pub(crate) mod symmetry;
 pub(crate) mod ties;
 mod variables;
 mod variation;
@@ -29,7 +29,7 @@ use slipstick_model::model::course;
 use slipstick_model::model::prescribed::{Moved, Prescribed};
 use slipstick_model::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loaded, Loads,
-    Method, ModelInterface, ModelParts, Share, Uzawa, Viscosity, Workspace,
+    Method, ModelInterface, ModelParts, OffsetPoint, Share, Uzawa, Viscosity, Workspace,
 };
 pub use slipstick_model::problem::Problem;
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
@@ -299,9 +299,10 @@ fn build_interfaces(
         let largest_offset = contact.offset.iter().map(|point| point.offset.abs()).fold(0.0, f64::max);
         // at least as far as the bodies can approach each other in one step, so that no contact is
         // missed
+        let adjust = contact.adjust.unwrap_or(0.0);
         let reach = match contact.tied {
             true => tie_reach(contact, i, mesh, &points)?,
-            false => contact.search_radius.unwrap_or(2.0 * size + 1.5 * approach + largest_offset),
+            false => contact.search_radius.unwrap_or(2.0 * size + 1.5 * approach + largest_offset + adjust),
         };
         if reach < approach && !contact.tied {
             let message = format!(
@@ -326,13 +327,14 @@ fn build_interfaces(
         let interface = interface_of(case, contact, i, mesh, &points, mirrored, reach)?;
         let interface = match contact.tied {
             true => interface,
-            false => interface.with_trusted_depth(1.5 * approach + largest_offset),
+            false => interface.with_trusted_depth(1.5 * approach + largest_offset + adjust),
         };
         interfaces.push(ModelInterface {
             surfaces: [contact.slave.clone(), contact.master.clone()],
             friction: contact.friction,
             shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
             offset: contact.offset.clone(),
+            adjusted: adjusted(&interface, contact, points.as_flattened(), i)?,
             active: contact.active,
             bond: tie.map(Arc::new),
             edge_cover: contact.edge_cover,
@@ -341,6 +343,20 @@ fn build_interfaces(
         });
     }
     Ok(interfaces)
+}
+
+/// For each slave node, the gap in the mesh that counts as closed: [`case::Contact::adjust`].
+fn adjusted(
+    interface: &ContactInterface,
+    contact: &case::Contact,
+    coordinates: &[f64],
+    pair: usize,
+) -> Result<Vec<f64>, BuildError> {
+    let Some(adjust) = contact.adjust else { return Ok(Vec::new()) };
+    let offset = OffsetPoint::at(&contact.offset, contact.active[0]);
+    let gaps = ModelInterface::gaps_of(interface, coordinates, offset)
+        .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "choose surfaces without folds"))?;
+    Ok(gaps.into_iter().map(|gap| gap.filter(|gap| gap.abs() <= adjust).unwrap_or(0.0)).collect())
 }
 
 /// Checks that the stiffness of a pair is known: the default is that of the bodies, and rigid bodies

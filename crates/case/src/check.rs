@@ -1,5 +1,6 @@
 //! Checks of a case before it runs: sizes, supports, initial gaps, memory.
 
+mod adjusted;
 mod closing;
 mod connection;
 mod design;
@@ -8,9 +9,11 @@ mod facets;
 mod held;
 mod memory;
 mod normals;
+mod recognised;
 mod volume;
 
 use crate::build::Problem;
+use crate::build::symmetry::mirrored;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -23,7 +26,9 @@ use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
 use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
 
+pub use adjusted::Adjustment;
 pub use memory::RankMemory;
+pub use recognised::{SurfaceKind, SurfacePart};
 pub use volume::start_volume;
 
 /// The subject of a notice.
@@ -117,6 +122,11 @@ pub struct ContactSummary {
     pub at_node: Option<u32>,
     /// Search distance along the slave normal. \[L\]
     pub reach: f64,
+    /// What `adjust` has removed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adjusted: Option<Adjustment>,
+    /// The surfaces for which the facets of slave and master stand; none for tied pairs.
+    pub surfaces: [Vec<SurfacePart>; 2],
 }
 
 /// The result of a check.
@@ -449,6 +459,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
     let mut start = 0;
     let mut summaries = Vec::new();
     let moves = crate::build::ties::moves(case).unwrap_or_default();
+    let mirrored = mirrored(case, &problem.mesh).unwrap_or_else(|_| vec![[false; 3]; problem.mesh.nodes.len()]);
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
         let interface = &model.interface;
         let count = interface.slave_nodes().len();
@@ -477,7 +488,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
                     }
                     false => {
                         "move a body away with its `place.translate`; otherwise the first load step has to \
-                              remove the penetration"
+                              remove the penetration, or `adjust` removes it without stress"
                     }
                 }
                 .into(),
@@ -531,6 +542,8 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             smallest_gap: closest.map(|c| c.0),
             at_node: closest.map(|c| c.1),
             reach: interface.reach(),
+            adjusted: adjusted::adjustment(contact, model, nodes),
+            surfaces: recognised::parts(case, contact, interface, &problem.mesh, &mirrored),
         });
     }
     Ok(summaries)

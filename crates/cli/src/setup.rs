@@ -5,10 +5,12 @@ use std::sync::{Arc, OnceLock};
 
 use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
-use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
+use slipstick::check::{ContactSummary, Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
 use slipstick::design::{DesignVariables, ElementValues, Role};
 use slipstick::run::{StoredDesign, load_design};
 use slipstick::words::{counted, quantity};
+
+use serde_json::json;
 
 use crate::args::{CaseFile, DesignFrom, Out};
 use crate::case_file::{self, Unreadable};
@@ -67,7 +69,14 @@ pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome
     let (setup, problem) = look(context, &file.case, resolved)?;
     match setup.too_large(Severity::Error, sections.contains(&"objective")) {
         Some(diagnostic) => Err(Failure::Case(vec![diagnostic])),
-        None => Ok((setup, problem)),
+        None => {
+            let pairs = setup.inspection.contacts.iter().enumerate();
+            for (pair, adjusted) in pairs.filter_map(|(pair, contact)| Some((pair, contact.adjusted?))) {
+                context.console.event("adjusted", json!({ "contact": pair, "adjusted": adjusted }));
+            }
+            context.console.lines(&setup.adjusted());
+            Ok((setup, problem))
+        }
     }
 }
 
@@ -204,6 +213,32 @@ fn touches_nothing(case: &Case, problem: &Problem, path: &str) -> bool {
 }
 
 impl Setup {
+    /// One line for each contact pair with `adjust`: what is removed, and what remains.
+    pub fn adjusted(&self) -> Vec<String> {
+        let line = |pair: &ContactSummary| {
+            let at = pair.adjusted?;
+            let removed = match at.at_node {
+                None => "no gap or penetration to remove".into(),
+                Some(node) => format!(
+                    "gaps and penetrations removed without stress at {}, the largest of {} at node {node}",
+                    counted(at.nodes, "node"),
+                    quantity(at.largest.abs())
+                ),
+            };
+            let left = match at.left {
+                0 => String::new(),
+                left => format!(
+                    "; larger than {} and left at {}, with penetrations of up to {}",
+                    quantity(at.distance),
+                    counted(left, "node"),
+                    quantity(at.deepest_left)
+                ),
+            };
+            Some(format!("{} on {}: {removed}{left}", pair.slave, pair.master))
+        };
+        self.inspection.contacts.iter().filter_map(line).collect()
+    }
+
     /// The diagnostic for a case whose run, with or without a gradient, needs more memory than is
     /// available; `None` if it fits or this is unknown.
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {

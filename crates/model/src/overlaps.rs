@@ -110,7 +110,8 @@ pub fn overlaps_at(mesh: &Mesh, model: &ContactModel, y: &[f64], time: f64, open
         if at.is_bonded() || one_body || !complete || !at.is_active(time) {
             return None;
         }
-        let allowed = (-at.offset_at(time)).max(0.0);
+        let deepest = at.adjusted.iter().fold(0.0, |deepest: f64, gap| deepest.min(*gap));
+        let allowed = (-at.offset_at(time) - deepest).max(0.0);
         let Overlap { node, on_slave, depth, facet_size } = interface.deepest_overlap(&x, open, allowed)?;
         let position = std::array::from_fn(|c| x[3 * node as usize + c]);
         let surfaces = at.surfaces.clone();

@@ -10,7 +10,7 @@ use slipstick_mesh::Mesh;
 ///
 /// # Errors
 /// [`BuildError`] at a plane that contains no node, or that has bodies on both sides.
-pub(super) fn mirrored(case: &Case, mesh: &Mesh) -> Result<Vec<[bool; 3]>, BuildError> {
+pub(crate) fn mirrored(case: &Case, mesh: &Mesh) -> Result<Vec<[bool; 3]>, BuildError> {
     let mut mirrored = vec![[false; 3]; mesh.nodes.len()];
     let tolerance = default_tolerance(mesh);
     for (s, symmetry) in case.symmetries.iter().enumerate() {

@@ -89,7 +89,11 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
         .enumerate()
         .map(|(pair, surfaces)| {
             let contact = &case.contacts[pair];
-            if contact.tied || !contact.offset.is_empty() || contact.active != Contact::ALWAYS {
+            if contact.tied
+                || contact.adjust.is_some()
+                || !contact.offset.is_empty()
+                || contact.active != Contact::ALWAYS
+            {
                 return None;
             }
             let ((slave, a), (master, b)) = surfaces.as_ref()?;

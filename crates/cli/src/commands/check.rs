@@ -3,7 +3,7 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
-use slipstick::check::Inspection;
+use slipstick::check::{Inspection, SurfaceKind, SurfacePart};
 use slipstick::words::{counted, rounded};
 
 use super::{bytes, digits};
@@ -78,6 +78,12 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         console.text("\ncontact, at the start");
         console.lines(&contacts(&setup));
         sharp_edges(&setup).iter().for_each(|line| console.text(line));
+        setup.adjusted().iter().for_each(|line| console.text(&format!("  {line}")));
+        let curved = surfaces(&setup);
+        if !curved.is_empty() {
+            console.text("\nsurfaces for which the facets of contact pairs stand");
+            console.lines(&curved);
+        }
     }
     if let Some(objective) = setup.resolved.case.objective_in_words() {
         console.text("\nobjective");
@@ -188,6 +194,31 @@ fn contacts(setup: &Setup) -> Vec<String> {
     let [searched, gap] = ["search radius", "smallest mean gap"].map(|name| format!("{name}{length}"));
     let header = ["slave on master", "facets", "slave nodes", "facing the master", "friction"];
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
+}
+
+/// The parts of the sides of contact pairs that are not flat.
+fn surfaces(setup: &Setup) -> Vec<String> {
+    let mut rows = Vec::new();
+    for pair in &setup.inspection.contacts {
+        for (side, (name, parts)) in
+            ["slave", "master"].iter().zip([&pair.slave, &pair.master].iter().zip(&pair.surfaces))
+        {
+            for part in parts {
+                let (facets, height) = (part.facets.to_string(), format!("{:.3e}", part.height));
+                rows.push(vec![format!("{name}, {side}"), part.name.clone(), facets, height]);
+            }
+        }
+    }
+    let length = setup.resolved.case.units.bracket(Dimension::LENGTH);
+    let height = format!("largest height{length}");
+    match setup.inspection.contacts.iter().flat_map(|pair| pair.surfaces.iter().flatten()).all(is_flat) {
+        true => Vec::new(),
+        false => lines(&["side", "surface", "facets", &height], &rows),
+    }
+}
+
+fn is_flat(part: &SurfacePart) -> bool {
+    part.kind == SurfaceKind::Flat
 }
 
 /// One line for each contact pair whose slave surface has sharp edges.

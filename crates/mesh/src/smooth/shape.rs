@@ -43,7 +43,7 @@ impl fmt::Display for Shape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Sphere { radius, .. } => write!(f, "sphere of radius {}", short(radius)),
-            Self::Cone { radius, slope, .. } if slope.abs() < 1e-9 => {
+            Self::Cone { radius, .. } if self.is_cylinder() => {
                 write!(f, "cylinder of radius {}", short(radius))
             }
             Self::Cone { slope, .. } => {
@@ -67,6 +67,11 @@ fn cylindrical(x: &Vector3<f64>, point: &Vector3<f64>, axis: &Vector3<f64>) -> (
 }
 
 impl Shape {
+    /// Whether this is a cone whose radius does not change along its axis.
+    pub fn is_cylinder(&self) -> bool {
+        matches!(self, Self::Cone { slope, .. } if slope.abs() < 1e-9)
+    }
+
     /// Distance of a point from the surface, with a sign that changes across it. \[L\]
     pub fn distance(&self, x: &Vector3<f64>) -> f64 {
         match self {

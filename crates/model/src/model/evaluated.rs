@@ -220,8 +220,9 @@ impl Design {
         let steering = self.steering(iteration);
         let of = |(j, (now, previous)): (usize, (&NodeKinematics, &PreviousRow))| {
             own[j].then(|| {
-                let pair = model.pair(&model.slaves[j]);
-                let mut at = NodeStep::of(pair.is_active(step.time), pair.offset_at(step.time));
+                let slave = &model.slaves[j];
+                let pair = model.pair(slave);
+                let mut at = NodeStep::of(pair.is_active(step.time), pair.offset_at(step.time) + slave.adjusted);
                 at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
                 let measures = at.measures(now, &model.start.settings[j]);
                 let law = self.law(step, j, &measures, y, &steering);

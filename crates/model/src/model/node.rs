@@ -50,7 +50,8 @@ pub struct NodeStep {
     pub slip_gradient: [Vec<f64>; 2],
     /// Whether the pair is active in the step; otherwise the node counts as uncovered.
     pub active: bool,
-    /// Distance by which the surfaces touch before their meshes do. \[L\]
+    /// Distance by which the surfaces touch before their meshes do, with the initial gap that counts
+    /// as closed. \[L\]
     pub offset: f64,
     /// Coordinate axes along which every node of the row is prescribed.
     pub prescribed: [bool; 3],

@@ -21,6 +21,9 @@ pub struct ModelInterface {
     pub shear_limit: f64,
     /// Distance by which the surfaces touch before their meshes do, along the load path.
     pub offset: Vec<OffsetPoint>,
+    /// For each slave node, the initial gap between the offset surfaces that counts as closed; empty:
+    /// none does. \[L\]
+    pub adjusted: Vec<f64>,
     /// Pseudo-times from and to which the surfaces interact.
     pub active: [f64; 2],
     /// The fixed mortar rows of bonded surfaces; `None`: the surfaces may separate and slide.
@@ -42,6 +45,21 @@ pub struct OffsetPoint {
     pub offset: f64,
 }
 
+impl OffsetPoint {
+    /// The offset at a pseudo-time: linear between the waypoints, from 0 at t = 0 if the first is
+    /// later, and constant after the last. \[L\]
+    pub fn at(points: &[Self], t: f64) -> f64 {
+        let mut last = Self { t: 0.0, offset: 0.0 };
+        for &next in points {
+            if t < next.t {
+                return last.offset + (t - last.t) / (next.t - last.t) * (next.offset - last.offset);
+            }
+            last = next;
+        }
+        last.offset
+    }
+}
+
 /// Pseudo-times that differ by less are equal.
 const SAME_TIME: f64 = 1e-12;
 
@@ -56,6 +74,20 @@ impl ModelInterface {
         Ok(rows)
     }
 
+    /// For each slave node, the gap at the reference `coordinates` (3 per node) between surfaces with
+    /// this offset, if there is one; negative: penetration. \[L\]
+    ///
+    /// # Errors
+    /// If the surfaces are folded.
+    pub fn gaps_of(
+        interface: &ContactInterface,
+        coordinates: &[f64],
+        offset: f64,
+    ) -> Result<Vec<Option<f64>>, InterfaceError> {
+        let rows = Self::bond_of(interface, coordinates)?;
+        Ok(rows.iter().map(|row| (row.area > 0.0).then(|| row.gap() / row.area - offset)).collect())
+    }
+
     /// Whether the surfaces are bonded.
     pub fn is_bonded(&self) -> bool {
         self.bond.is_some()
@@ -66,18 +98,9 @@ impl ModelInterface {
         Friction { coefficient: self.friction, shear_limit: self.shear_limit }
     }
 
-    /// The offset at a pseudo-time: linear between its waypoints, from 0 at t = 0 if the first is
-    /// later, and constant after the last. \[L\]
+    /// The offset at a pseudo-time, [`OffsetPoint::at`]. \[L\]
     pub fn offset_at(&self, time: f64) -> f64 {
-        let (_, t) = course::place(time);
-        let mut last = OffsetPoint { t: 0.0, offset: 0.0 };
-        for &next in &self.offset {
-            if t < next.t {
-                return last.offset + (t - last.t) / (next.t - last.t) * (next.offset - last.offset);
-            }
-            last = next;
-        }
-        last.offset
+        OffsetPoint::at(&self.offset, course::place(time).1)
     }
 
     /// Whether the surfaces interact in a load step that ends at a pseudo-time, and, if they do

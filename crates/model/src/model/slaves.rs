@@ -12,6 +12,8 @@ pub(super) struct SlaveData {
     pub area: f64,
     /// Facet size around the node. \[L\]
     pub size: f64,
+    /// Initial gap that counts as closed. \[L\]
+    pub adjusted: f64,
     /// How many times the area counts, including its mirror images.
     pub images: f64,
 }
@@ -75,13 +77,14 @@ pub(super) fn tables(
         let interface = &model.interface;
         let areas: Vec<f64> =
             interface.slave_facets().iter().map(|f| slipstick_mesh::facet_area(&f.corners(&points))).collect();
-        for slave in interface.slave_nodes() {
+        for (k, slave) in interface.slave_nodes().iter().enumerate() {
             let around: f64 = slave.facets.iter().map(|&(f, _)| areas[f as usize]).sum();
             let share = |f: u32| areas[f as usize] / interface.slave_facets()[f as usize].len() as f64;
             slaves.push(SlaveData {
                 interface: i as u32,
                 area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
                 size: (around / slave.facets.len() as f64).sqrt(),
+                adjusted: model.adjusted.get(k).copied().unwrap_or(0.0),
                 images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
             });
             elements.of_slaves.push(elements_at(&mut std::iter::once(slave.node)));

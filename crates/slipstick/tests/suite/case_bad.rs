@@ -285,12 +285,14 @@ fn joints() {
         let help = one(18, "friction = 0.3", &with(&format!("active = {span}")), MotionTime, span);
         assert_eq!(help, "two pseudo-times [from, to] with 0 <= from < to <= 1");
     }
-    for (key, value) in [("shear_limit", "1"), ("offset", "0.1"), ("edge_cover", "0.5"), ("feature_angle", "30")] {
+    let with_contact = [("shear_limit", "1"), ("offset", "0.1"), ("edge_cover", "0.5"), ("feature_angle", "30")];
+    for (key, value) in with_contact.into_iter().chain([("adjust", "0.1"), ("surfaces", "\"smooth\"")]) {
         let tied = format!("tied = true\n{key} = {value}");
         let help = one(18, "friction = 0.3", &tied, ChooseOne, value);
         assert_eq!(help, format!("omit `{key}`, or `tied`"));
     }
     one(18, "friction = 0.3", &with("tied = true"), ChooseOne, "0.3");
+    one(18, "friction = 0.3", &with("adjust = 0"), OutOfRange, "0\n");
     let tied = GOOD.replace("friction = 0.3", "tied = true");
     assert!(parse_case(&tied, "case.toml").is_ok());
     only_error(&tied.replace("lagrange = {}", "penalty = {}"), Unsupported, (19, 15));

@@ -1,7 +1,9 @@
 //! Contact between curved surfaces whose facets do not match.
 
 use crate::common::*;
-use slipstick::build::Problem;
+use slipstick::build::{Problem, build};
+use slipstick::case::parse_case;
+use slipstick::check::{Inspection, SurfaceKind, inspect};
 
 /// Two rings of which the inner one is too large by `FIT`, in plane strain: half of them, with
 /// `around` elements along the half circle, inner ring first.
@@ -103,6 +105,89 @@ fn table_of_fits() {
     assert!(worst < 0.01, "{worst}");
     if let Some(folder) = std::env::var_os("SLIPSTICK_TABLES") {
         std::fs::write(std::path::Path::new(&folder).join("fits.md"), table).expect("written");
+    }
+}
+
+fn inspected(text: &str) -> Inspection {
+    let case = parse_case(text, "case.toml").expect("a valid case").case;
+    inspect(&case, &mut build(&case).expect("a problem")).expect("inspected")
+}
+
+/// A quarter of a ring of radius 10 with 12 elements stands for a cylinder and leaves it by
+/// 10 (1 − cos 3.75°).
+#[test]
+fn check_names_the_surfaces_of_a_pair() {
+    let found = inspected(&fit([24, 32], 1, 0.0, ""));
+    let sagitta = |elements: f64| 10.0 * (1.0 - f64::to_radians(90.0 / (2.0 * elements)).cos());
+    for (parts, elements) in found.contacts[0].surfaces.iter().zip([12.0, 16.0]) {
+        let [part] = &parts[..] else { panic!("{parts:?}") };
+        assert_eq!((part.kind, part.name.as_str()), (SurfaceKind::Cylinder, "cylinder of radius 10"));
+        assert_eq!(part.facets as f64, 2.0 * elements);
+        assert!((part.height / sagitta(elements) - 1.0).abs() < 1e-9, "{part:?}");
+    }
+    let found = inspected(&fit([24, 32], 1, 0.0, "surfaces = 'faceted'"));
+    let kinds = found.contacts[0].surfaces.each_ref().map(|parts| parts[0].kind);
+    assert_eq!(kinds, [SurfaceKind::Faceted; 2]);
+}
+
+/// Facets of 16 and 12 linear elements a quarter overlap and stand apart by up to 0.007 in the mean
+/// around a node, quadratic ones by less. With `adjust`, they touch without stress, and a fit then has Lamé's pressure within 1 %.
+/// Gaps beyond the distance remain, and cause stress.
+#[test]
+fn initial_gaps_and_penetrations_are_removed_without_stress() {
+    for (order, enforcement, small) in
+        [(1, "lagrange = {}", 0.003), (1, "penalty = {}", 0.003), (2, "lagrange = {}", 0.0003)]
+    {
+        let of = |offset: f64, adjust: f64| {
+            let more = format!("surfaces = 'faceted'\nadjust = {adjust:?}\nenforcement = {{ {enforcement} }}");
+            fit([32, 24], order, 0.0, &more)
+                .replace(&format!("offset = {FIT:?} }}"), &format!("offset = {offset:?} }}"))
+        };
+        let force = |text: &str| {
+            let mut problem = problem(text);
+            let density = problem.initial_density().clone();
+            let run = forward(&mut problem, &density);
+            let found = slipstick::quantities::quantities(&problem, &run.path);
+            *found.get("shaft_outer_normal_force").unwrap().last().unwrap()
+        };
+        let exact = lame() * std::f64::consts::PI * FITTED * 0.5;
+        let (none, fitted) = (force(&of(0.0, 0.03)), force(&of(FIT, 0.03)));
+        println!("order {order}, {enforcement}: {none:.1e}, {:.4}", fitted / exact);
+        assert!(none.abs() < 1e-9 * exact, "order {order}, {enforcement}: {none}");
+        assert!((fitted / exact - 1.0).abs() < 0.01, "order {order}, {enforcement}: {fitted} {exact}");
+        let left = force(&of(0.0, small));
+        assert!(left > 0.01 * exact, "order {order}, {enforcement}: {left}");
+
+        let all = inspected(&of(0.0, 0.03)).contacts[0].adjusted.expect("an adjustment");
+        assert!(all.left == 0 && all.nodes > 60 && all.largest.abs() > small, "{all:?}");
+        let some = inspected(&of(0.0, small)).contacts[0].adjusted.expect("an adjustment");
+        assert!(some.left > 0 && some.nodes + some.left == all.nodes, "{some:?} {all:?}");
+        assert!(some.deepest_left > small && some.largest.abs() <= small, "{some:?}");
+    }
+}
+
+/// Adjoint gradients of a case with adjusted nodes agree with central differences.
+#[test]
+fn gradient_of_an_adjusted_fit() {
+    for (enforcement, shape) in [("lagrange = {}", "standard"), ("lagrange = {}", "dual"), ("penalty = {}", "standard")]
+    {
+        let more = format!(
+            "surfaces = 'faceted'\nadjust = 0.5\nmultiplier_shape = '{shape}'\nenforcement = {{ {enforcement} }}"
+        );
+        let text = fit([6, 8], 1, 0.2, &more)
+            .replace("elements = [6, 4, 1]", "elements = [6, 1, 1]")
+            .replace("elements = [8, 4, 1]", "elements = [8, 1, 1]")
+            .replace("steps = 1\n", "steps = 2\ntolerance = { relative = 1e-12 }\n")
+            + "[design]\nbodies = ['shaft', 'hub']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n\
+               [[load]]\nsurface = 'hub_outer'\npressure = 300.0\n";
+        let mut problem: Problem = problem(&text);
+        let largest =
+            problem.analysis.model().interfaces()[0].adjusted.iter().fold(0.0, |m: f64, gap| m.max(gap.abs()));
+        let density = random_density(&problem, 5);
+        let check = check_gradient(&mut problem, &density);
+        println!("{enforcement} {shape}: adjusted by {largest:.3}, {:.1e} {:?}", check.error, check.statuses);
+        assert!(largest > 0.05 && check.error < 1e-6, "{enforcement} {shape}: {largest} {:e}", check.error);
+        assert!(check.statuses.last().unwrap().contains(['l', 't', 's']), "{:?}", check.statuses);
     }
 }
 

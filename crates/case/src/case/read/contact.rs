@@ -109,6 +109,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         .or(Contact::EDGE_COVER);
     let surfaces =
         table.word("surfaces", &[("smooth", Surfaces::Smooth), ("faceted", Surfaces::Faceted)]).or(Surfaces::Smooth);
+    let adjust = positive(&table, "adjust").optional();
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     if tied {
         refuse_with_tied(&table);
@@ -144,13 +145,14 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         feature_angle,
         edge_cover,
         surfaces,
+        adjust,
         enforcement,
     }
 }
 
 /// Refuses the keys that have no meaning for tied surfaces.
 fn refuse_with_tied(table: &Table<'_>) {
-    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover", "surfaces"] {
+    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover", "surfaces", "adjust"] {
         if table.has(key) {
             let message = format!("`{key}` has no meaning for tied surfaces, which neither separate nor slide");
             let help = format!("omit `{key}`, or `tied`");

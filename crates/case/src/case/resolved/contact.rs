@@ -45,6 +45,10 @@ pub struct Contact {
     pub edge_cover: f64,
     /// The surfaces between which the gap is measured.
     pub surfaces: Surfaces,
+    /// Gaps and penetrations in the mesh of at most this distance count as closed; `None`: none
+    /// do. \[L\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adjust: Option<f64>,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
 }

@@ -1,0 +1,42 @@
+//! Initial gaps and penetrations that a pair counts as closed.
+
+use crate::case::Contact;
+use serde::Serialize;
+use slipstick_model::model::{ModelInterface, NodalContact};
+
+/// What `adjust` of a contact pair has removed, and what it has left.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Adjustment {
+    /// Gaps and penetrations up to this count as closed. \[L\]
+    pub distance: f64,
+    /// Number of slave nodes with a gap or penetration that is removed.
+    pub nodes: usize,
+    /// The largest of them; negative: a penetration. \[L\]
+    pub largest: f64,
+    /// Its node.
+    pub at_node: Option<u32>,
+    /// Number of slave nodes that face the master with a larger gap or penetration, which remains.
+    pub left: usize,
+    /// The deepest penetration that remains; 0 if there is none. \[L\]
+    pub deepest_left: f64,
+}
+
+/// Gaps below this fraction of the distance are round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The adjustment of a pair with the contact of its slave nodes at the start; `None` without `adjust`.
+pub(super) fn adjustment(contact: &Contact, model: &ModelInterface, nodes: &[NodalContact]) -> Option<Adjustment> {
+    let distance = contact.adjust?;
+    let moved = |gap: f64| gap.abs() > ROUND_OFF * distance;
+    let removed = nodes.iter().zip(&model.adjusted).filter(|(_, gap)| moved(**gap));
+    let worst = removed.clone().reduce(|a, b| if b.1.abs() > a.1.abs() { b } else { a });
+    let left = nodes.iter().filter_map(|node| node.gap).filter(|gap| moved(*gap));
+    Some(Adjustment {
+        distance,
+        nodes: removed.count(),
+        largest: worst.map_or(0.0, |(_, gap)| *gap),
+        at_node: worst.map(|(node, _)| node.node),
+        left: left.clone().count(),
+        deepest_left: left.fold(0.0, |deepest: f64, gap| deepest.max(-gap)),
+    })
+}
