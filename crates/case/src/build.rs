@@ -22,7 +22,7 @@ use mesh::nodes_of;
 use quantities::Requested;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::{CellRule, NodeKinematics};
-use slipstick_contact::{ContactInterface, InterfaceOptions};
+use slipstick_contact::{ContactInterface, InterfaceError, InterfaceOptions};
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
@@ -280,8 +280,10 @@ fn interface_of(
     let interface = ContactInterface::new(slave, master, points.as_flattened(), options)
         .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "choose two surfaces of different bodies"))?;
     let interface = interface.with_symmetry(|node| mirrored[node as usize]);
-    let heights = [interface.slave_facets(), interface.master_facets()]
-        .map(|facets| surfaces::heights(surfaces::smooth(case, contact, mesh, points, facets, mirrored)));
+    let heights = [interface.slave_facets(), interface.master_facets()].map(|facets| {
+        let smooth = surfaces::smooth(case, contact, mesh, points, facets, mirrored);
+        surfaces::heights(smooth, facets, points)
+    });
     Ok(interface.with_heights(heights))
 }
 
@@ -329,12 +331,17 @@ fn build_interfaces(
             true => interface,
             false => interface.with_trusted_depth(1.5 * approach + largest_offset + adjust),
         };
+        let slants = match contact.offset.is_empty() {
+            true => Vec::new(),
+            false => interface.slants(points.as_flattened()).map_err(|e| folded(&e, i))?,
+        };
         interfaces.push(ModelInterface {
             surfaces: [contact.slave.clone(), contact.master.clone()],
             friction: contact.friction,
             shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
             offset: contact.offset.clone(),
-            adjusted: adjusted(&interface, contact, points.as_flattened(), i)?,
+            adjusted: adjusted(&interface, contact, points.as_flattened(), &slants, i)?,
+            slants,
             active: contact.active,
             bond: tie.map(Arc::new),
             edge_cover: contact.edge_cover,
@@ -345,17 +352,21 @@ fn build_interfaces(
     Ok(interfaces)
 }
 
+fn folded(error: &InterfaceError, pair: usize) -> BuildError {
+    BuildError::new(format!("contact[{pair}]"), error, "choose surfaces without folds")
+}
+
 /// For each slave node, the gap in the mesh that counts as closed: [`case::Contact::adjust`].
 fn adjusted(
     interface: &ContactInterface,
     contact: &case::Contact,
     coordinates: &[f64],
+    slants: &[f64],
     pair: usize,
 ) -> Result<Vec<f64>, BuildError> {
     let Some(adjust) = contact.adjust else { return Ok(Vec::new()) };
     let offset = OffsetPoint::at(&contact.offset, contact.active[0]);
-    let gaps = ModelInterface::gaps_of(interface, coordinates, offset)
-        .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "choose surfaces without folds"))?;
+    let gaps = ModelInterface::gaps_of(interface, coordinates, offset, slants).map_err(|e| folded(&e, pair))?;
     Ok(gaps.into_iter().map(|gap| gap.filter(|gap| gap.abs() <= adjust).unwrap_or(0.0)).collect())
 }
 

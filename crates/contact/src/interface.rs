@@ -176,6 +176,11 @@ impl ContactInterface {
         self
     }
 
+    /// The same slave surface, opposite to other master facets with this tree.
+    pub(crate) fn opposite(&self, master_facets: Vec<FacetNodes>, tree: FacetTree) -> Self {
+        Self { master_facets, tree, trusted: f64::INFINITY, with_itself: false, ..self.clone() }
+    }
+
     /// The heights of the true surfaces above the facets of slave and master, as in
     /// [`Self::with_heights`].
     pub fn heights(&self) -> &[Vec<Option<FacetHeight>>; 2] {

@@ -21,6 +21,7 @@ pub mod kinematics;
 
 mod interface;
 mod overlap;
+mod slant;
 
 pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace, SlaveNode};
 pub use overlap::{COUNTED_OVERLAP, Overlap};

@@ -304,9 +304,12 @@ mod tests {
     fn the_height_of_the_true_surface_counts() {
         for (sign, deep) in [(1.0, Some(0.1 + 0.2 * 0.96 * 0.84)), (-1.0, None)] {
             let (interface, x) = pyramid([0.6, 1.3, -0.1], 0.1, true);
-            let mut bubble = [0.0; 9];
-            bubble[8] = sign * 0.2;
-            let heights = vec![Some(FacetHeight(bubble)); interface.master_facets().len()];
+            // sign · 0.2 (1 − ξ²)(1 − η²)
+            let at = |i: usize| 0.25 * i as f64 * (1.0 - 0.25 * i as f64);
+            let bubble = std::array::from_fn(|i| sign * 3.2 * at(i % 5) * at(i / 5));
+            let unit = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
+            let height = FacetHeight::new(bubble, &unit);
+            let heights = vec![Some(height); interface.master_facets().len()];
             let interface = interface.with_heights([Vec::new(), heights]);
             let open = vec![true; interface.slave_nodes().len()];
             let found = interface.deepest_overlap(&x, &open, 0.0).map(|overlap| overlap.depth);

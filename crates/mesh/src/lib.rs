@@ -64,5 +64,5 @@ pub use mesh::{Body, Facet, Mesh, Surface};
 pub use rigid::Rigid;
 pub use search::FacetTree;
 pub use second_order::ContactMap;
-pub use smooth::{Shape, SmoothPatch, SmoothSurface, smooth_surface};
+pub use smooth::{FacetHeights, Shape, SmoothPatch, SmoothSurface, control_points, smooth_surface};
 pub use topology::NodeElements;

@@ -256,15 +256,20 @@ struct Last<'a> {
     /// Its pseudo-time.
     time: f64,
     contact: ContactResults,
-    /// Normal force and offset of each pair. \[F, L\]
+    /// Force against the offset of each pair, and the offset. \[F, L\]
     pressed: Vec<[f64; 2]>,
     /// What quantities at the next state see of it.
     seen: PreviousData,
 }
 
-/// Normal force and offset of each pair at a pseudo-time. \[F, L\]
+/// The force against the offset of each pair, Σ s_j A_j ζ_nj, and the offset, at a pseudo-time.
+/// \[F, L\]
 fn pressed(model: &ContactModel, contact: &ContactResults, time: f64) -> Vec<[f64; 2]> {
-    let of = |(pair, nodes): (&ModelInterface, &[NodalContact])| [normal_force(nodes), pair.offset_at(time)];
+    let of = |(pair, nodes): (&ModelInterface, &[NodalContact])| {
+        let slant = |j: usize| pair.slants.get(j).copied().unwrap_or(1.0);
+        let force = |(j, at): (usize, &NodalContact)| slant(j) * at.covered_area * at.multiplier[0];
+        [nodes.iter().enumerate().map(force).sum(), pair.offset_at(time)]
+    };
     model.interfaces().iter().zip(model.by_pair(&contact.nodes)).map(of).collect()
 }
 

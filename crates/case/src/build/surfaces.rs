@@ -25,10 +25,16 @@ pub(crate) fn smooth(
     (!smooth.patches.is_empty()).then_some(smooth)
 }
 
-/// The heights of a smooth surface above its facets.
-pub(super) fn heights(smooth: Option<SmoothSurface>) -> Vec<Option<FacetHeight>> {
+/// The heights of a smooth surface above its facets, whose corners have the positions `points`.
+pub(super) fn heights(
+    smooth: Option<SmoothSurface>,
+    facets: &[FacetNodes],
+    points: &[[f64; 3]],
+) -> Vec<Option<FacetHeight>> {
     let heights = smooth.map_or_else(Vec::new, |smooth| smooth.heights);
-    heights.into_iter().map(|heights| heights.map(FacetHeight)).collect()
+    let corners = |facet: &FacetNodes| -> Vec<_> { facet.iter().map(|&n| Vector3::from(points[n as usize])).collect() };
+    let above = heights.into_iter().zip(facets);
+    above.map(|(heights, facet)| Some(FacetHeight::new(heights?, &corners(facet)))).collect()
 }
 
 /// The curved surfaces of a generated body, where it is placed.

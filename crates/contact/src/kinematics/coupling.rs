@@ -60,7 +60,7 @@ pub struct FacetCoupling {
     /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty if no corner lies on
     /// a sharp edge. \[L\]
     pub facing_gradient: Vec<f64>,
-    /// `height[3 j + c]` = n₀_c ∫ Φ_j (h¹ + t²) over the overlap: the heights of the true surfaces
+    /// `height[3 j + c]` = n₀_c ∫ Φ_j (σ¹ h¹ + t²) over the overlap: the heights of the true surfaces
     /// above the facets, along the normal n₀ ([`super::height`]). Empty if there are none. \[L³\]
     pub height: Vec<f64>,
     /// `height_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂height/∂x_t; empty with `height`. \[L²\]
@@ -214,7 +214,7 @@ impl FacetCoupling {
             self.add_pair(&pair, plane, corners, &points, place, with_gradient);
             self.add_facing(&pair, plane, corners, &points, place, with_gradient);
             if heights != [None, None] {
-                self.add_height(&pair, plane, corners, &points, place, with_gradient);
+                self.add_height(&pair, heights, plane, corners, &points, place, with_gradient);
             }
         }
         self.pair = pair;
@@ -298,12 +298,13 @@ impl FacetCoupling {
         }
     }
 
-    /// Adds the heights above the two facets of a pair: n₀ ∫ N_j (h¹ + t²) ([`super::height`]).
+    /// Adds the heights above the two facets of a pair: n₀ ∫ N_j (σ¹ h¹ + t²) ([`super::height`]).
     ///
     /// Test: `coupling_gradient_matches_finite_differences`.
     fn add_height<const S: usize, const M: usize>(
         &mut self,
         pair: &PairIntegrals,
+        heights: PairHeights<'_>,
         plane: &Plane<S>,
         corners: &[Vector3<f64>; S],
         points: &[Vector3<f64>; M],
@@ -313,7 +314,15 @@ impl FacetCoupling {
         let columns = 3 * self.nodes.len();
         let (Some(own), Some(other)) = (FacetNormal::of(corners), FacetNormal::of(points)) else { return };
         let Some(ray) = AlongRay::new(&-own.normal, points, &other.normal, &other.slope) else { return };
-        let factors = [1.0, ray.factors[0], ray.factors[1], ray.factors[2]];
+        let still = (1.0, [Vector3::zeros(); S]);
+        let (own_stretch, own_slope) = heights[0].map_or(still, |height| height.stretch(corners));
+        let still = (1.0, [Vector3::zeros(); M]);
+        let (stretch, stretch_slope) = heights[1].map_or(still, |height| height.stretch(points));
+        // h² counts once, the products with its slopes twice
+        let grown = [stretch, stretch * stretch, stretch * stretch];
+        let grows = [1.0, 2.0 * stretch, 2.0 * stretch];
+        let factors: [f64; 4] =
+            std::array::from_fn(|k| if k == 0 { own_stretch } else { grown[k - 1] * ray.factors[k - 1] });
         for j in 0..S {
             let integrals: [f64; 4] = std::array::from_fn(|k| pair.heights[4 * k + j]);
             let height: f64 = factors.iter().zip(integrals).map(|(f, integral)| f * integral).sum();
@@ -336,15 +345,23 @@ impl FacetCoupling {
                 add(if corner < 4 { corner } else { column[corner - 4] }, c, value);
             });
             // through the factors, by the direction −n₀ and the master's corners
-            let of_master = [integrals[1], integrals[2], integrals[3]];
+            let of_master: [f64; 3] = std::array::from_fn(|k| grown[k] * integrals[k + 1]);
             let by_direction: Vector3<f64> = ray.by_direction.iter().zip(of_master).map(|(by, i)| by * i).sum();
             for (local, by_corner) in own.slope.iter().enumerate() {
                 let by = -by_corner.tr_mul(&by_direction);
                 (0..3).for_each(|c| add(local, c, by[c]));
             }
-            for (i, local) in column.into_iter().enumerate() {
+            for (i, &local) in column.iter().enumerate() {
                 let by: Vector3<f64> = ray.by_corner.iter().zip(of_master).map(|(by, integral)| by[i] * integral).sum();
                 (0..3).for_each(|c| add(local, c, by[c]));
+            }
+            // through the stretches
+            for (local, slope) in own_slope.iter().enumerate() {
+                (0..3).for_each(|c| add(local, c, integrals[0] * slope[c]));
+            }
+            let by_stretch: f64 = (0..3).map(|k| grows[k] * ray.factors[k] * integrals[k + 1]).sum();
+            for (&local, slope) in column.iter().zip(&stretch_slope) {
+                (0..3).for_each(|c| add(local, c, by_stretch * slope[c]));
             }
             for (local, by_corner) in own.slope.iter().enumerate() {
                 for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
@@ -521,15 +538,15 @@ mod tests {
         let settings =
             Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
         // on some facets, heights of their own
-        let heights = HEIGHTS.map(FacetHeight);
+        let heights = [0.7, 1.9].map(|step| {
+            let unit = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.7], [0.0, 0.7]].map(|[x, y]| Vector3::new(x, y, 0.0));
+            FacetHeight::new(std::array::from_fn(|i| (step * i as f64).sin()), &unit[..slave.len()])
+        });
         let curved = |(i, &nodes): (usize, &FacetNodes)| CurvedFacet { nodes, height: heights.get(i % 3) };
         let slave = CurvedFacet { nodes: slave, height: Some(&heights[1]) };
         coupling.evaluate(slave, [true; 4], facets.iter().enumerate().map(curved), settings).unwrap();
         coupling
     }
-
-    const HEIGHTS: [[f64; 9]; 2] =
-        [[0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.25, 0.6, -0.9], [-0.1, 0.4, 0.2, -0.3, 0.5, 0.8, -0.6, 0.15, 0.35]];
 
     #[test]
     fn coupling_gradient_matches_finite_differences() {

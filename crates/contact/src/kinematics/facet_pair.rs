@@ -259,6 +259,7 @@ pub fn integrate_pair<const S: usize, const M: usize>(
 mod tests {
     use super::*;
     use crate::kinematics::CellRule;
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     const SLAVE: [Point; 4] = [[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [-0.1, 1.0]];
@@ -329,10 +330,11 @@ mod tests {
         }
     }
 
-    const HEIGHTS: PairHeights<'static> = [
-        Some(&FacetHeight([0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.25, 0.6, -0.9])),
-        Some(&FacetHeight([-0.1, 0.4, 0.2, -0.3, 0.5, 0.8, -0.6, 0.15, 0.35])),
-    ];
+    /// Heights that vary over the facets.
+    fn heights() -> [FacetHeight; 2] {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
+        [0.9, 0.4].map(|step| FacetHeight::new(std::array::from_fn(|i| 0.5 * (step * i as f64).sin()), &corners))
+    }
 
     /// D, M and the integrals of the heights in one array.
     fn all(values: &[f64; 32], heights: &[f64; 16]) -> [f64; 48] {
@@ -342,6 +344,8 @@ mod tests {
     /// The pair of facets with the first S and M of four corners.
     fn check_gradient<const S: usize, const M: usize>(q: &[f64; 16]) -> Result<(), TestCaseError> {
         let rule = CellRule::Seven.points();
+        let heights = heights();
+        let both = [Some(&heights[0]), Some(&heights[1])];
         let corners = |q: &[f64; 16]| {
             let (s, m) = perturbed(q);
             (*s.first_chunk::<S>().unwrap(), *m.first_chunk::<M>().unwrap())
@@ -349,12 +353,12 @@ mod tests {
         let value = |q: &[f64; 16]| {
             let (s, m) = corners(q);
             let mut pair = PairIntegrals::default();
-            integrate_pair(&s, &m, HEIGHTS, &rule, false, &mut pair).unwrap();
+            integrate_pair(&s, &m, both, &rule, false, &mut pair).unwrap();
             all(&pair.values, &pair.heights)
         };
         let (s, m) = corners(q);
         let mut pair = PairIntegrals::default();
-        if !integrate_pair(&s, &m, HEIGHTS, &rule, true, &mut pair).unwrap() {
+        if !integrate_pair(&s, &m, both, &rule, true, &mut pair).unwrap() {
             return Ok(());
         }
         for j in 0..S {

@@ -31,13 +31,15 @@ pub struct SmoothPatch {
     pub sagitta: f64,
 }
 
+/// Heights above the control points of a facet; a triangle has 15, and the other values are zero.
+pub type FacetHeights = [f64; 25];
+
 /// Heights of the smooth surface above the facets of a surface.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SmoothSurface {
-    /// For each facet, none where it is the surface itself: the heights above its corners, the
-    /// middles of its edges (the first one follows the first corner) and, on a quadrilateral, its
-    /// centre, along the facet's outward normal. \[L\]
-    pub heights: Vec<Option<[f64; 9]>>,
+    /// For each facet, none where it is the surface itself: the heights along its outward normal
+    /// above its [`control_points`]. \[L\]
+    pub heights: Vec<Option<FacetHeights>>,
     /// The curved patches, by their first facet.
     pub patches: Vec<SmoothPatch>,
 }
@@ -63,11 +65,12 @@ const ALONG_SHAPE: f64 = std::f64::consts::FRAC_PI_3;
 ///
 /// `known` are shapes from which the mesh was made: facets between nodes on them stand for them,
 /// however coarse they are. `mirrored` are the coordinate axes normal to a symmetry plane through a
-/// node: there, the surface continues with its mirror image. `nodes` are the positions of the nodes, which lie on the surface; `points` are those of the
-/// facets' corners. They differ for quadratic elements ([`crate::ContactMap`]).
+/// node: there, the surface continues with its mirror image. `nodes` are the positions of the nodes,
+/// which lie on the surface; `points` are those of the facets' corners. They differ for quadratic
+/// elements ([`crate::ContactMap`]).
 ///
-/// Tests: `arcs_get_their_sagitta`, `half_a_surface_is_half_of_the_whole`, `known_shapes_need_no_fit`, `flat_faces_and_kinks_stay_as_they_are`,
-/// `a_fillet_ends_at_the_flat_face`.
+/// Tests: `arcs_get_their_sagitta`, `half_a_surface_is_half_of_the_whole`, `known_shapes_need_no_fit`,
+/// `flat_faces_and_kinks_stay_as_they_are`, `a_fillet_ends_at_the_flat_face`.
 pub fn smooth_surface(
     facets: &[FacetNodes],
     nodes: &[[f64; 3]],
@@ -310,13 +313,7 @@ impl<'a> Facets<'a> {
         let height = |facet: u32, point: &Vector3<f64>, shape: &[f64]| {
             let corners = &self.facets[facet as usize];
             let middles = &stand_off[&facet];
-            let ends: Vec<usize> = (0..corners.len()).filter(|&i| shape[i] > 0.0).collect();
-            let off = match ends[..] {
-                [_] => Vector3::zeros(),
-                [a, b] => middles[if b == a + 1 { a } else { b }],
-                // the centre of a Coons patch over edges that stand off
-                _ => middles.iter().sum::<Vector3<f64>>() / 2.0,
-            };
+            let off: Vector3<f64> = middles.iter().zip(bulges(shape)).map(|(off, weight)| off * weight).sum();
             let on: Vector3<f64> = corners.iter().zip(shape).map(|(&node, n)| self.position(node) * *n).sum();
             Some(normal(corners, points).dot(&(on + off - point)))
         };
@@ -343,7 +340,7 @@ impl<'a> Facets<'a> {
         let mut sagitta: f64 = 0.0;
         for &f in patch {
             let facet = &self.facets[f as usize];
-            let mut heights = [0.0; 9];
+            let mut heights: FacetHeights = [0.0; 25];
             for (at, shape) in heights.iter_mut().zip(control_points(facet.len())) {
                 let corners = facet.iter().zip(&shape);
                 let point: Vector3<f64> = corners.map(|(&n, s)| Vector3::from(points[n as usize]) * *s).sum();
@@ -365,18 +362,34 @@ impl<'a> Facets<'a> {
     }
 }
 
-/// Shape functions at the control points of a facet, in the order of the heights.
-fn control_points(corners: usize) -> Vec<[f64; 4]> {
-    let unit = |i: usize| std::array::from_fn(|k| f64::from(u8::from(k == i)));
-    let mut points: Vec<[f64; 4]> = (0..corners).map(unit).collect();
-    points.extend((0..corners).map(|i| {
-        let next = (i + 1) % corners;
-        std::array::from_fn(|k| if k == i || k == next { 0.5 } else { 0.0 })
-    }));
-    if corners == 4 {
-        points.push([0.25; 4]);
+/// The four shape functions at the control points of a facet with three or four corners: the points of
+/// a lattice with five on each edge, row by row from the first edge.
+pub fn control_points(corners: usize) -> Vec<[f64; 4]> {
+    let point = |i: usize, j: usize| {
+        let (x, y) = (0.25 * i as f64, 0.25 * j as f64);
+        match corners {
+            3 => [1.0 - x - y, x, y, 0.0],
+            _ => [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y],
+        }
+    };
+    let last = |j: usize| if corners == 3 { 4 - j } else { 4 };
+    (0..5).flat_map(|j| (0..=last(j)).map(move |i| point(i, j))).collect()
+}
+
+/// How far a point of a facet follows the middles of the edges, as the quadratic or biquadratic
+/// interpolation that vanishes at the corners; the centre of a quadrilateral follows them as that of
+/// a Coons patch, with half their sum.
+fn bulges(shape: &[f64]) -> [f64; 4] {
+    match *shape {
+        [a, b, c] => [4.0 * a * b, 4.0 * b * c, 4.0 * c * a, 0.0],
+        [_, b, c, d] => {
+            let of = |x: f64| [(1.0 - x) * (1.0 - 2.0 * x), 4.0 * x * (1.0 - x), x * (2.0 * x - 1.0)];
+            let (x, y) = (of(b + c), of(c + d));
+            let centre = 0.5 * x[1] * y[1];
+            [x[1] * y[0] + centre, x[2] * y[1] + centre, x[1] * y[2] + centre, x[0] * y[1] + centre]
+        }
+        _ => [0.0; 4],
     }
-    points
 }
 
 #[cfg(test)]
@@ -408,16 +421,21 @@ mod tests {
         let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
         assert!(matches!(found.patches[..], [SmoothPatch { shape: Some(Shape::Cone { slope: 0.0, .. }), .. }]));
         for heights in &found.heights {
-            let [.., a, b, c, d, e] = heights.unwrap();
-            assert!(a.abs() < 1e-12 && c.abs() < 1e-12, "{heights:?}");
-            assert!([b, d, e].iter().all(|h| (h - exact).abs() < 1e-9), "{heights:?} {exact}");
+            let heights = heights.unwrap();
+            for (h, shape) in heights.iter().zip(control_points(4)) {
+                // from the middle of the facet along its arc
+                let from = 3.0 * f64::to_radians(5.0).sin() * (2.0 * (shape[0] + shape[1]) - 1.0);
+                let on_arc = (9.0 - from * from).sqrt() - 3.0 * f64::to_radians(5.0).cos();
+                assert!((h - on_arc).abs() < 1e-9, "{heights:?} {on_arc}");
+            }
+            assert!((heights[12] - exact).abs() < 1e-9);
         }
         // an elliptic arc has no shape; away from its ends the averaged normals give its sagitta
         let (facets, nodes) = strip(&arc(0.98));
         let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &[], |_| [false; 3]);
         assert!(matches!(found.patches[..], [SmoothPatch { shape: None, .. }]));
         for heights in &found.heights[2..10] {
-            let middle = heights.unwrap()[8];
+            let middle = heights.unwrap()[12];
             assert!((middle / exact - 1.0).abs() < 0.05, "{middle} {exact}");
         }
     }
@@ -446,7 +464,7 @@ mod tests {
         assert!(found.heights[..6].iter().all(Option::is_none));
         let exact = 1.0 - f64::to_radians(6.0).cos();
         for heights in &found.heights[6..] {
-            assert!((heights.unwrap()[8] - exact).abs() < 1e-9);
+            assert!((heights.unwrap()[12] - exact).abs() < 1e-9);
         }
     }
 
@@ -463,7 +481,7 @@ mod tests {
         assert_eq!(found.patches, []);
         let found = smooth_surface(&facets, &nodes, &nodes, FEATURE, &known, |_| [false; 3]);
         let exact = 1.0 - f64::to_radians(30.0).cos();
-        assert!(found.heights[..10].iter().all(|heights| (heights.unwrap()[8] - exact).abs() < 1e-12));
+        assert!(found.heights[..10].iter().all(|heights| (heights.unwrap()[12] - exact).abs() < 1e-12));
         assert!(found.heights[10..].iter().all(Option::is_none));
     }
 

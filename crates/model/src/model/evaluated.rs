@@ -222,7 +222,8 @@ impl Design {
             own[j].then(|| {
                 let slave = &model.slaves[j];
                 let pair = model.pair(slave);
-                let mut at = NodeStep::of(pair.is_active(step.time), pair.offset_at(step.time) + slave.adjusted);
+                let offset = pair.offset_at(step.time) * slave.slant + slave.adjusted;
+                let mut at = NodeStep::of(pair.is_active(step.time), offset);
                 at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
                 let measures = at.measures(now, &model.start.settings[j]);
                 let law = self.law(step, j, &measures, y, &steering);

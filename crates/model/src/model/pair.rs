@@ -21,6 +21,9 @@ pub struct ModelInterface {
     pub shear_limit: f64,
     /// Distance by which the surfaces touch before their meshes do, along the load path.
     pub offset: Vec<OffsetPoint>,
+    /// For each slave node, the mean gap between surfaces at unit distance
+    /// ([`ContactInterface::slants`]); empty: 1.
+    pub slants: Vec<f64>,
     /// For each slave node, the initial gap between the offset surfaces that counts as closed; empty:
     /// none does. \[L\]
     pub adjusted: Vec<f64>,
@@ -83,9 +86,12 @@ impl ModelInterface {
         interface: &ContactInterface,
         coordinates: &[f64],
         offset: f64,
+        slants: &[f64],
     ) -> Result<Vec<Option<f64>>, InterfaceError> {
         let rows = Self::bond_of(interface, coordinates)?;
-        Ok(rows.iter().map(|row| (row.area > 0.0).then(|| row.gap() / row.area - offset)).collect())
+        let offset = |j: usize| offset * slants.get(j).unwrap_or(&1.0);
+        let gap = |(j, row): (usize, &NodeKinematics)| (row.area > 0.0).then(|| row.gap() / row.area - offset(j));
+        Ok(rows.iter().enumerate().map(gap).collect())
     }
 
     /// Whether the surfaces are bonded.

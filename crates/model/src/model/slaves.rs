@@ -14,6 +14,8 @@ pub(super) struct SlaveData {
     pub size: f64,
     /// Initial gap that counts as closed. \[L\]
     pub adjusted: f64,
+    /// Mean gap between surfaces at unit distance.
+    pub slant: f64,
     /// How many times the area counts, including its mirror images.
     pub images: f64,
 }
@@ -84,6 +86,7 @@ pub(super) fn tables(
                 interface: i as u32,
                 area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
                 size: (around / slave.facets.len() as f64).sqrt(),
+                slant: model.slants.get(k).copied().unwrap_or(1.0),
                 adjusted: model.adjusted.get(k).copied().unwrap_or(0.0),
                 images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
             });
