@@ -93,9 +93,10 @@ fn table_of_fits() {
             table += &format!("| {shaft} | {name} |");
             for hub in DIVISIONS {
                 let [p, spread] = pressure([2 * shaft, 2 * hub], order, surfaces);
-                table += &format!(" {:+.2} ({:.1}) |", 100.0 * (p - 1.0), 100.0 * spread);
+                table += &format!(" {:+.3} ({:.2}) |", 100.0 * (p - 1.0), 100.0 * spread);
                 if surfaces == "smooth" {
                     worst = worst.max((p - 1.0).abs());
+                    assert!(spread < 0.01, "{shaft} on {hub}, order {order}: {spread}");
                 }
             }
             table += "\n";
