@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
+use slipstick::words::{is_hidden, visible};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 
@@ -63,7 +64,7 @@ impl Console {
     /// Prints a line for people.
     pub fn text(&self, line: &str) {
         if !self.json && !self.quiet {
-            self.suspended(|| self.put(line));
+            self.suspended(|| self.put(&visible(line)));
         }
     }
 
@@ -105,7 +106,7 @@ impl Console {
     pub fn event(&self, name: &str, mut value: Value) {
         if self.json {
             value["event"] = name.into();
-            self.put(&value.to_string());
+            self.put(&ascii_marks(&value.to_string()));
         }
     }
 
@@ -164,7 +165,7 @@ impl Console {
             }
         } else if shown {
             let text = case_file::report(diagnostics, io::stderr().is_terminal());
-            self.suspended(|| complain(&text));
+            self.suspended(|| write_error(&text));
         }
     }
 
@@ -250,8 +251,25 @@ impl Console {
     }
 }
 
-/// Writes text to standard error; if that fails too, there is nothing left to do.
+/// JSON in which the characters that [`visible`] replaces are escapes; strings alone can contain them.
+fn ascii_marks(json: &str) -> String {
+    let mut out = String::with_capacity(json.len());
+    for c in json.chars() {
+        match is_hidden(c) {
+            true => c.encode_utf16(&mut [0; 2]).iter().for_each(|unit| out += &format!("\\u{unit:04x}")),
+            false => out.push(c),
+        }
+    }
+    out
+}
+
+/// Writes text to standard error, with [visible] control characters.
 pub fn complain(text: &str) {
+    write_error(&visible(text));
+}
+
+/// Writes text to standard error; if that fails too, there is nothing left to do.
+fn write_error(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 

@@ -123,6 +123,11 @@ impl Mesh {
     /// # Errors
     /// [`MeshError::NotOnBoundary`] if one is not the face of exactly one element.
     pub fn surface_of_facets(&self, facets: &[FacetNodes]) -> Result<Surface, MeshError> {
+        Ok(Surface { facets: self.facets_on_boundary(facets).into_iter().collect::<Result<_, _>>()? })
+    }
+
+    /// Like [`Self::surface_of_facets`], with an error for each facet that is not on the boundary.
+    pub fn facets_on_boundary(&self, facets: &[FacetNodes]) -> Vec<Result<Facet, MeshError>> {
         let faces = self.sorted_faces(0..self.elements.len());
         let divided = keys(&self.divided_faces(&single(&faces)));
         let facets = facets.iter().enumerate().map(|(facet, &nodes)| match faces_of(&faces, nodes.sorted()) {
@@ -130,7 +135,7 @@ impl Mesh {
             [] => Err(MeshError::NotOnBoundary { facet, nodes, reason: "is not a face of any element" }),
             _ => Err(MeshError::NotOnBoundary { facet, nodes, reason: "lies between two elements" }),
         });
-        Ok(Surface { facets: facets.collect::<Result<_, _>>()? })
+        facets.collect()
     }
 
     /// The part of all bodies' boundaries whose facets have all their nodes in `nodes` (in any

@@ -19,6 +19,8 @@ pub struct ReadBody {
     pub mesh: Mesh,
     /// Repairs and omissions, for the user's information.
     pub notices: Vec<String>,
+    /// Surfaces of the file, by their names in the mesh, that cannot be surfaces of the body, and why.
+    pub unusable: BTreeMap<String, MeshFileError>,
 }
 
 /// How second-order cells are treated.
@@ -45,11 +47,12 @@ impl FileMesh {
     /// appears twice with the same nodes is used once. A set becomes `{name}_{set}`, or keeps its
     /// name if it already begins with `{name}_`. Sets of triangles, quadrilaterals and faces become
     /// surfaces; sets of nodes, points and lines become node sets; sets of solid cells, sets of elements. Anything on other parts is left
-    /// out, and so is a node set with the same name as a surface.
+    /// out, and so is a node set with the same name as a surface. Surfaces that are not on the boundary of
+    /// the body, such as pretension sections, are listed in [`ReadBody::unusable`].
     ///
     /// # Errors
     /// If there is no such part, if solid cells are not valid tetrahedra, wedges or hexahedra (wedges
-    /// only of first order), if they are of different orders, or if a facet on the body's nodes is not on its boundary.
+    /// only of first order), or if they are of different orders.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::AsWritten)
     }
@@ -75,7 +78,9 @@ impl FileMesh {
             Some(rest) if rest.starts_with('_') => set.to_owned(),
             _ => format!("{name}_{set}"),
         };
-        for (set, surface) in extraction.surfaces(&mesh)? {
+        let (surfaces, unusable) = extraction.surfaces(&mesh)?;
+        let unusable = unusable.into_iter().map(|(set, error)| (own(set), error)).collect();
+        for (set, surface) in surfaces {
             if mesh.surfaces.insert(own(set), surface).is_some() {
                 return Err(doubled(&own(set)));
             }
@@ -115,7 +120,7 @@ impl FileMesh {
                 None => {}
             }
         }
-        Ok(ReadBody { mesh, notices })
+        Ok(ReadBody { mesh, notices, unusable })
     }
 }
 
@@ -329,33 +334,37 @@ impl<'a> Extraction<'a> {
     }
 
     /// Surfaces with at least one facet on the body.
-    fn surfaces(&self, mesh: &Mesh) -> Result<BTreeMap<&'a str, Surface>, MeshFileError> {
-        let found = self.facets(mesh)?;
+    fn surfaces(&self, mesh: &Mesh) -> Result<(BTreeMap<&'a str, Surface>, Unusable<'a>), MeshFileError> {
+        let (found, mut unusable) = self.facets(mesh)?;
         let local: Vec<FacetNodes> = found.iter().map(|facet| facet.local).collect();
-        // A single call for all sets, since it sorts the faces of the whole body.
-        let facets = mesh.surface_of_facets(&local).map_err(|error| match error {
-            MeshError::NotOnBoundary { facet, reason, .. } => {
-                let SetFacet { set, nodes, .. } = &found[facet];
-                let place = format!("surface `{set}`, facet {}", self.around(nodes));
-                let cure = "surfaces must consist of outer faces of the body's elements: correct the set, and mesh \
-                            volume and surface together";
-                MeshFileError::new(place, format!("the facet {reason}"), cure)
-            }
-            other => MeshFileError::new("the file", other.to_string(), "correct the mesh"),
-        })?;
         let mut surfaces: BTreeMap<&str, Surface> = BTreeMap::new();
         let mut seen = BTreeSet::new();
-        for (of_set, facet) in found.iter().zip(facets.facets) {
-            if seen.insert((of_set.set, (facet.element, facet.nodes))) {
-                surfaces.entry(of_set.set).or_default().facets.push(facet);
+        // A single call for all sets, since it sorts the faces of the whole body.
+        for (SetFacet { set, nodes, .. }, facet) in found.iter().zip(mesh.facets_on_boundary(&local)) {
+            match facet {
+                Ok(facet) if seen.insert((*set, (facet.element, facet.nodes))) => {
+                    surfaces.entry(set).or_default().facets.push(facet);
+                }
+                Ok(_) => {}
+                Err(error) => {
+                    let reason = match error {
+                        MeshError::NotOnBoundary { reason, .. } => format!("the facet {reason}"),
+                        other => other.to_string(),
+                    };
+                    let place = || format!("surface `{set}`, facet {}", self.around(nodes));
+                    let cure = "surfaces must consist of outer faces of the body's elements: correct the set, and mesh \
+                                volume and surface together";
+                    unusable.entry(set).or_insert_with(|| MeshFileError::new(place(), reason, cure));
+                }
             }
         }
-        Ok(surfaces)
+        surfaces.retain(|set, _| !unusable.contains_key(set));
+        Ok((surfaces, unusable))
     }
 
-    /// The facets of all sets with all their nodes on the body.
-    fn facets(&self, mesh: &Mesh) -> Result<Vec<SetFacet<'a>>, MeshFileError> {
-        let mut facets = Vec::new();
+    /// The facets of all sets with all their nodes on the body, and the sets with other facets.
+    fn facets(&self, mesh: &Mesh) -> Result<(Vec<SetFacet<'a>>, Unusable<'a>), MeshFileError> {
+        let (mut facets, mut unusable) = (Vec::new(), Unusable::new());
         let cells = &self.file.cells;
         let faces = second_order_faces(mesh);
         for (set, members) in &self.file.cell_sets {
@@ -376,11 +385,14 @@ impl<'a> Extraction<'a> {
                 }
                 let (CellKind::Triangle3 | CellKind::Quad4, Some(_)) = (kind, FacetNodes::new(nodes)) else {
                     let message = format!("a {} of the surface `{set}` is not a face of an element", kind.label());
-                    return Err(self.at(cell, &message, kind.cure()));
+                    unusable.entry(set).or_insert_with(|| self.at(cell, &message, kind.cure()));
+                    continue;
                 };
                 let Some(local) = self.local_of(nodes) else {
                     let message = format!("a facet of the surface `{set}` has nodes that belong to no element");
-                    return Err(self.at(cell, &message, "mesh volume and surface together, and merge duplicate nodes"));
+                    let cure = "mesh volume and surface together, and merge duplicate nodes";
+                    unusable.entry(set).or_insert_with(|| self.at(cell, &message, cure));
+                    continue;
                 };
                 facets.push(SetFacet { set, nodes: nodes.to_vec(), local });
             }
@@ -396,7 +408,7 @@ impl<'a> Extraction<'a> {
                 }
             }
         }
-        Ok(facets)
+        Ok((facets, unusable))
     }
 
     /// Node sets, and sets of points and lines, with at least one node on the body; empty if all
@@ -457,6 +469,9 @@ impl<'a> Extraction<'a> {
         })
     }
 }
+
+/// Sets that cannot be surfaces of the body, and why.
+type Unusable<'a> = BTreeMap<&'a str, MeshFileError>;
 
 /// A facet of a set on the body.
 struct SetFacet<'a> {

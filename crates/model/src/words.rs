@@ -1,5 +1,8 @@
 //! Counts and numbers as text for display.
 
+use std::borrow::Cow;
+use std::fmt::Write;
+
 /// A count with its noun: `1 design`, `2 designs`, `1 entry`, `3 entries`.
 pub fn counted(count: usize, noun: &str) -> String {
     match noun.strip_suffix('y') {
@@ -43,6 +46,35 @@ pub fn list(numbers: &[usize]) -> String {
         [] => String::new(),
     });
     words.collect::<Vec<_>>().join(", ")
+}
+
+/// The text with control characters, except for line feeds and tabs, and marks that change the direction of text
+/// written as `\\u{1b}`: names from mesh files must not move the cursor, recolour the terminal or reorder what a
+/// message says.
+///
+/// ```
+/// assert_eq!(slipstick_model::words::visible("a\u{1b}[31m\u{202e}b\n"), "a\\u{1b}[31m\\u{202e}b\n");
+/// ```
+pub fn visible(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_hidden) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match is_hidden(c) {
+            // Writing to a string cannot fail.
+            true => drop(write!(out, "{}", c.escape_unicode())),
+            false => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// Whether [`visible`] replaces a character.
+pub fn is_hidden(c: char) -> bool {
+    let marks = ['\u{61c}', '\u{200e}', '\u{200f}', '\u{2028}', '\u{2029}', '\u{feff}'];
+    let overrides = ['\u{202a}'..='\u{202e}', '\u{2066}'..='\u{2069}'];
+    (c.is_control() && c != '\n' && c != '\t') || marks.contains(&c) || overrides.iter().any(|range| range.contains(&c))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The names of bodies, surfaces and sets that a case may refer to.
 
+use std::collections::BTreeMap;
+
 use super::CaseCode;
 use super::reader::{Reader, suggestion_or_list};
 use super::resolved::Shape;
@@ -19,6 +21,8 @@ pub(super) struct Names {
     sets: Vec<(String, Kind, Option<usize>)>,
     /// Sets of elements.
     parts: Vec<String>,
+    /// Surfaces of mesh files that no body can have, with message and remedy.
+    unusable: BTreeMap<String, [String; 2]>,
     /// Bodies whose shape cannot be read, so that their surfaces are unknown.
     shapeless: Vec<usize>,
     /// Whether some body or set has no readable name: any unknown name may refer to it.
@@ -50,6 +54,7 @@ impl Names {
                     self.sets.extend(file.mesh.surfaces.keys().map(named(Kind::Surface)));
                     self.sets.extend(file.mesh.node_sets.keys().map(named(Kind::Set)));
                     self.parts.extend(file.mesh.element_sets.keys().cloned());
+                    self.unusable.extend(file.unusable.clone());
                 }
             }
             None => self.shapeless.push(body),
@@ -104,8 +109,18 @@ impl Names {
         name.is_empty() || self.nameless || self.shapeless.iter().any(of_shapeless)
     }
 
+    /// Reports why a surface of a mesh file cannot be used; whether there is one of this name.
+    fn tell_unusable(&self, reader: &Reader, path: &str, name: &str) -> bool {
+        let Some([message, help]) = self.unusable.get(name) else { return false };
+        reader.error(path, CaseCode::MeshFile, message.clone(), help.clone());
+        true
+    }
+
     /// Reports a name that is neither a surface nor a set.
     pub(super) fn check_set(&self, reader: &Reader, path: &str, name: &str) {
+        if self.find(name).is_none() && self.tell_unusable(reader, path, name) {
+            return;
+        }
         if self.find(name).is_none() && !self.excusable(name) {
             let names: Vec<&str> = self.sets.iter().map(|(name, _, _)| name.as_str()).collect();
             reader.error(
@@ -129,7 +144,7 @@ impl Names {
                 format!("`{name}` is a node set; a surface is needed here"),
                 format!("surfaces: {}", surfaces.join(", ")),
             ),
-            None if self.excusable(name) => {}
+            None if self.excusable(name) || self.tell_unusable(reader, path, name) => {}
             None => reader.error(
                 path,
                 CaseCode::UnknownSet,

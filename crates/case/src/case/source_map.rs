@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use miette::NamedSource;
+use slipstick_model::words::visible;
 
 use super::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 
@@ -98,9 +99,9 @@ impl SourceMap {
         CaseDiagnostic {
             code,
             severity,
-            message: message.into(),
+            message: visible(&message.into()).into_owned(),
             label: String::new(),
-            help: help.into(),
+            help: visible(&help.into()).into_owned(),
             span,
             line,
             column,

@@ -1,5 +1,7 @@
 //! Keyword lines and data lines.
 
+use std::borrow::Cow;
+
 use crate::MeshFileError;
 use crate::cursor::shortened;
 use crate::error::DAMAGED;
@@ -52,6 +54,23 @@ impl<'a> Keyword<'a> {
             self.parameters.push((name.to_ascii_uppercase(), value));
         }
     }
+}
+
+/// The text of a file, in which lines that are neither comments nor UTF-8 have become UTF-8 from Latin-1, as
+/// European programs write headings and names.
+pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let other = |line: &[u8]| !line.starts_with(b"**") && std::str::from_utf8(line).is_err();
+    if std::str::from_utf8(bytes).is_ok() || !bytes.split(|&byte| byte == b'\n').any(other) {
+        return Cow::Borrowed(bytes);
+    }
+    let mut text = Vec::with_capacity(bytes.len() + bytes.len() / 8);
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        match other(line) {
+            true => text.extend(line.iter().map(|&byte| char::from(byte)).collect::<String>().into_bytes()),
+            false => text.extend_from_slice(line),
+        }
+    }
+    Cow::Owned(text)
 }
 
 /// The lines of a file without comments and empty lines.

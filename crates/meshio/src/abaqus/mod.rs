@@ -8,6 +8,8 @@
 mod lines;
 mod sets;
 
+use std::borrow::Cow;
+
 use crate::builder::Builder;
 use crate::cursor::{finite, shortened};
 use crate::{CellKind, FileMesh, MeshFileError};
@@ -47,7 +49,11 @@ enum Block {
 pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     let mut file = Reader::default();
     let mut block = Block::Skipped;
-    let mut lines = Lines::new(bytes);
+    let text = lines::decoded(bytes);
+    if let Cow::Owned(_) = text {
+        file.notices.push("lines that are not UTF-8 are read as Latin-1 (ISO 8859-1)".into());
+    }
+    let mut lines = Lines::new(&text);
     while let Some(line) = lines.next()? {
         match line {
             Line::Keyword(keyword) if keyword.name == "STEP" => break,
@@ -69,6 +75,7 @@ struct Reader {
     /// Number of nodes that are still missing for the last element.
     wanted: usize,
     sets: Sets,
+    notices: Vec<String>,
     /// Element types that are read as another one.
     reduced: Vec<String>,
 }
@@ -196,6 +203,7 @@ impl Reader {
     fn finish(self) -> Result<FileMesh, MeshFileError> {
         let (mut mesh, nodes) = self.builder.finish()?;
         self.sets.resolve(&mut mesh, &nodes)?;
+        mesh.notices.extend(self.notices);
         if !self.reduced.is_empty() {
             let types = self.reduced.join(", ");
             mesh.notices.push(format!("elements of type {types} are read as C3D8: trilinear, fully integrated"));

@@ -1,12 +1,12 @@
 //! The values of arrays: text, base64 or raw, compressed or not.
 
-use std::io::Read;
+use std::io::{Read, Write};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::Array;
-use super::xml::{Document, Source, Values};
+use super::xml::{Compression, Document, Section, Source, Values};
 use crate::MeshFileError;
 use crate::error::DAMAGED;
 
@@ -15,22 +15,22 @@ pub(super) struct Decoder<'a> {
     document: &'a Document<'a>,
     /// Offsets of appended arrays, ascending: each array ends where the next one begins.
     offsets: Vec<usize>,
-    /// Number of bytes that may still be decompressed.
+    /// Number of bytes to which the values of the current array may still be decompressed.
     room: u64,
 }
 
-/// Limit on the compression ratio; no complete mesh exceeds it.
-const LARGEST_RATIO: u64 = 256;
+/// Largest number of nodes of a cell of any type.
+const MOST_NODES: u64 = 4096;
 
 impl<'a> Decoder<'a> {
-    pub fn new(document: &'a Document<'a>, file_size: usize) -> Self {
+    pub fn new(document: &'a Document<'a>) -> Self {
         let appended = document.arrays.iter().filter_map(|source| match source.values {
             Values::Appended(offset) => Some(offset),
             _ => None,
         });
         let mut offsets: Vec<usize> = appended.collect();
         offsets.sort_unstable();
-        Self { document, offsets, room: LARGEST_RATIO * file_size as u64 + (1 << 20) }
+        Self { document, offsets, room: 0 }
     }
 
     /// The array with its values.
@@ -40,6 +40,7 @@ impl<'a> Decoder<'a> {
             let message = format!("values of type `{}` are not supported", source.type_name);
             MeshFileError::new(format!("array `{}`", source.name), message, "use a type such as Float64 or Int64")
         })?;
+        self.room = self.declared(source).saturating_mul(size as u64);
         let values = match &source.values {
             Values::Text(text) => ascii(text).map_err(error)?,
             Values::Base64(text) => {
@@ -52,6 +53,17 @@ impl<'a> Decoder<'a> {
             }
         };
         Ok(Array { name: source.name.clone(), components: source.components, integer, values })
+    }
+
+    /// The largest number of values that an array can have, from the numbers of points and cells.
+    fn declared(&self, source: &Source<'_>) -> u64 {
+        let [points, cells] = [self.document.points as u64, self.document.cells as u64];
+        let items = match (source.section, source.name.as_str()) {
+            (Section::Points | Section::PointData, _) => points,
+            (Section::Cells, "offsets" | "types") | (Section::CellData, _) => cells,
+            (Section::Cells, _) => cells.saturating_mul(MOST_NODES),
+        };
+        items.saturating_mul(source.components as u64)
     }
 
     fn appended(&mut self, offset: usize) -> Result<Vec<u8>, String> {
@@ -72,7 +84,7 @@ impl<'a> Decoder<'a> {
     fn block(&mut self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let mut rest = bytes;
         let size = self.header(&mut rest)?;
-        if !self.document.compressed {
+        if self.document.compression == Compression::None {
             let whole = usize::try_from(size).ok().and_then(|size| rest.get(..size));
             return Ok(whole.ok_or("the array ends early")?.to_vec());
         }
@@ -87,15 +99,44 @@ impl<'a> Decoder<'a> {
             let (block, behind) = rest.split_at(size);
             rest = behind;
             let expected = if number == count && last > 0 { last } else { block_size };
-            self.room = self.room.checked_sub(expected).ok_or("the compression ratio is too high for a mesh")?;
+            let too_many = "the compressed values are more than the numbers of points and cells allow";
+            self.room = self.room.checked_sub(expected).ok_or(too_many)?;
             let before = values.len() as u64;
-            let mut decoder = flate2::read::ZlibDecoder::new(block).take(expected + 1);
-            decoder.read_to_end(&mut values).map_err(|error| format!("the values cannot be decompressed: {error}"))?;
+            self.decompress(block, expected, &mut values)?;
             if values.len() as u64 - before != expected {
                 return Err("the size of a compressed block differs from the announced one".into());
             }
         }
         Ok(values)
+    }
+
+    /// Appends the values of a block, at most one byte more than expected.
+    fn decompress(&self, block: &[u8], expected: u64, values: &mut Vec<u8>) -> Result<(), String> {
+        let damaged = |error: &dyn std::fmt::Display| format!("the values cannot be decompressed: {error}");
+        match &self.document.compression {
+            Compression::Zlib => {
+                let mut decoder = flate2::read::ZlibDecoder::new(block).take(expected + 1);
+                decoder.read_to_end(values).map_err(|error| damaged(&error))?;
+            }
+            Compression::Lz4 => {
+                let start = values.len();
+                values.resize(start + expected as usize, 0);
+                let written = lz4_flex::block::decompress_into(block, &mut values[start..]);
+                values.truncate(start + written.map_err(|error| damaged(&error))?);
+            }
+            Compression::Lzma => {
+                let mut bounded = Bounded { values, room: expected + 1 };
+                lzma_rs::xz_decompress(&mut &*block, &mut bounded).map_err(|error| damaged(&format!("{error:?}")))?;
+            }
+            Compression::None => values.extend_from_slice(block),
+            Compression::Unknown(name) => {
+                return Err(format!(
+                    "its values are compressed with {name}, which is not supported: write the file with zlib, LZ4 or \
+                     LZMA, or without compression"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// A number of a header.
@@ -111,6 +152,25 @@ impl<'a> Decoder<'a> {
             wide[..size].copy_from_slice(head);
             Ok(u64::from_le_bytes(wide))
         }
+    }
+}
+
+/// Bytes that end with an error instead of growing beyond a limit.
+struct Bounded<'a> {
+    values: &'a mut Vec<u8>,
+    room: u64,
+}
+
+impl Write for Bounded<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let rest = self.room.checked_sub(bytes.len() as u64);
+        self.room = rest.ok_or_else(|| std::io::Error::other("there are more values than announced"))?;
+        self.values.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 

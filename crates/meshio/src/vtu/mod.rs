@@ -1,7 +1,7 @@
 //! VTK's XML files of unstructured grids (VTK file formats, "XML formats", vtkUnstructuredGrid).
 //!
 //! Arrays may be stored as text, as base64, or appended, raw or as base64; in either byte order,
-//! with 32- or 64-bit headers, compressed with zlib or uncompressed.
+//! with 32- or 64-bit headers, compressed with zlib, LZ4 or LZMA, or uncompressed.
 
 mod data;
 mod xml;
@@ -49,7 +49,7 @@ pub struct Grid {
 /// [`MeshFileError`] if the file is inconsistent, incomplete, or in a format that is not supported.
 pub fn read(bytes: &[u8]) -> Result<Grid, MeshFileError> {
     let document = xml::document(bytes)?;
-    let mut decoder = data::Decoder::new(&document, bytes.len());
+    let mut decoder = data::Decoder::new(&document);
     let mut grid = Grid::default();
     for source in &document.arrays {
         let array = decoder.array(source)?;

@@ -15,6 +15,18 @@ pub(super) enum Section {
     CellData,
 }
 
+/// How blocks of binary values are compressed.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) enum Compression {
+    #[default]
+    None,
+    Zlib,
+    Lz4,
+    Lzma,
+    /// A compressor of this name; arrays of text can still be read.
+    Unknown(String),
+}
+
 /// The location of the values of an array.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Values<'a> {
@@ -52,7 +64,7 @@ pub(super) struct Document<'a> {
     pub big_endian: bool,
     /// Whether sizes before the values have 8 bytes instead of 4.
     pub long_header: bool,
-    pub compressed: bool,
+    pub compression: Compression,
     pub arrays: Vec<Source<'a>>,
     pub appended: Option<Appended<'a>>,
 }
@@ -139,13 +151,12 @@ fn head(tag: &BytesStart<'_>, place: usize, document: &mut Document<'_>) -> Resu
     }
     document.big_endian = attribute(tag, "byte_order").as_deref() == Some("BigEndian");
     document.long_header = attribute(tag, "header_type").as_deref() == Some("UInt64");
-    document.compressed = match attribute(tag, "compressor").as_deref() {
-        None | Some("") => false,
-        Some("vtkZLibDataCompressor") => true,
-        Some(other) => {
-            let message = format!("the values are compressed with {other}");
-            return Err(error(place, message, "write the file with zlib, or without compression"));
-        }
+    document.compression = match attribute(tag, "compressor").as_deref() {
+        None | Some("") => Compression::None,
+        Some("vtkZLibDataCompressor") => Compression::Zlib,
+        Some("vtkLZ4DataCompressor") => Compression::Lz4,
+        Some("vtkLZMADataCompressor") => Compression::Lzma,
+        Some(other) => Compression::Unknown(other.to_owned()),
     };
     Ok(())
 }

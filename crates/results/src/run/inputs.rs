@@ -26,6 +26,14 @@ pub struct InputFile {
     pub sha256: String,
 }
 
+/// The bytes of a regular file. A pipe or device may never end, and reading it could not be interrupted.
+fn regular(path: &Path) -> io::Result<Vec<u8>> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("it is not a regular file but a folder, pipe or device"));
+    }
+    fs::read(path)
+}
+
 /// A reader for the mesh files that a case file names: from its folder or, if it is the `case.toml`
 /// of a run, from the run's copies, which must not have changed. For
 /// [`parse_case_with`](slipstick_case::case::parse_case_with).
@@ -40,7 +48,7 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
         .map(|input| (input.name, (folder.join(input.stored), input.sha256)))
         .collect();
     move |name| {
-        let Some((copy, expected)) = copies.get(name) else { return fs::read(folder.join(name)) };
+        let Some((copy, expected)) = copies.get(name) else { return regular(&folder.join(name)) };
         let bytes = fs::read(copy).map_err(|error| {
             let message = format!("the run's copy {}: {error}; restore it, or start a new run", copy.display());
             io::Error::new(error.kind(), message)

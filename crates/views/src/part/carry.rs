@@ -115,6 +115,7 @@ fn shapes(part: &mut Case, bodies: &[PartBody]) -> Vec<(String, String)> {
                 first_order: false,
                 sha256: String::new(),
                 mesh: Arc::default(),
+                unusable: Default::default(),
             });
             continue;
         }

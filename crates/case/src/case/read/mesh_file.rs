@@ -81,5 +81,7 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
         let help = "no action is needed if this is intended";
         reader.warning(&table.path_of("file"), CaseCode::MeshFile, format!("{file}: {notice}"), help);
     }
-    Some(MeshFile { file, part, scale, first_order, sha256: hash.clone(), mesh: Arc::new(read.mesh) })
+    let because = |error: MeshFileError| <[String; 2]>::from(told(&file, error));
+    let unusable = read.unusable.into_iter().map(|(name, error)| (name, because(error))).collect();
+    Some(MeshFile { part, scale, first_order, sha256: hash.clone(), mesh: Arc::new(read.mesh), unusable, file })
 }

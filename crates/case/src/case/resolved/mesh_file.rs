@@ -1,5 +1,6 @@
 //! Meshes from files.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -26,4 +27,7 @@ pub struct MeshFile {
     /// final names.
     #[serde(skip)]
     pub mesh: Arc<Mesh>,
+    /// Surfaces of the file that the body cannot have, by their final names, with message and remedy.
+    #[serde(skip)]
+    pub unusable: BTreeMap<String, [String; 2]>,
 }
