@@ -19,6 +19,7 @@ mod failures;
 mod free;
 mod friction;
 mod gradient;
+mod hertz;
 mod invariance;
 mod joints;
 mod load_cases;
