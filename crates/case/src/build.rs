@@ -1,6 +1,7 @@
 //! From a resolved case to a problem that can be analysed.
 
 mod cross_points;
+mod edges;
 mod maps;
 mod mesh;
 mod optimization;
@@ -102,7 +103,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
-    let interfaces = build_interfaces(case, &mesh, &mirrored, approach, ties)?;
+    let interfaces = build_interfaces(case, &mesh, &mirrored, prescribed.fixed(), approach, ties)?;
     let uzawa = build_uzawa(case)?;
     let variables = variables::build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -291,6 +292,7 @@ fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     mirrored: &[[bool; 3]],
+    fixed: &[bool],
     approach: f64,
     ties: ties::Rows,
 ) -> Result<Vec<ModelInterface>, BuildError> {
@@ -329,7 +331,8 @@ fn build_interfaces(
         let interface = interface_of(case, contact, i, mesh, &points, mirrored, reach)?;
         let interface = match contact.tied {
             true => interface,
-            false => interface.with_trusted_depth(1.5 * approach + largest_offset + adjust),
+            false => edges::with_normals(interface, contact, mesh, &points, mirrored, fixed)
+                .with_trusted_depth(1.5 * approach + largest_offset + adjust),
         };
         let slants = match contact.offset.is_empty() {
             true => Vec::new(),

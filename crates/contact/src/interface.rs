@@ -1,5 +1,6 @@
 //! A contact interface: slave and master surfaces, and the evaluation of all its nodes.
 
+use crate::cones;
 use crate::kinematics::cell_rule::CellPoint;
 use crate::kinematics::coupling::{FacetCoupling, Settings};
 use crate::kinematics::frame::RingCorner;
@@ -64,6 +65,17 @@ pub struct SlaveNode {
     /// Whether the node lies on a sharp edge, so that the facets are those of one patch and the
     /// frame uses the master's normal.
     pub sharp: bool,
+    /// The facets of each smooth patch of the body's boundary that spans the node's normal cone, as
+    /// corners in the ring, the own patch first; empty where there is no such cone
+    /// ([`ContactInterface::with_touched_normals`]).
+    pub cone: Vec<Vec<RingCorner>>,
+}
+
+impl SlaveNode {
+    /// Whether the normal depends on the master's, not only on the slave's own facets.
+    pub fn follows_master(&self) -> bool {
+        if self.cone.is_empty() { self.sharp } else { self.cone.len() > 1 }
+    }
 }
 
 /// Discretization of an interface.
@@ -88,7 +100,7 @@ pub struct ContactInterface {
     slave_facets: Vec<FacetNodes>,
     master_facets: Vec<FacetNodes>,
     slave_nodes: Vec<SlaveNode>,
-    /// The corners of each slave facet that lie on a sharp edge.
+    /// The corners of each slave facet whose normal depends on the master's.
     sharp: Vec<[bool; 4]>,
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
@@ -141,10 +153,7 @@ impl ContactInterface {
         if let Some(shared) = shared.filter(|_| !with_itself) {
             return Err(InterfaceError::SharedNode { node: shared.node });
         }
-        let mut sharp = vec![[false; 4]; slave_facets.len()];
-        for (facet, corner) in slave_nodes.iter().filter(|slave| slave.sharp).flat_map(|slave| &slave.facets) {
-            sharp[*facet as usize][usize::from(*corner)] = true;
-        }
+        let sharp = following(&slave_nodes, slave_facets.len());
         let tree = FacetTree::build(&master_facets, coordinates);
         let (rule, trusted) = (rule.points(), f64::INFINITY);
         let heights = [Vec::new(), Vec::new()];
@@ -210,6 +219,18 @@ impl ContactInterface {
     /// in one step; without it, all facets within reach couple. \[L\]
     pub fn with_trusted_depth(mut self, depth: f64) -> Self {
         self.trusted = depth;
+        self
+    }
+
+    /// The same interface, in which the normal of a slave node at an edge of its body follows the
+    /// master: it is the direction opposite to the master's, projected onto the normal cone of the
+    /// node ([`crate::kinematics::cone`]). `boundary` are all facets of the slave's bodies,
+    /// including those outside of the slave surface, but not those that symmetry or supports hold
+    /// in their plane. Elsewhere the averaged normals remain. `coordinates` and `feature_angle` as
+    /// in [`Self::new`].
+    pub fn with_touched_normals(mut self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
+        cones::add(&mut self.slave_nodes, &self.slave_facets, boundary, coordinates, feature_angle);
+        self.sharp = following(&self.slave_nodes, self.slave_facets.len());
         self
     }
 
@@ -311,6 +332,15 @@ fn sphere(facet: &FacetNodes, x: &[f64]) -> ([f64; 3], f64) {
     (centre, radius)
 }
 
+/// The corners of each of `facets` slave facets whose normal depends on the master's.
+fn following(slave_nodes: &[SlaveNode], facets: usize) -> Vec<[bool; 4]> {
+    let mut corners = vec![[false; 4]; facets];
+    for (facet, corner) in slave_nodes.iter().filter(|slave| slave.follows_master()).flat_map(|slave| &slave.facets) {
+        corners[*facet as usize][usize::from(*corner)] = true;
+    }
+    corners
+}
+
 fn slave_topology(facets: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Vec<SlaveNode> {
     let mut around: std::collections::BTreeMap<u32, Vec<(u32, u8)>> = std::collections::BTreeMap::new();
     for (f, facet) in facets.iter().enumerate() {
@@ -343,7 +373,7 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
         .collect();
     // an edge along the quadrilateral's own ξ direction: from corner 0 to 1, or from 2 to 3
     let edge = if touching[0].1.is_multiple_of(2) { corners[0].next } else { corners[0].previous };
-    SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
+    SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp, cone: Vec::new() }
 }
 
 /// Cosines that differ by less than this belong to the same angle, so edges at exactly the feature
@@ -352,7 +382,7 @@ const SAME_COSINE: f64 = 1e-9;
 
 /// Divides the facets around a node into patches: facets whose normals differ by at most the
 /// feature angle belong together, and so do chains of such facets.
-fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
+pub(crate) fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
     let least = feature_angle.cos() - SAME_COSINE;
     let smooth = |a: &(u32, u8), b: &(u32, u8)| {
         let (a, b) = (normals[a.0 as usize], normals[b.0 as usize]);
@@ -372,7 +402,7 @@ fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64)
 }
 
 /// Unit normal of a facet at its centre; zero for a collapsed facet.
-fn normal(facet: &FacetNodes, x: &[f64]) -> Vector3<f64> {
+pub(crate) fn normal(facet: &FacetNodes, x: &[f64]) -> Vector3<f64> {
     let at = |corner: usize| {
         let node = 3 * facet[corner] as usize;
         Vector3::new(x[node], x[node + 1], x[node + 2])

@@ -19,6 +19,7 @@ pub mod enforcement;
 pub mod friction;
 pub mod kinematics;
 
+mod cones;
 mod interface;
 mod overlap;
 mod slant;

@@ -2,6 +2,7 @@
 //! objectivity under any common rotation.
 
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use slipstick_contact::kinematics::cone::WIDENING;
 use slipstick_contact::kinematics::height::FacetHeight;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
@@ -58,6 +59,27 @@ fn interface(mesh: &Mesh, slaves: &[&str], x: &[f64], shape: MultiplierShape) ->
     ContactInterface::new(slave, facets("slab_ymax"), x, options).unwrap()
 }
 
+/// The same, with the normals of the master at the edges of the block.
+fn touching(mesh: &Mesh, slaves: &[&str], x: &[f64], shape: MultiplierShape) -> ContactInterface {
+    let boundary: Vec<FacetNodes> = mesh.boundary(1).facets.iter().map(|facet| facet.nodes).collect();
+    interface(mesh, slaves, x, shape).with_touched_normals(&boundary, x, std::f64::consts::FRAC_PI_4)
+}
+
+/// Every scene with both shapes, with averaged normals and those of the master.
+fn interfaces(seed: u64) -> Vec<(Mesh, MultiplierShape, Vec<f64>, ContactInterface)> {
+    let mut all = Vec::new();
+    for (mesh, slaves) in scenes() {
+        for (shape, build) in SHAPES.into_iter().flat_map(|shape| [(shape, interface as Build), (shape, touching)]) {
+            let x = disturbed(&mesh, seed);
+            let built = build(&mesh, slaves, &x, shape);
+            all.push((mesh.clone(), shape, x, built));
+        }
+    }
+    all
+}
+
+type Build = fn(&Mesh, &[&str], &[f64], MultiplierShape) -> ContactInterface;
+
 /// Deterministic noise in [−size, size) (linear congruential generator, Knuth's MMIX constants).
 fn noise(length: usize, size: f64, seed: u64) -> Vec<f64> {
     let mut state = seed;
@@ -104,9 +126,8 @@ fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 4]>) -> Vec<[f64; 4]> {
 /// facet areas, 0.1.
 #[test]
 fn gap_and_slip_gradients() {
-    for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
-        let (x, x_before) = (disturbed(&mesh, 1), disturbed(&mesh, 2));
-        let interface = interface(&mesh, slaves, &x, shape);
+    for (mesh, shape, x, interface) in interfaces(1) {
+        let x_before = disturbed(&mesh, 2);
         let before = evaluate(&interface, &x_before, true);
         let now = evaluate(&interface, &x, true);
         let columns = x.len();
@@ -165,6 +186,46 @@ fn gap_and_slip_gradients() {
     }
 }
 
+/// The bottom of a tilted block over the interior of a slab's face. The end that points down has the
+/// slab's normal, which is between the normals of the bottom and of the block's front. The end that
+/// points up has the border of its cone, and the sides have the normal of the bottom.
+#[test]
+fn normals_at_edges_are_those_of_the_face_that_is_touched() {
+    let shape = |min, max, elements| BoxShape { min, max, elements, grading: [1.0; 3] };
+    let slab = box_mesh("slab", &shape([0.0; 3], [2.0, 0.5, 1.0], [3, 1, 2])).unwrap();
+    let block = box_mesh("block", &shape([0.6, 0.5, 0.3], [1.4, 1.0, 0.7], [2, 1, 2])).unwrap();
+    let flat = Mesh::merge(vec![slab, block]).unwrap();
+    for degrees in [-20.0, 20.0] {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), f64::to_radians(degrees));
+        let pivot = Vector3::new(1.0, 0.5, 0.0);
+        let mut mesh = flat.clone();
+        for x in &mut mesh.nodes[mesh.bodies[1].nodes.clone()] {
+            *x = (pivot + turn * (Vector3::from(*x) - pivot)).into();
+        }
+        let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let rows = evaluate(&touching(&mesh, &["block_ymin"], &x, MultiplierShape::Standard), &x, false);
+        assert_eq!(rows.len(), 9);
+        for row in rows {
+            let end = flat.nodes[row.node as usize][0] - 1.0;
+            let points_down = end * f64::signum(-degrees) > 0.3;
+            let corner = end.abs() > 0.3 && (flat.nodes[row.node as usize][2] - 0.5).abs() > 0.1;
+            if corner && !points_down {
+                continue; // its cone is wider
+            }
+            let points_up = end * f64::signum(degrees) > 0.3;
+            let turned = f64::to_radians(20.0) - WIDENING.atan();
+            let border = Rotation3::from_axis_angle(&Vector3::z_axis(), turned.copysign(degrees));
+            let expected = match (points_down, points_up) {
+                (true, _) => -Vector3::y(),
+                (_, true) => border * -Vector3::y(),
+                _ => turn * -Vector3::y(),
+            };
+            let normal = row.frame.vector(0);
+            assert!((normal - expected).norm() < 1e-12, "{degrees}°, x = {end}: {normal}");
+        }
+    }
+}
+
 fn rotated(x: &[f64], axis: Vector3<f64>, degrees: f64) -> Vec<f64> {
     let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis), f64::to_radians(degrees));
     let shift = Vector3::new(0.3, -0.2, 0.7);
@@ -175,9 +236,7 @@ fn rotated(x: &[f64], axis: Vector3<f64>, degrees: f64) -> Vec<f64> {
 /// includes spin about the contact normal.
 #[test]
 fn slip_increment_is_objective() {
-    for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
-        let x = disturbed(&mesh, 3);
-        let interface = interface(&mesh, slaves, &x, shape);
+    for (_, shape, x, interface) in interfaces(3) {
         let before = evaluate(&interface, &x, false);
         for axis in [Vector3::y(), Vector3::x(), Vector3::new(1.0, 2.0, -0.5)] {
             for degrees in [1.0, 30.0, 90.0, 180.0] {
@@ -197,9 +256,8 @@ fn slip_increment_is_objective() {
 /// The slip between two states does not change when the second one is seen from a turned frame.
 #[test]
 fn slip_of_a_sliding_pair_turns_with_the_body() {
-    for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
-        let (x_before, x) = (disturbed(&mesh, 4), disturbed(&mesh, 5));
-        let interface = interface(&mesh, slaves, &x, shape);
+    for (mesh, _, x, interface) in interfaces(5) {
+        let x_before = disturbed(&mesh, 4);
         let before = evaluate(&interface, &x_before, false);
         let straight = measures(&evaluate(&interface, &x, false), &before, &x);
         let turned = rotated(&x, Vector3::new(0.4, 1.0, 0.2), 70.0);

@@ -18,7 +18,9 @@
 //! ```
 //!
 //! with τ̄^ξ the tangent of the patch's own averaged frame. An edge that slides on a flat face then
-//! has the normal of that face, regardless of which of the two is the slave.
+//! has the normal of that face, regardless of which of the two is the slave. With a normal cone, the
+//! projection of m onto it takes the place of m, also where the slave surface ends at an edge of its
+//! body ([`super::cone`]).
 //!
 //! On a symmetry plane, the frame is that of the whole body: s without its component normal to the
 //! plane, which the facets on the other side cancel, and τ^ξ normal to the plane.
@@ -74,8 +76,8 @@ impl NodalFrame {
         self.gradient[(3 * b + c) * self.columns() + t]
     }
 
-    /// Rotates the averaged frame of a patch at a sharp edge so that its normal has the direction
-    /// of `facing`.
+    /// Rotates the averaged frame of a patch at an edge so that its normal has the direction of
+    /// `facing`.
     ///
     /// `facing_gradient[c * columns + t]` is its derivative over the whole support, with the ring
     /// first; `mirrored` as in [`nodal_frame`]. `None` if no direction is left.
@@ -129,12 +131,12 @@ impl NodalFrame {
 }
 
 /// The projection onto all symmetry planes through a node.
-fn within(mirrored: [bool; 3]) -> Matrix3<f64> {
+pub(super) fn within(mirrored: [bool; 3]) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Vector3::from(mirrored.map(|across| if across { 0.0 } else { 1.0 })))
 }
 
 /// Derivative of `v / ‖v‖` applied from the left: `(I − u uᵀ)/‖v‖`.
-fn normalisation_slope(unit: &Vector3<f64>, length: f64) -> Matrix3<f64> {
+pub(super) fn normalisation_slope(unit: &Vector3<f64>, length: f64) -> Matrix3<f64> {
     (Matrix3::identity() - unit * unit.transpose()) / length
 }
 
@@ -157,21 +159,9 @@ pub fn nodal_frame(
 ) -> Option<()> {
     let columns = 3 * ring.len();
     let own = corners.first()?.own;
-    let mut sum = Vector3::zeros();
-    for corner in corners {
-        let normal = corner_normal(ring, corner).2;
-        let length = normal.norm();
-        if length > 0.0 {
-            sum += normal / length;
-        }
-    }
-    let within = within(mirrored);
-    let sum = within * sum;
-    let length = sum.norm();
-    if !(length > 1e-8) {
-        return None;
-    }
-    let n = sum / length;
+    out.gradient.clear();
+    out.gradient.resize(if with_gradient { 9 * columns } else { 0 }, 0.0);
+    let n = averaged_normal(ring, corners, mirrored, &mut out.gradient)?;
     let axis = mirrored.iter().position(|&across| across);
     let e = match axis {
         Some(axis) => Vector3::ith(axis, 1.0),
@@ -186,32 +176,10 @@ pub fn nodal_frame(
     let eta = n.cross(&xi);
     out.across = [axis.is_some(), mirrored.iter().filter(|&&across| across).count() > 1];
     out.basis = Matrix3::from_rows(&[n.transpose(), xi.transpose(), eta.transpose()]);
-    out.gradient.clear();
     if !with_gradient {
         return Some(());
     }
-    out.gradient.resize(9 * columns, 0.0);
     let gradient = &mut out.gradient;
-    // normal
-    let outer = normalisation_slope(&n, length) * within;
-    for corner in corners {
-        let (a, b, normal) = corner_normal(ring, corner);
-        let size = normal.norm();
-        if size == 0.0 {
-            continue;
-        }
-        let slope = outer * normalisation_slope(&(normal / size), size);
-        let (by_next, by_previous) = (-slope * b.cross_matrix(), slope * a.cross_matrix());
-        for (node, block) in
-            [(corner.next, by_next), (corner.previous, by_previous), (corner.own, -by_next - by_previous)]
-        {
-            for r in 0..3 {
-                for c in 0..3 {
-                    gradient[r * columns + 3 * node + c] += block[(r, c)];
-                }
-            }
-        }
-    }
     // tangents, column by column
     let tangent_slope = normalisation_slope(&xi, tangent_length);
     for t in 0..columns {
@@ -231,6 +199,56 @@ pub fn nodal_frame(
         }
     }
     Some(())
+}
+
+/// The normalised sum of the unit normals of facets, within the symmetry planes through the node; adds
+/// its gradient over the ring, three rows, to `gradient` unless that is empty. `None` if no
+/// direction is left.
+pub fn averaged_normal(
+    ring: &[Vector3<f64>],
+    corners: &[RingCorner],
+    mirrored: [bool; 3],
+    gradient: &mut [f64],
+) -> Option<Vector3<f64>> {
+    let columns = 3 * ring.len();
+    let mut sum = Vector3::zeros();
+    for corner in corners {
+        let normal = corner_normal(ring, corner).2;
+        let length = normal.norm();
+        if length > 0.0 {
+            sum += normal / length;
+        }
+    }
+    let within = within(mirrored);
+    let sum = within * sum;
+    let length = sum.norm();
+    if !(length > 1e-8) {
+        return None;
+    }
+    let n = sum / length;
+    if gradient.is_empty() {
+        return Some(n);
+    }
+    let outer = normalisation_slope(&n, length) * within;
+    for corner in corners {
+        let (a, b, normal) = corner_normal(ring, corner);
+        let size = normal.norm();
+        if size == 0.0 {
+            continue;
+        }
+        let slope = outer * normalisation_slope(&(normal / size), size);
+        let (by_next, by_previous) = (-slope * b.cross_matrix(), slope * a.cross_matrix());
+        for (node, block) in
+            [(corner.next, by_next), (corner.previous, by_previous), (corner.own, -by_next - by_previous)]
+        {
+            for r in 0..3 {
+                for c in 0..3 {
+                    gradient[r * columns + 3 * node + c] += block[(r, c)];
+                }
+            }
+        }
+    }
+    Some(n)
 }
 
 /// Edges to the next and previous corner and their cross product, the facet's (not normalised)

@@ -4,11 +4,12 @@
 //! In reading order: [`clip`] (overlap of two projected facets), [`cell_rule`] (quadrature on its
 //! triangles), `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one
 //! pair), [`height`] (the true surface above a facet), `plane` (the auxiliary plane of a slave facet), [`coupling`] (one slave facet with all
-//! its masters, dual shapes), [`frame`] (nodal normal and tangents), [`rows`] (everything collected
+//! its masters, dual shapes), [`frame`] (nodal normal and tangents), [`cone`] (the normal at an edge), [`rows`] (everything collected
 //! per slave node).
 
 pub mod cell_rule;
 pub mod clip;
+pub mod cone;
 pub mod coupling;
 pub mod facet_pair;
 pub mod frame;

@@ -1,15 +1,16 @@
 //! The data that the enforcement needs at a slave node: mortar row, frame, weighted gap and slip
 //! increment.
 
+use super::cone::{Projection, WIDENING};
 use super::coupling::FacetCoupling;
-use super::frame::{NodalFrame, nodal_frame};
+use super::frame::{NodalFrame, RingCorner, averaged_normal, nodal_frame, normalisation_slope, within};
 use crate::interface::SlaveNode;
 use nalgebra::{Vector2, Vector3};
 
 /// Mortar row and frame of one slave node at given positions, with gradients if requested.
 ///
-/// The support lists first the node's ring (all slave nodes of the facets around it, or of its
-/// patch at a sharp edge), then the master nodes. All gradients are with respect to the current
+/// The support lists first the node's ring (all nodes of the slave facets around it, or of its patch
+/// at a sharp edge, and those of further facets that its normal depends on), then the master nodes. All gradients are with respect to the current
 /// positions of the support, three coordinates per node.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NodeKinematics {
@@ -23,8 +24,7 @@ pub struct NodeKinematics {
     pub coefficient: Vec<f64>,
     /// `gradient[s * 3 |support| + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// Normal and tangents with their gradient over the ring, or at a sharp edge over the whole
-    /// support.
+    /// Normal and tangents with their gradient over the ring, or at an edge over the whole support.
     pub frame: NodalFrame,
     /// Tributary area of the overlap, Σ_k D_jk. Zero if nothing lies opposite. \[L²\]
     pub area: f64,
@@ -112,7 +112,10 @@ impl NodeKinematics {
         }
         let ring: Vec<Vector3<f64>> = slave.ring.iter().map(|&m| position(x, m)).collect();
         let frame = nodal_frame(&ring, &slave.corners, slave.edge, slave.mirrored, with_gradient, &mut self.frame);
-        if frame.is_none() || (slave.sharp && self.turn_to_master(slave, couplings, with_gradient).is_none()) {
+        if frame.is_none() {
+            return false;
+        }
+        if slave.follows_master() && self.turn_to_master(slave, couplings, &ring, with_gradient).is_none() {
             return false;
         }
         self.form_relative(x, with_gradient);
@@ -149,9 +152,15 @@ impl NodeKinematics {
         }
     }
 
-    /// Sets the normal of the frame of a patch at a sharp edge to that of the opposite master; if
-    /// there is none, the normal of the patch is kept.
-    fn turn_to_master(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], with_gradient: bool) -> Option<()> {
+    /// Sets the normal of the frame at an edge to that of the opposite master, or to its projection
+    /// onto the normal cone; if there is no master, the normal of the patch is kept.
+    fn turn_to_master(
+        &mut self,
+        slave: &SlaveNode,
+        couplings: &[FacetCoupling],
+        ring: &[Vector3<f64>],
+        with_gradient: bool,
+    ) -> Option<()> {
         let columns = 3 * self.support.len();
         let mut facing = Vector3::zeros();
         let mut gradient = vec![0.0; if with_gradient { 3 * columns } else { 0 }];
@@ -176,6 +185,9 @@ impl NodeKinematics {
         }
         if facing == Vector3::zeros() {
             return Some(());
+        }
+        if !slave.cone.is_empty() {
+            project(slave, ring, &mut facing, &mut gradient)?;
         }
         self.frame.turn_to(&facing, &gradient, slave.mirrored, with_gradient)
     }
@@ -356,6 +368,43 @@ impl NodeKinematics {
             }
         }
     }
+}
+
+/// Replaces the direction `facing`, with its gradient over the support, by its projection onto the
+/// normal cone of the node; `gradient` is empty if none is wanted.
+///
+/// Test: `gap_and_slip_gradients` (tests/kinematics.rs).
+fn project(slave: &SlaveNode, ring: &[Vector3<f64>], facing: &mut Vector3<f64>, gradient: &mut [f64]) -> Option<()> {
+    let normal =
+        |corners: &Vec<RingCorner>, gradient: &mut [f64]| averaged_normal(ring, corners, slave.mirrored, gradient);
+    let generators: Option<Vec<Vector3<f64>>> = slave.cone.iter().map(|corners| normal(corners, &mut [])).collect();
+    let within = within(slave.mirrored);
+    let seen = within * *facing;
+    let (length, unit) = (seen.norm(), seen.normalize());
+    if !(length > 0.0) {
+        return None;
+    }
+    let projection = Projection::onto_widened(&unit, &generators?, WIDENING);
+    *facing = projection.value;
+    if gradient.is_empty() {
+        return Some(());
+    }
+    let columns = gradient.len() / 3;
+    let by_facing = projection.by_vector * normalisation_slope(&unit, length) * within;
+    for t in 0..columns {
+        let slope = by_facing * Vector3::from_fn(|c, _| gradient[c * columns + t]);
+        (0..3).for_each(|c| gradient[c * columns + t] = slope[c]);
+    }
+    let own = 3 * ring.len();
+    for (generator, by) in projection.by_generator {
+        let mut of_normal = vec![0.0; 3 * own];
+        normal(&slave.cone[generator], &mut of_normal)?;
+        for t in 0..own {
+            let slope = by * Vector3::from_fn(|c, _| of_normal[c * own + t]);
+            (0..3).for_each(|c| gradient[c * columns + t] += slope[c]);
+        }
+    }
+    Some(())
 }
 
 fn reset(values: &mut Vec<f64>, length: usize) {

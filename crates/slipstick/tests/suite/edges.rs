@@ -4,6 +4,7 @@
 //!
 //!     docs/edges/measure.sh
 
+mod ends;
 mod fields;
 mod gradients;
 mod nose;

@@ -3,7 +3,7 @@
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Shape, Stiffness, StiffnessScaling, Surfaces,
+    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Stiffness, StiffnessScaling, Surfaces,
     ToleranceScaling,
 };
 use super::super::typed::Table;
@@ -110,6 +110,8 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
     let surfaces =
         table.word("surfaces", &[("smooth", Surfaces::Smooth), ("faceted", Surfaces::Faceted)]).or(Surfaces::Smooth);
     let adjust = positive(&table, "adjust").optional();
+    let normals =
+        table.word("normals", &[("touched", Normals::Touched), ("averaged", Normals::Averaged)]).or(Normals::Averaged);
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     if tied {
         refuse_with_tied(&table);
@@ -146,13 +148,14 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         edge_cover,
         surfaces,
         adjust,
+        normals,
         enforcement,
     }
 }
 
 /// Refuses the keys that have no meaning for tied surfaces.
 fn refuse_with_tied(table: &Table<'_>) {
-    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover", "surfaces", "adjust"] {
+    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover", "surfaces", "normals", "adjust"] {
         if table.has(key) {
             let message = format!("`{key}` has no meaning for tied surfaces, which neither separate nor slide");
             let help = format!("omit `{key}`, or `tied`");

@@ -49,6 +49,8 @@ pub struct Contact {
     /// do. \[L\]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjust: Option<f64>,
+    /// The direction of contact forces where the slave surface meets an edge of its body.
+    pub normals: Normals,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
 }
@@ -63,6 +65,19 @@ pub enum Surfaces {
     Smooth,
     /// The facets themselves.
     Faceted,
+}
+
+/// The normals of slave nodes at edges of their body; elsewhere, normals are averaged over the facets
+/// around the node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Normals {
+    /// Those of the master, within the normal cone of the edge.
+    Touched,
+    /// Those of the slave facets around the node; at a sharp edge within the slave surface, those of
+    /// the master.
+    #[default]
+    Averaged,
 }
 
 impl Contact {

@@ -9,12 +9,12 @@ use slipstick::build::Problem;
 /// As in `tests/suite/gradient.rs`.
 const BOUND: f64 = 1e-7;
 
-fn methods() -> [(&'static str, String); 3] {
+pub fn methods() -> [(&'static str, String); 3] {
     [("Lagrange", LAGRANGE.into()), ("penalty", penalty(2e4)), ("augmented", augmented(1e4, 1e-11))]
 }
 
 /// Compares, and returns the statuses of all states and the compliance of each row at the last one.
-fn check(name: &str, problem: &mut Problem) -> (Vec<Vec<char>>, Vec<f64>) {
+pub fn check(name: &str, problem: &mut Problem) -> (Vec<Vec<char>>, Vec<f64>) {
     let density = random_density(problem, 7);
     let checked = check_gradient(problem, &density);
     println!("{name}: error {:.1e}, {:?}", checked.error, checked.statuses);

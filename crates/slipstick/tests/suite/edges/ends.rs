@@ -1,0 +1,82 @@
+//! Edges of bodies at which the slave surface ends: the work of frictionless contact there, and
+//! gradients.
+
+use super::gradients::{check, methods};
+use super::{body, even, grid, solve};
+use crate::common::problem_with;
+use crate::common::scene::Scene;
+use slipstick::quantities::quantities;
+
+/// Two elastic arms, clamped at their left ends, in plane strain: the upper one is pressed down at
+/// its middle until its end slides along the lower one, which bends. `pair`: slave and master. Returns
+/// the fraction of the external work that contact takes, and the deflection of the lower arm's end.
+fn arms(pair: [&str; 2], shape: &str, normals: &str) -> [f64; 2] {
+    let [slave, master] = pair;
+    let text = format!(
+        "{}{}[[set]]\nname = 'all'\nboxes = [{{ min = [-9, -9, -9], max = [9, 9, 9] }}]\n\
+         [[set]]\nname = 'middle'\nboxes = [{{ min = [1.49, 1.55, -9], max = [1.51, 9, 9] }}]\n\
+         [[contact]]\nslave = '{slave}'\nmaster = '{master}'\nfriction = 0.0\n\
+         multiplier_shape = '{shape}'\nnormals = '{normals}'\n\
+         [[dirichlet]]\nset = 'all'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'up_xmin'\ncomponents = ['x', 'y']\n\
+         [[dirichlet]]\nset = 'low_xmin'\ncomponents = ['x', 'y']\n\
+         [[dirichlet]]\nset = 'middle'\ncomponents = ['y']\nmotion = [{{ t = 1, u = [0, -1.1, 0] }}]\n\
+         [[quantity]]\nname = 'end'\ndisplacement = {{ set = 'low_xmax', component = 'y' }}\n\
+         [load_path]\nsteps = 24\n",
+        body("up", 1.0),
+        body("low", 1.0),
+    );
+    let across = [0.0, 0.2];
+    let meshes = [
+        ("up", grid("up", [&even(0.0, 3.0, 30), &even(1.2, 1.6, 4), &across])),
+        ("low", grid("low", [&even(0.0, 4.03, 40), &even(-0.4, 0.0, 4), &across])),
+    ];
+    let solved = solve(&text, &meshes);
+    let found = quantities(&solved.problem, &solved.forward.path);
+    let last = |name: &str| *found.get(name).expect(name).last().expect("a row");
+    [last("contact_work") / last("external_work"), last("end")]
+}
+
+/// The normal of the edge is that of the face it slides on: frictionless contact takes no work, and
+/// either side can be the slave. With averaged normals, the edge pushes along the normal of the end
+/// that bends away, which takes 2 % of the work.
+#[test]
+fn frictionless_contact_at_the_end_of_an_arm_takes_no_work() {
+    for shape in ["standard", "dual"] {
+        let edge = arms(["up_ymin", "low_ymax"], shape, "touched");
+        let face = arms(["low_ymax", "up_ymin"], shape, "touched");
+        let averaged = arms(["up_ymin", "low_ymax"], shape, "averaged");
+        println!("| {shape} | {:.2} % | {:.2} % | {:.2} % |", 100.0 * averaged[0], 100.0 * edge[0], 100.0 * face[0]);
+        assert!(edge[0].abs() < 1e-3 && face[0].abs() < 1e-3, "{shape}: {edge:?} {face:?}");
+        assert!((edge[1] / face[1] - 1.0).abs() < 3e-3, "{shape}: {edge:?} {face:?}");
+        assert!(averaged[0] > 0.015, "{shape}: {averaged:?}");
+    }
+}
+
+/// A block whose bottom alone is the slave is pressed onto a slab and dragged: all nodes of the bottom
+/// lie on edges of the block, and their normals depend on both bodies.
+#[test]
+fn gradient_where_the_slave_surface_ends_at_an_edge() {
+    for (method, enforcement) in methods() {
+        for shape in ["standard", "dual"] {
+            let scene = Scene {
+                slab: [3, 1, 2],
+                block: [2, 1, 1],
+                corner: [0.4, 1.0, 0.1],
+                enforcement: enforcement.clone(),
+                shape,
+                friction: 0.4,
+                motion: "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.2, -0.12, 0.06] }]".into(),
+                steps: 5,
+                ..Scene::default()
+            };
+            let text = scene.text().replace("multiplier_shape", "normals = \"touched\"\nmultiplier_shape");
+            let mut problem = problem_with(&text, &[]);
+            let nodes = problem.analysis.model().interfaces()[0].interface.slave_nodes();
+            assert!(nodes.len() == 6 && nodes.iter().all(|slave| slave.follows_master()), "{method} {shape}");
+            let (statuses, _) = check(&format!("{method} {shape}"), &mut problem);
+            let moving = |state: &Vec<char>| state.iter().filter(|status| **status != 'o').count() > 2;
+            assert!(statuses.last().is_some_and(moving), "{method} {shape}: {statuses:?}");
+        }
+    }
+}
