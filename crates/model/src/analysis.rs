@@ -7,7 +7,7 @@ mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
 pub(crate) use chain::{PreviousData, StateData, steps_of};
-pub use load_cases::LoadCases;
+pub use load_cases::{Designs, LoadCases};
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;

@@ -38,17 +38,16 @@
 //! difference. Tests: `work_is_stored_or_taken_by_contact`,
 //! `friction_work_is_contact_work_at_small_strains`.
 
-use std::borrow::Cow;
-use std::sync::Arc;
+mod recording;
 
-use nalgebra::Vector3;
-use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
+pub use recording::{Reached, Recording};
+
+use slipstick_design::quantity::ExternalWork;
 use slipstick_mesh::{Mesh, Rigid};
-use slipstick_path::{Path, StepState};
+use slipstick_path::Path;
 
-use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
-use crate::losses::{ContactAt, Losses, LostWork};
-use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::losses::LostWork;
+use crate::model::{ContactModel, NodalContact};
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
 
@@ -166,111 +165,12 @@ pub struct EnergyJump {
 /// Computes the quantities of all completed load steps of a path. All ranks call it and receive the
 /// same, except for the overlaps.
 pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
-    let (mesh, analysis) = (&problem.mesh, &problem.analysis);
-    let model = analysis.model();
-    let recorder = Recorder {
-        mesh,
-        model,
-        supports: supports(&problem.mesh, model),
-        own: &problem.quantities,
-        external_work: external_work("external_work", &problem.mesh),
-    };
-    let own_reads = problem.quantities.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
-    let reads = own_reads.or(recorder.external_work.reads()).or(Reads {
-        reaction: true,
-        contact: true,
-        energy: true,
-        ..Reads::default()
-    });
-    let user_steps = steps_of(path);
-    let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
-    let ranks = model.share().ranks().clone();
-    let mut result =
-        Quantities { names: recorder.names(), rows: Vec::new(), overlaps: overlaps(problem, path), losses: Vec::new() };
-    let mut sums = Sums::default();
-    let mut last: Option<Last<'_>> = None;
+    let ranks = problem.analysis.model().share().ranks().clone();
+    let mut recording = Recording::of(problem);
     for (index, at) in path.states.iter().enumerate() {
-        let (now, design) = (path.state(index, &*ranks), analysis.design_at(at.time));
-        let before = last.take().filter(|_| !at.rest);
-        if before.is_none() {
-            sums.report(mesh, model, &mut result.losses);
-            sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
-        }
-        let previous = before.as_ref().map_or(&now, |last| &last.state);
-        let evaluated = StateData::of(design, reads, at.time, previous, &now);
-        let step = at.completes.or((index == 0).then_some(0));
-        let mut data = match evaluated {
-            Ok(data) if !sums.broken => data,
-            _ => {
-                sums.broken = true;
-                result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
-                let (contact, seen) = (ContactResults::default(), PreviousData::default());
-                last = Some(Last { state: now, time: at.time, contact, pressed: Vec::new(), seen });
-                continue;
-            }
-        };
-        let contact = data.results.take().unwrap_or_default();
-        let pressed = pressed(design.model(), &contact, at.time);
-        let (state, earlier, seen) = match before {
-            Some(Last { state, time, contact, pressed, seen }) => (Some((state, time, contact)), pressed, seen),
-            None => (None, Vec::new(), PreviousData::at_rest(design, at.time, &now)),
-        };
-        let data = data.after(seen);
-        // the step of the load case in progress
-        let place = (user_steps[index].saturating_sub(1) % steps.max(1) + 1, steps);
-        let value = |quantity: &dyn Quantity| quantity.value(&data.view(design, &now, place));
-        let own: Vec<f64> = recorder.own.iter().map(|quantity| value(&**quantity)).collect();
-        if let Some((state, before, old)) = &state {
-            let external = value(&recorder.external_work);
-            let both = earlier.iter().zip(&pressed);
-            let offset = both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
-            sums.external += external;
-            sums.offset += offset;
-            sums.done += external.abs() + offset.abs();
-            sums.add(design.model(), (state, *before, old), (&now, at.time, &contact));
-            sums.add_own(recorder.own, &own);
-            let span = at.time - path.states[index - 1].time;
-            sums.viscous += model.viscosity().work(&state.unknowns, &now.unknowns, span);
-        }
-        if let Some(step) = step {
-            result.rows.push(QuantityRow {
-                step,
-                time: at.time,
-                values: recorder.values(&now, &data, &contact, &sums, &own),
-                slipped: sums.slipped.clone(),
-            });
-        }
-        let seen = match at.rest {
-            true => PreviousData::at_rest(design, at.time, &now),
-            false => data.into_previous(&now),
-        };
-        last = Some(Last { state: now, time: at.time, contact, pressed, seen });
+        recording.add(at.into(), path.state(index, &*ranks));
     }
-    sums.report(mesh, model, &mut result.losses);
-    result
-}
-
-/// The last state treated.
-struct Last<'a> {
-    state: Cow<'a, StepState>,
-    /// Its pseudo-time.
-    time: f64,
-    contact: ContactResults,
-    /// Force against the offset of each pair, and the offset. \[F, L\]
-    pressed: Vec<[f64; 2]>,
-    /// What quantities at the next state see of it.
-    seen: PreviousData,
-}
-
-/// The force against the offset of each pair, Σ s_j A_j ζ_nj, and the offset, at a pseudo-time.
-/// \[F, L\]
-fn pressed(model: &ContactModel, contact: &ContactResults, time: f64) -> Vec<[f64; 2]> {
-    let of = |(pair, nodes): (&ModelInterface, &[NodalContact])| {
-        let slant = |j: usize| pair.slants.get(j).copied().unwrap_or(1.0);
-        let force = |(j, at): (usize, &NodalContact)| slant(j) * at.covered_area * at.multiplier[0];
-        [nodes.iter().enumerate().map(force).sum(), pair.offset_at(time)]
-    };
-    model.interfaces().iter().zip(model.by_pair(&contact.nodes)).map(of).collect()
+    recording.finish(overlaps(problem, path))
 }
 
 /// Σ A_j ζ_nj. \[F\]
@@ -325,70 +225,6 @@ impl Support {
         let mut components = [false; 3];
         self.unknowns.iter().for_each(|unknown| components[(unknown % 3) as usize] = true);
         (nodes, components)
-    }
-}
-
-/// Work since the start of the load case. \[F L\]
-#[derive(Debug, Default)]
-struct Sums {
-    external: f64,
-    offset: f64,
-    viscous: f64,
-    contact: f64,
-    /// Of each pair.
-    friction: Vec<f64>,
-    /// Of the case's own quantities that accumulate; the others are 0.
-    own: Vec<f64>,
-    /// As [`QuantityRow::slipped`].
-    slipped: Vec<Slipped>,
-    /// Sum of the magnitudes of the work of loads, supports and offsets in each (sub-)step.
-    done: f64,
-    lost: Losses,
-    /// A state since then could not be evaluated.
-    broken: bool,
-}
-
-impl Sums {
-    /// Adds what the load case lost to the pairs that are reported, or replaces a smaller loss.
-    fn report(&self, mesh: &Mesh, model: &ContactModel, reported: &mut Vec<LostWork>) {
-        for lost in self.lost.reported(model, &mesh.nodes, self.done) {
-            match reported.iter_mut().find(|known| known.pair == lost.pair) {
-                Some(known) if known.fraction.abs() < lost.fraction.abs() => *known = lost,
-                Some(_) => {}
-                None => reported.push(lost),
-            }
-        }
-    }
-
-    fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
-        for ((sum, quantity), value) in self.own.iter_mut().zip(own).zip(values) {
-            *sum += if quantity.accumulates() { *value } else { 0.0 };
-        }
-    }
-
-    fn add(
-        &mut self,
-        model: &ContactModel,
-        (before, earlier, old): (&StepState, f64, &ContactResults),
-        (now, time, contact): (&StepState, f64, &ContactResults),
-    ) {
-        let [from, to] = [before, now].map(|state| model.contact_positions(&state.unknowns));
-        self.lost.add(
-            model,
-            &ContactAt { positions: &from, results: old, time: earlier },
-            &ContactAt { positions: &to, results: contact, time },
-        );
-        for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
-            self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
-        }
-        if self.slipped.is_empty() {
-            self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
-        }
-        for (slipped, at) in self.slipped.iter_mut().zip(&contact.nodes).filter(|(_, at)| at.status as u8 != 0) {
-            slipped.distance += at.slip[0].hypot(at.slip[1]);
-            slipped.work += at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
-        }
-        self.friction = model.by_pair(&self.slipped).map(|nodes| nodes.iter().map(|node| node.work).sum()).collect();
     }
 }
 
@@ -460,96 +296,6 @@ pub fn external_work(name: impl Into<String>, mesh: &Mesh) -> ExternalWork {
     let references: Vec<u32> = mesh.rigid.iter().flat_map(|rigid| [rigid.reference, rigid.rotation()]).collect();
     let nodes = (0..mesh.nodes.len() as u32).filter(|node| !references.contains(node));
     work.on(nodes.flat_map(|node| (0..3).map(move |c| 3 * node + c)).collect())
-}
-
-struct Recorder<'a> {
-    mesh: &'a Mesh,
-    model: &'a ContactModel,
-    supports: Vec<Support>,
-    own: &'a [Arc<dyn Quantity>],
-    external_work: ExternalWork,
-}
-
-impl Recorder<'_> {
-    fn names(&self) -> Vec<QuantityName> {
-        let mut names = built_in(self.mesh, self.model, &self.supports);
-        for quantity in self.own {
-            let (name, unit) = (quantity.name().to_owned(), quantity.dimension().symbol());
-            names.push(QuantityName { name: name.clone(), subject: Subject::Case, what: name, unit });
-        }
-        names
-    }
-
-    /// Moment of the forces at the nodes of a rigid body about its reference point, at its current
-    /// position. \[F L\]
-    fn moment(&self, rigid: &Rigid, d: &[f64], force: &[f64]) -> [f64; 3] {
-        let vector = |v: &[f64], node: usize| Vector3::from_column_slice(&v[3 * node..][..3]);
-        let place = |node: usize| Vector3::from(self.mesh.nodes[node]) + vector(d, node);
-        let centre = place(rigid.reference as usize);
-        let nodes = self.mesh.bodies[rigid.body].nodes.clone();
-        nodes.map(|node| (place(node) - centre).cross(&vector(force, node))).sum::<Vector3<f64>>().into()
-    }
-
-    fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
-        QuantityRow { step, time, values: vec![f64::NAN; count], slipped: Vec::new() }
-    }
-
-    fn values(
-        &self,
-        state: &StepState,
-        data: &StateData,
-        contact: &ContactResults,
-        sums: &Sums,
-        own: &[f64],
-    ) -> Vec<f64> {
-        let mut values = Vec::new();
-        for support in &self.supports {
-            let (nodes, components) = support.nodes();
-            if let Some(rigid) = &support.rigid {
-                let at = 3 * rigid.reference as usize;
-                values.extend_from_slice(&state.unknowns[at..at + 3]);
-                values.extend(self.model.rotation(rigid, &state.unknowns).unwrap_or_default());
-            } else if support.set.is_some() {
-                for c in 0..3 {
-                    let sum: f64 = nodes.iter().map(|&node| state.unknowns[3 * node as usize + c]).sum();
-                    values.push(sum / nodes.len() as f64);
-                }
-            }
-            for c in (0..3).filter(|&c| components[c]) {
-                let own = support.unknowns.iter().filter(|&&unknown| unknown as usize % 3 == c);
-                values.push(own.map(|&unknown| data.reaction[unknown as usize]).sum());
-            }
-            if let Some(rigid) = &support.rigid {
-                values.extend(self.moment(rigid, &state.unknowns, &data.reaction));
-            }
-        }
-        let results = pair_results(self.model, contact);
-        for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
-            let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
-            let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
-            let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
-            values.extend(result.force);
-            values.push(normal_force(nodes));
-            values.push(nodes.iter().map(friction).sum());
-            values.push(result.peak_pressure);
-            values.push(in_contact().map(|at| at.covered_area).sum());
-            values.extend([count(0), count(1), count(2)]);
-            values.push(sums.friction.get(i).copied().unwrap_or(0.0));
-        }
-        let energies = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum());
-        let energies: Vec<f64> = energies.collect();
-        values.extend(&energies);
-        let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
-        values.extend([stored, dissipated, sums.external, sums.contact]);
-        values.extend(has_offset(self.model).then_some(sums.offset));
-        values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
-        values.push(sums.external + sums.offset - stored - dissipated - sums.viscous);
-        let own = self.own.iter().zip(own).zip(&sums.own);
-        values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
-        // −0 is written as 0
-        values.iter_mut().for_each(|value| *value += 0.0);
-        values
-    }
 }
 
 /// Quantities of a pair after its resultant.

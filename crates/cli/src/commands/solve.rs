@@ -1,17 +1,21 @@
 //! `slipstick solve`: the load path of one design.
 
 use serde_json::json;
-use slipstick::analysis::{Analysis, Forward};
+use slipstick::analysis::{Analysis, Designs, Forward};
 use slipstick::build::Problem;
 use slipstick::case::Case;
 use slipstick::design::ElementValues;
-use slipstick::run::{Comparison, Run, RunDirectory, comparisons, write_densities, write_path};
+use slipstick::overlaps::overlaps;
+use slipstick::path::{MarchEvent, MarchObserver};
+use slipstick::quantities::Recording;
+use slipstick::run::{Comparison, PathWriter, Run, RunDirectory, comparisons, write_densities, write_path};
 
 use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, warn_of_fallbacks, whole};
 use crate::args::Solve;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::{prepare, volume_fraction};
 use crate::table::lines;
+use crate::watch::Watch;
 use crate::{Context, Outcome, clock};
 
 /// Values of the objective per load step; `None` for steps that it does not depend on.
@@ -79,16 +83,30 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
     let directory = run.map(Run::directory);
     let mut watch = watch(context, problem, run)?.telling_steps();
     problem.analysis.measure(clock::wall);
-    let forward = match problem.analysis.forward(density, &mut watch) {
+    // the path is written while it is computed
+    problem.analysis.set_density(density);
+    let (design, cases) = (problem.analysis.design.clone(), problem.analysis.cases.clone());
+    let designs = Designs::new(&design, &cases);
+    let steps = problem.analysis.times.len() / cases.count();
+    let recording = Recording::new(&problem.mesh, &problem.quantities, designs, steps);
+    let mut writer = PathWriter::new(directory, &problem.mesh, designs, recording).live();
+    let marched = problem.analysis.forward(density, &mut Both { watch: &mut watch, writer: &mut writer });
+    let (recording, written) = writer.finish();
+    let forward = match marched {
         Ok(forward) => forward,
         Err(error) => return Err(failed(problem, &error, run)),
     };
     first(problem, || {
         watch.check()?;
+        written?;
         let write = |run: &RunDirectory| write_densities(&run.file("design.csv"), &problem.mesh, density, None, None);
         Ok(directory.map_or(Ok(()), write)?)
     })?;
-    let quantities = write_path(directory, problem, &forward.path)?;
+    let quantities = match directory {
+        // the file of the whole path is written at once
+        Some(run) if run.vtkhdf() => write_path(directory, problem, &forward.path)?,
+        _ => recording.finish(overlaps(problem, &forward.path)),
+    };
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
     let Some(directory) = directory else { return Ok(()) };
@@ -117,4 +135,22 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
     };
     context.console.text(&format!("{newton} Newton iterations{failed}; states in {}", path.join("path.pvd").display()));
     Ok(())
+}
+
+/// The watch of the run and the writer of its path.
+struct Both<'w, 'a, 'p> {
+    watch: &'w mut Watch<'a>,
+    writer: &'w mut PathWriter<'p>,
+}
+
+impl MarchObserver for Both<'_, '_, '_> {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        // what is printed is already on disk
+        self.writer.on_event(event);
+        self.watch.on_event(event);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled()
+    }
 }

@@ -121,6 +121,13 @@ mod by_signal {
         }
         std::thread::sleep(Duration::from_millis(500));
         assert!(child.try_wait().expect("known").is_none(), "the attempt lasts");
+        // the curves up to step 11 can be plotted meanwhile
+        for name in ["quantities.csv", "contact.csv"] {
+            let table = place.table(&format!("crushed_solve/{name}"));
+            assert_eq!(table.last().expect("a row")[0], "11", "{name}");
+        }
+        assert!(place.read("crushed_solve/path.pvd").contains("path_0011.vtu"));
+        place.good("render crushed_solve --curve time strain_energy");
         let sent = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
         assert!(sent.success());
         let ended = (0..300).find_map(|_| {
@@ -133,6 +140,39 @@ mod by_signal {
         assert_eq!(ended.expect("ends within an iteration").code(), Some(4));
         assert!(place.path("crushed_solve/path_0011.vtu").exists());
         assert_eq!(place.json("crushed_solve/run.json")["exit"], "interrupted");
+    }
+
+    /// What a killed run leaves behind is the beginning of what the whole run writes.
+    #[test]
+    fn a_killed_analysis_leaves_its_curves() {
+        let place = Place::with("steps = 4", "steps = 60");
+        let mut child =
+            place.command("solve case.toml --json --out killed").stdout(Stdio::piped()).spawn().expect("it runs");
+        let mut reader = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = String::new();
+        while !line.contains("\"step\":9,") {
+            line.clear();
+            assert!(reader.read_line(&mut line).expect("text") > 0, "ended before step 9");
+        }
+        child.kill().expect("killed");
+        child.wait().expect("ends");
+        place.good("solve case.toml --out whole -q");
+        for name in ["quantities.csv", "contact.csv"] {
+            let [killed, whole] = ["killed", "whole"].map(|run| place.read(&format!("{run}/{name}")));
+            assert!(whole.starts_with(&killed) && killed.ends_with('\n'), "{name}");
+            let steps: Vec<&str> = killed.lines().skip(1).map(|line| line.split(',').next().expect("a cell")).collect();
+            assert!(steps.len() > 9 && steps.contains(&"9") && whole.len() > killed.len(), "{name}: {steps:?}");
+        }
+        let listed = place.read("killed/path.pvd").matches(".vtu").count();
+        assert!((10..61).contains(&listed), "{listed}");
+        for step in 0..listed {
+            let name = format!("path_{step:04}.vtu");
+            let [killed, whole] =
+                ["killed", "whole"].map(|run| std::fs::read(place.path(run).join(&name)).expect("it"));
+            assert!(killed == whole, "{name}");
+        }
+        place.good("render killed --curve time strain_energy");
+        place.good("render killed -o picture.png");
     }
 
     const CRUSHED: &str = r#"

@@ -18,7 +18,7 @@ use slipstick_solid::MaterialError;
 
 use super::Analysis;
 use super::chain::{Adapter, add_density_derivative};
-use crate::model::{Design, Variation, Workspace, course};
+use crate::model::{ContactModel, Design, Variation, Workspace, course};
 use crate::side_by_side::{Stop, side_by_side};
 
 /// The number of load cases, and the models of those that differ.
@@ -103,6 +103,30 @@ impl LoadCases {
     }
 }
 
+/// The discrete problems of all load cases.
+#[derive(Clone, Copy)]
+pub struct Designs<'a> {
+    shared: &'a Design,
+    cases: &'a LoadCases,
+}
+
+impl<'a> Designs<'a> {
+    /// `shared` is that of the load cases that do not differ.
+    pub fn new(shared: &'a Design, cases: &'a LoadCases) -> Self {
+        Self { shared, cases }
+    }
+
+    /// That of the load case at a pseudo-time.
+    pub fn at(self, time: f64) -> &'a Design {
+        self.cases.design_at(self.shared, time)
+    }
+
+    /// The model without what load cases change.
+    pub fn model(self) -> &'a ContactModel {
+        self.shared.model()
+    }
+}
+
 /// The solver and the buffers of one load case at a time.
 struct Lane {
     linear: LinearSystem,
@@ -114,6 +138,11 @@ impl Analysis {
     /// analysis.
     pub fn design_at(&self, time: f64) -> &Design {
         self.cases.design_at(&self.design, time)
+    }
+
+    /// The discrete problems of all load cases, with the densities of the last analysis.
+    pub fn designs(&self) -> Designs<'_> {
+        Designs::new(&self.design, &self.cases)
     }
 
     /// How many load cases, or realisations of a design, can run at the same time: as many as there

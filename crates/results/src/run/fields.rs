@@ -1,21 +1,23 @@
 //! The load path of a design as files for ParaView.
 
-use slipstick_path::{MarchFailure, Path, PathState, StepState};
+use slipstick_path::{MarchFailure, Path, StepState};
 
 use super::first::agree;
-use super::tables::{ContactTable, write_quantities};
-use super::{RunDirectory, RunError, on_first};
+use super::{PathWriter, RunDirectory, RunError, on_first};
 #[cfg(feature = "vtkhdf")]
 use crate::output::VtkHdf;
-use crate::output::{OutputError, Pvd, fields};
-use slipstick_model::analysis::pair_results;
+use crate::output::{OutputError, fields};
+use slipstick_mesh::Mesh;
+use slipstick_model::analysis::Designs;
 use slipstick_model::model::ContactResults;
+use slipstick_model::overlaps::overlaps;
 use slipstick_model::problem::Problem;
-use slipstick_model::quantities::{Quantities, Slipped, quantities};
+use slipstick_model::quantities::{Quantities, Slipped};
 
 /// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`, on request
-/// `path.vtkhdf`, `contact.csv` ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]);
-/// returns the quantities. All ranks call it; `run` is that of the first rank, if it keeps one.
+/// `path.vtkhdf`, `contact.csv` ([`ContactTable`](super::ContactTable)) and `quantities.csv`
+/// ([`write_quantities`](super::write_quantities)); returns the quantities. All ranks call it; `run` is
+/// that of the first rank, if it keeps one.
 ///
 /// The slip increment of a step that was cut back is that of its last sub-step. If a state can no
 /// longer be evaluated (which is rare, because it converged), its contact fields are left out.
@@ -23,48 +25,16 @@ use slipstick_model::quantities::{Quantities, Slipped, quantities};
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
 pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) -> Result<Quantities, RunError> {
-    let (mesh, analysis) = (&problem.mesh, &problem.analysis);
-    let ranks = analysis.model().share().ranks().clone();
-    let quantities = quantities(problem, path);
-    let written = path.with_states(&*ranks, |state| {
-        let Some(run) = run else { return Ok(()) };
-        let steps = path.states.iter().enumerate().filter(|(index, at)| step_of(*index, at).is_some()).count();
-        let mut files = Files::new(run, problem).with_series(steps)?;
-        let (mut collection, mut forces) = (Pvd::default(), ContactTable::new(mesh));
-        let mut last = None;
-        for (index, at) in path.states.iter().enumerate() {
-            let Some(step) = step_of(index, at) else { continue };
-            let now = state(index);
-            // usually the one that was written last
-            let before = last.take().filter(|(of, _)| of + 1 == index).map(|(_, state)| state);
-            let previous = match before {
-                _ if at.rest => now.clone(),
-                Some(before) => before,
-                None => state(index - 1),
-            };
-            let contact = analysis.design_at(at.time).contact_results(&previous, &now, at.time).unwrap_or_default();
-            let name = RunDirectory::numbered("path", step);
-            let slipped = quantities.rows.iter().find(|row| row.step == step).map_or(&[][..], |row| &row.slipped);
-            files.save(&name, at.time, &now, (&contact, slipped))?;
-            collection.add(at.time, run.in_series(&name))?;
-            // a state that cannot be evaluated has no results
-            if !contact.nodes.is_empty() {
-                forces.add(step, at.time, &pair_results(analysis.model(), &contact));
-            }
-            last = Some((index, now));
-        }
-        collection.save(&run.file("path.pvd"))?;
-        forces.save(run)?;
-        write_quantities(run, &quantities)?;
-        Ok(files.finish()?)
-    });
-    agree(&*ranks, written)?;
-    Ok(quantities)
-}
-
-/// The load step that a state of a path completes; its first state is step 0.
-fn step_of(index: usize, at: &PathState) -> Option<usize> {
-    at.completes.or((index == 0).then_some(0))
+    let ranks = problem.analysis.model().share().ranks().clone();
+    let mut writer = PathWriter::of(run, problem);
+    #[cfg(feature = "vtkhdf")]
+    writer.series(path.states.iter().enumerate().filter(|(index, at)| *index == 0 || at.completes.is_some()).count());
+    for (index, at) in path.states.iter().enumerate() {
+        writer.add(at.into(), path.state(index, &*ranks));
+    }
+    let (recording, written) = writer.finish();
+    agree(&*ranks, (ranks.rank() == 0).then_some(written))?;
+    Ok(recording.finish(overlaps(problem, path)))
 }
 
 /// Writes the results of a failed march, also on several ranks: the completed load steps, as
@@ -86,13 +56,14 @@ pub fn write_failure(run: Option<&RunDirectory>, problem: &Problem, failure: &Ma
 /// it is finite.
 fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> Result<bool, RunError> {
     let Some(last) = failure.path.states.last() else { return Ok(false) };
-    let design = problem.analysis.design_at(failure.increment.1);
+    let (mesh, designs) = (&problem.mesh, problem.analysis.designs());
+    let design = designs.at(failure.increment.1);
     if last.completes.is_none() && failure.path.states.len() > 1 {
         // the last two states are complete on every rank
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
         let contact = design.contact_results(previous, &last.state, last.time).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
-        Files::new(run, problem).save(&name, last.time, &last.state, (&contact, &[]))?;
+        Files::new(run, mesh, designs).save(&name, last.time, &last.state, (&contact, &[]))?;
     }
     let complete = failure.iterate.len() == last.state.unknowns.len();
     if !complete || failure.iterate.iter().any(|value| !value.is_finite()) {
@@ -100,14 +71,15 @@ fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> 
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
     let contact = design.contact_results(&last.state, &iterate, failure.increment.1).unwrap_or_default();
-    Files::whole(run, problem).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
+    Files::whole(run, mesh, designs).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
     Ok(true)
 }
 
 /// Data needed to write the states of a run.
-struct Files<'a> {
+pub(super) struct Files<'a> {
     run: &'a RunDirectory,
-    problem: &'a Problem,
+    mesh: &'a Mesh,
+    designs: Designs<'a>,
     /// The piece of every element, if meshes are also written in pieces.
     pieces: Option<Vec<u32>>,
     /// The file of the whole path, if it is wanted.
@@ -116,35 +88,35 @@ struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    fn new(run: &'a RunDirectory, problem: &'a Problem) -> Self {
-        let pieces = run.pieces(problem.analysis.model().share(), problem.mesh.elements.len());
-        Self { pieces, ..Self::whole(run, problem) }
+    pub fn new(run: &'a RunDirectory, mesh: &'a Mesh, designs: Designs<'a>) -> Self {
+        let pieces = run.pieces(designs.model().share(), mesh.elements.len());
+        Self { pieces, ..Self::whole(run, mesh, designs) }
     }
 
     /// Files that are not written in pieces.
-    fn whole(run: &'a RunDirectory, problem: &'a Problem) -> Self {
+    fn whole(run: &'a RunDirectory, mesh: &'a Mesh, designs: Designs<'a>) -> Self {
         Self {
             run,
-            problem,
+            mesh,
+            designs,
             pieces: None,
             #[cfg(feature = "vtkhdf")]
             series: None,
         }
     }
 
-    /// The states that are saved next are the `steps` steps of the path.
-    #[cfg_attr(not(feature = "vtkhdf"), expect(unused_variables))]
-    fn with_series(self, steps: usize) -> Result<Self, OutputError> {
-        #[cfg(feature = "vtkhdf")]
+    /// The states that are saved next are the `steps` steps of the path, which are also written as one file
+    /// if this is wanted.
+    #[cfg(feature = "vtkhdf")]
+    pub fn series(&mut self, steps: usize) -> Result<(), OutputError> {
         if self.run.vtkhdf() {
-            let series = Some(VtkHdf::create(&self.run.file("path.vtkhdf"), &self.problem.mesh, steps)?);
-            return Ok(Self { series, ..self });
+            self.series = Some(VtkHdf::create(&self.run.file("path.vtkhdf"), self.mesh, steps)?);
         }
-        Ok(self)
+        Ok(())
     }
 
     /// Completes the file of the whole path.
-    fn finish(self) -> Result<(), OutputError> {
+    pub fn finish(self) -> Result<(), OutputError> {
         #[cfg(feature = "vtkhdf")]
         if let Some(series) = self.series {
             return series.finish();
@@ -153,14 +125,14 @@ impl<'a> Files<'a> {
     }
 
     /// Writes a state with its contact results and the slip of its slave nodes.
-    fn save(
+    pub fn save(
         &mut self,
         name: &str,
         time: f64,
         state: &StepState,
         (contact, slipped): (&ContactResults, &[Slipped]),
     ) -> Result<(), OutputError> {
-        let (mesh, design) = (&self.problem.mesh, self.problem.analysis.design_at(time));
+        let (mesh, design) = (self.mesh, self.designs.at(time));
         let model = design.model();
         let displacement = &state.unknowns[..3 * mesh.nodes.len()];
         let mut elements = design.element_fields(mesh, displacement, time, &contact.force);

@@ -10,7 +10,7 @@ use crate::output::{Cell, Csv, OutputError, write_atomically};
 use slipstick_model::analysis::PairResult;
 use slipstick_model::model::course;
 use slipstick_model::optimize::{IterationRecord, OptimizationState};
-use slipstick_model::quantities::Quantities;
+use slipstick_model::quantities::{Quantities, QuantityRow};
 use slipstick_model::words::rounded;
 
 const HISTORY: &[&str] = &[
@@ -172,12 +172,17 @@ impl<'a> ContactTable<'a> {
         }
     }
 
+    /// The table; empty if no pair has a row.
+    pub fn text(&self) -> &str {
+        if self.text == CONTACT { "" } else { &self.text }
+    }
+
     /// Writes the table, completely or not at all; nothing if no pair has a row.
     ///
     /// # Errors
     /// [`OutputError::Io`].
     pub fn save(&self, run: &RunDirectory) -> Result<(), OutputError> {
-        if self.text == CONTACT {
+        if self.text().is_empty() {
             return Ok(());
         }
         write_atomically(&run.file("contact.csv"), |writer| writer.write_all(self.text.as_bytes()))
@@ -211,16 +216,26 @@ pub fn write_evaluations(run: &RunDirectory, evaluations: &[(Option<f64>, Quanti
 fn write_paths(run: &RunDirectory, heading: &str, paths: &[(String, &Quantities)]) -> Result<(), OutputError> {
     let Some((_, first)) = paths.first() else { return Ok(()) };
     write_atomically(&run.file("quantities.csv"), |writer| {
-        let names: String = first.names.iter().map(|quantity| format!(",{}", quantity.name)).collect();
-        writeln!(writer, "{heading}step,load_case,time{names}")?;
+        writer.write_all(quantity_heading(heading, first).as_bytes())?;
         for (leading, row) in paths.iter().flat_map(|(leading, path)| path.rows.iter().map(move |row| (leading, row))) {
-            let (case, time) = course::place(row.time);
-            let cell = |value: &f64| if value.is_finite() { format!(",{value:?}") } else { ",".to_owned() };
-            let cells: String = row.values.iter().map(cell).collect();
-            writeln!(writer, "{leading}{},{case},{:?}{cells}", row.step, rounded(time, 12))?;
+            writer.write_all(quantity_line(leading, row).as_bytes())?;
         }
         Ok(())
     })
+}
+
+/// The first line of `quantities.csv`.
+pub(super) fn quantity_heading(leading: &str, quantities: &Quantities) -> String {
+    let names: String = quantities.names.iter().map(|quantity| format!(",{}", quantity.name)).collect();
+    format!("{leading}step,load_case,time{names}\n")
+}
+
+/// A line of `quantities.csv`.
+pub(super) fn quantity_line(leading: &str, row: &QuantityRow) -> String {
+    let (case, time) = course::place(row.time);
+    let cell = |value: &f64| if value.is_finite() { format!(",{value:?}") } else { ",".to_owned() };
+    let cells: String = row.values.iter().map(cell).collect();
+    format!("{leading}{},{case},{:?}{cells}\n", row.step, rounded(time, 12))
 }
 
 const NEWTON: &[&str] = &[

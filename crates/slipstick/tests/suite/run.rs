@@ -3,13 +3,14 @@
 use std::fs;
 
 use crate::common::scene::Scene;
-use slipstick::analysis::AnalysisError;
+use slipstick::analysis::{AnalysisError, Designs};
 use slipstick::build::{Problem, optimization};
 use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
+use slipstick::quantities::Recording;
 use slipstick::run::{
-    Checkpoint, ExitState, FailureReport, FunctionNames, History, NewtonTable, RunDirectory, RunError, RunPart,
-    RunRecord, load_density, load_design, read_density, sha256, write_densities, write_failure, write_path,
+    Checkpoint, ExitState, FailureReport, FunctionNames, History, NewtonTable, PathWriter, RunDirectory, RunError,
+    RunPart, RunRecord, load_density, load_design, read_density, sha256, write_densities, write_failure, write_path,
 };
 use slipstick_path::{
     FailedAttempt, MarchEvent, MarchFailure, MarchObserver, Path, Rung, Silent, StateError, StepFailureKind,
@@ -182,6 +183,57 @@ fn tables_and_fields_of_a_path() {
     assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0.0,0.0,0,0,0,1,2,3,0,0,1.235"));
     History::open(&run, FunctionNames::default(), &[]).unwrap();
     assert_eq!(fs::read_to_string(run.file("history.csv")).unwrap().lines().count(), 1, "from row 0 again");
+}
+
+/// Files written while the path is computed are those written at its end: with sub-steps, several load cases on
+/// one thread and side by side, and a march that fails.
+#[test]
+fn a_path_can_be_written_while_it_is_computed() {
+    let cases = "[[load_case]]\nname = 'one'\n[[load_case]]\nname = 'two'\n";
+    let quick =
+        Scene { steps: 2, load_path: "max_newton_iterations = 6".into(), more: cases.into(), ..Scene::default() };
+    let failing = Scene { motion: "[{ t = 1.0, u = [0, -2.4, 0] }]".into(), steps: 8, ..Scene::default() };
+    let threads = |count| rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
+    let mut cut_back = false;
+    for (scene, count, fails) in [(&quick, 1, false), (&quick, 2, false), (&failing, 1, true)] {
+        let (_one, live) = directory();
+        let (_other, at_end) = directory();
+        let mut problem = crate::common::problem(&scene.text());
+        let density = problem.initial_density().clone();
+        problem.analysis.set_density(&density);
+        let (design, cases) = (problem.analysis.design.clone(), problem.analysis.cases.clone());
+        let designs = Designs::new(&design, &cases);
+        let steps = problem.analysis.times.len() / cases.count();
+        let recording = Recording::new(&problem.mesh, &problem.quantities, designs, steps);
+        let mut writer = PathWriter::new(Some(&live), &problem.mesh, designs, recording).live();
+        let marched = threads(count).install(|| problem.analysis.forward(&density, &mut writer));
+        assert_eq!(marched.is_err(), fails);
+        let path = match &marched {
+            Ok(forward) => &forward.path,
+            Err(error) => &error.march().expect("a failed march").path,
+        };
+        assert!(path.steps > 1);
+        cut_back |= path.increments() > path.steps;
+        // before the writer completes them
+        let text = |run: &RunDirectory, name: &str| fs::read_to_string(run.file(name)).unwrap();
+        let grown = ["contact.csv", "quantities.csv", "path.pvd"].map(|name| text(&live, name));
+        let (recording, written) = writer.finish();
+        written.unwrap();
+        let quantities = write_path(Some(&at_end), &problem, path).unwrap();
+        assert_eq!(recording.found().rows, quantities.rows);
+        assert_eq!(grown, ["contact.csv", "quantities.csv", "path.pvd"].map(|name| text(&at_end, name)));
+        let names = |run: &RunDirectory| {
+            let mut names: Vec<_> = fs::read_dir(run.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        assert_eq!(names(&live), names(&at_end));
+        for name in names(&live) {
+            let of = |run: &RunDirectory| fs::read(run.path().join(&name)).unwrap();
+            assert!(of(&live) == of(&at_end), "{name:?}");
+        }
+    }
+    assert!(cut_back, "there are sub-steps");
 }
 
 fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchFailure {

@@ -1,0 +1,327 @@
+//! The quantities of a path, state by state.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
+use slipstick_mesh::{Mesh, Rigid};
+use slipstick_path::{PathState, StepState};
+
+use super::{
+    Quantities, QuantityName, QuantityRow, Slipped, Subject, Support, built_in, external_work, has_offset,
+    normal_force, supports,
+};
+use crate::analysis::{Designs, PreviousData, StateData, pair_results};
+use crate::losses::{ContactAt, Losses, LostWork};
+use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::overlaps::OpenOverlap;
+use crate::problem::Problem;
+
+/// Where a state lies on a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reached {
+    /// Pseudo-time, counted through all load cases.
+    pub time: f64,
+    /// The load step that the state completes.
+    pub completes: Option<usize>,
+    /// Whether the path, or a load case, starts there.
+    pub rest: bool,
+}
+
+impl From<&PathState> for Reached {
+    fn from(at: &PathState) -> Self {
+        Self { time: at.time, completes: at.completes, rest: at.rest }
+    }
+}
+
+/// Computes the quantities of a path while its states are reached.
+pub struct Recording<'a> {
+    designs: Designs<'a>,
+    recorder: Recorder<'a>,
+    reads: Reads,
+    /// Load steps of a load case.
+    steps: usize,
+    /// Load steps that are complete, through all load cases.
+    complete: usize,
+    begun: bool,
+    found: Quantities,
+    sums: Sums,
+    last: Option<Last<'a>>,
+}
+
+impl<'a> Recording<'a> {
+    /// Of the load paths of a problem.
+    pub fn of(problem: &'a Problem) -> Self {
+        let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
+        Self::new(&problem.mesh, &problem.quantities, problem.analysis.designs(), steps)
+    }
+
+    /// Of load paths of `steps` load steps each, without a borrowed problem; `own` are the quantities of
+    /// the case.
+    pub fn new(mesh: &'a Mesh, own: &'a [Arc<dyn Quantity>], designs: Designs<'a>, steps: usize) -> Self {
+        let model = designs.model();
+        let external_work = external_work("external_work", mesh);
+        let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, external_work };
+        let own_reads = own.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
+        let all = Reads { reaction: true, contact: true, energy: true, ..Reads::default() };
+        let reads = own_reads.or(recorder.external_work.reads()).or(all);
+        let found = Quantities { names: recorder.names(), ..Quantities::default() };
+        let (sums, last) = (Sums::default(), None);
+        Self { designs, recorder, reads, steps, complete: 0, begun: false, found, sums, last }
+    }
+
+    /// The quantities so far, without overlaps and losses.
+    pub fn found(&self) -> &Quantities {
+        &self.found
+    }
+
+    /// All quantities, with the losses and these overlaps.
+    pub fn finish(mut self, overlaps: Vec<OpenOverlap>) -> Quantities {
+        self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found.losses);
+        Quantities { overlaps, ..self.found }
+    }
+
+    /// Adds the next state of the path. All ranks call it. Returns the contact results, or `None` if the state
+    /// can no longer be evaluated.
+    pub fn add(&mut self, at: Reached, now: Cow<'a, StepState>) -> Option<&ContactResults> {
+        let (recorder, designs) = (&self.recorder, self.designs);
+        let design = designs.at(at.time);
+        let before = self.last.take().filter(|_| !at.rest);
+        if before.is_none() {
+            self.sums.report(recorder.mesh, recorder.model, &mut self.found.losses);
+            self.sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
+        }
+        let sums = &mut self.sums;
+        let previous = before.as_ref().map_or(&now, |last| &last.state);
+        let evaluated = StateData::of(design, self.reads, at.time, previous, &now);
+        let step = at.completes.or((!self.begun).then_some(0));
+        let in_progress = if at.rest { 0 } else { at.completes.unwrap_or(self.complete + 1) };
+        self.begun = true;
+        self.complete = at.completes.unwrap_or(self.complete);
+        let mut data = match evaluated {
+            Ok(data) if !sums.broken => data,
+            _ => {
+                sums.broken = true;
+                self.found.rows.extend(step.map(|step| recorder.unknown(step, at.time, self.found.names.len())));
+                self.last = Some(Last { time: at.time, state: now, ..Last::default() });
+                return None;
+            }
+        };
+        let contact = data.results.take().unwrap_or_default();
+        let pressed = pressed(design.model(), &contact, at.time);
+        let (old, seen) = match before {
+            Some(mut last) => {
+                let seen = std::mem::take(&mut last.seen);
+                (Some(last), seen)
+            }
+            None => (None, PreviousData::at_rest(design, at.time, &now)),
+        };
+        let data = data.after(seen);
+        // the step of the load case in progress
+        let place = (in_progress.saturating_sub(1) % self.steps.max(1) + 1, self.steps);
+        let value = |quantity: &dyn Quantity| quantity.value(&data.view(design, &now, place));
+        let own: Vec<f64> = recorder.own.iter().map(|quantity| value(&**quantity)).collect();
+        if let Some(old) = &old {
+            let external = value(&recorder.external_work);
+            let both = old.pressed.iter().zip(&pressed);
+            let offset = both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
+            sums.external += external;
+            sums.offset += offset;
+            sums.done += external.abs() + offset.abs();
+            sums.add(design.model(), (&old.state, old.time, &old.contact), (&now, at.time, &contact));
+            sums.add_own(recorder.own, &own);
+            sums.viscous += recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time - old.time);
+        }
+        if let Some(step) = step {
+            self.found.rows.push(QuantityRow {
+                step,
+                time: at.time,
+                values: recorder.values(&now, &data, &contact, sums, &own),
+                slipped: sums.slipped.clone(),
+            });
+        }
+        let seen = match at.rest {
+            true => PreviousData::at_rest(design, at.time, &now),
+            false => data.into_previous(&now),
+        };
+        Some(&self.last.insert(Last { time: at.time, state: now, contact, pressed, seen }).contact)
+    }
+}
+
+/// The last state that was added.
+#[derive(Default)]
+struct Last<'a> {
+    time: f64,
+    state: Cow<'a, StepState>,
+    contact: ContactResults,
+    /// Force against the offset of each pair, and the offset. \[F, L\]
+    pressed: Vec<[f64; 2]>,
+    /// What quantities at the next state see of it.
+    seen: PreviousData,
+}
+
+/// The force against the offset of each pair, Σ s_j A_j ζ_nj, and the offset, at a pseudo-time.
+/// \[F, L\]
+fn pressed(model: &ContactModel, contact: &ContactResults, time: f64) -> Vec<[f64; 2]> {
+    let of = |(pair, nodes): (&ModelInterface, &[NodalContact])| {
+        let slant = |j: usize| pair.slants.get(j).copied().unwrap_or(1.0);
+        let force = |(j, at): (usize, &NodalContact)| slant(j) * at.covered_area * at.multiplier[0];
+        [nodes.iter().enumerate().map(force).sum(), pair.offset_at(time)]
+    };
+    model.interfaces().iter().zip(model.by_pair(&contact.nodes)).map(of).collect()
+}
+
+/// Work since the start of the load case. \[F L\]
+#[derive(Debug, Default)]
+struct Sums {
+    external: f64,
+    offset: f64,
+    viscous: f64,
+    contact: f64,
+    /// Of each pair.
+    friction: Vec<f64>,
+    /// Of the case's own quantities that accumulate; the others are 0.
+    own: Vec<f64>,
+    /// As [`QuantityRow::slipped`].
+    slipped: Vec<Slipped>,
+    /// Sum of the magnitudes of the work of loads, supports and offsets in each (sub-)step.
+    done: f64,
+    lost: Losses,
+    /// A state since then could not be evaluated.
+    broken: bool,
+}
+
+impl Sums {
+    /// Adds what the load case lost to the pairs that are reported, or replaces a smaller loss.
+    fn report(&self, mesh: &Mesh, model: &ContactModel, reported: &mut Vec<LostWork>) {
+        for lost in self.lost.reported(model, &mesh.nodes, self.done) {
+            match reported.iter_mut().find(|known| known.pair == lost.pair) {
+                Some(known) if known.fraction.abs() < lost.fraction.abs() => *known = lost,
+                Some(_) => {}
+                None => reported.push(lost),
+            }
+        }
+    }
+
+    fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
+        for ((sum, quantity), value) in self.own.iter_mut().zip(own).zip(values) {
+            *sum += if quantity.accumulates() { *value } else { 0.0 };
+        }
+    }
+
+    fn add(
+        &mut self,
+        model: &ContactModel,
+        (before, earlier, old): (&StepState, f64, &ContactResults),
+        (now, time, contact): (&StepState, f64, &ContactResults),
+    ) {
+        let [from, to] = [before, now].map(|state| model.contact_positions(&state.unknowns));
+        self.lost.add(
+            model,
+            &ContactAt { positions: &from, results: old, time: earlier },
+            &ContactAt { positions: &to, results: contact, time },
+        );
+        for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
+            self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
+        }
+        if self.slipped.is_empty() {
+            self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
+        }
+        for (slipped, at) in self.slipped.iter_mut().zip(&contact.nodes).filter(|(_, at)| at.status as u8 != 0) {
+            slipped.distance += at.slip[0].hypot(at.slip[1]);
+            slipped.work += at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
+        }
+        self.friction = model.by_pair(&self.slipped).map(|nodes| nodes.iter().map(|node| node.work).sum()).collect();
+    }
+}
+
+struct Recorder<'a> {
+    mesh: &'a Mesh,
+    model: &'a ContactModel,
+    supports: Vec<Support>,
+    own: &'a [Arc<dyn Quantity>],
+    external_work: ExternalWork,
+}
+
+impl Recorder<'_> {
+    fn names(&self) -> Vec<QuantityName> {
+        let mut names = built_in(self.mesh, self.model, &self.supports);
+        for quantity in self.own {
+            let (name, unit) = (quantity.name().to_owned(), quantity.dimension().symbol());
+            names.push(QuantityName { name: name.clone(), subject: Subject::Case, what: name, unit });
+        }
+        names
+    }
+
+    /// Moment of the forces at the nodes of a rigid body about its reference point, at its current
+    /// position. \[F L\]
+    fn moment(&self, rigid: &Rigid, d: &[f64], force: &[f64]) -> [f64; 3] {
+        let vector = |v: &[f64], node: usize| Vector3::from_column_slice(&v[3 * node..][..3]);
+        let place = |node: usize| Vector3::from(self.mesh.nodes[node]) + vector(d, node);
+        let centre = place(rigid.reference as usize);
+        let nodes = self.mesh.bodies[rigid.body].nodes.clone();
+        nodes.map(|node| (place(node) - centre).cross(&vector(force, node))).sum::<Vector3<f64>>().into()
+    }
+
+    fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
+        QuantityRow { step, time, values: vec![f64::NAN; count], slipped: Vec::new() }
+    }
+
+    fn values(
+        &self,
+        state: &StepState,
+        data: &StateData,
+        contact: &ContactResults,
+        sums: &Sums,
+        own: &[f64],
+    ) -> Vec<f64> {
+        let mut values = Vec::new();
+        for support in &self.supports {
+            let (nodes, components) = support.nodes();
+            if let Some(rigid) = &support.rigid {
+                let at = 3 * rigid.reference as usize;
+                values.extend_from_slice(&state.unknowns[at..at + 3]);
+                values.extend(self.model.rotation(rigid, &state.unknowns).unwrap_or_default());
+            } else if support.set.is_some() {
+                for c in 0..3 {
+                    let sum: f64 = nodes.iter().map(|&node| state.unknowns[3 * node as usize + c]).sum();
+                    values.push(sum / nodes.len() as f64);
+                }
+            }
+            for c in (0..3).filter(|&c| components[c]) {
+                let own = support.unknowns.iter().filter(|&&unknown| unknown as usize % 3 == c);
+                values.push(own.map(|&unknown| data.reaction[unknown as usize]).sum());
+            }
+            if let Some(rigid) = &support.rigid {
+                values.extend(self.moment(rigid, &state.unknowns, &data.reaction));
+            }
+        }
+        let results = pair_results(self.model, contact);
+        for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
+            let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
+            let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
+            let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
+            values.extend(result.force);
+            values.push(normal_force(nodes));
+            values.push(nodes.iter().map(friction).sum());
+            values.push(result.peak_pressure);
+            values.push(in_contact().map(|at| at.covered_area).sum());
+            values.extend([count(0), count(1), count(2)]);
+            values.push(sums.friction.get(i).copied().unwrap_or(0.0));
+        }
+        let energies = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum());
+        let energies: Vec<f64> = energies.collect();
+        values.extend(&energies);
+        let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
+        values.extend([stored, dissipated, sums.external, sums.contact]);
+        values.extend(has_offset(self.model).then_some(sums.offset));
+        values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
+        values.push(sums.external + sums.offset - stored - dissipated - sums.viscous);
+        let own = self.own.iter().zip(own).zip(&sums.own);
+        values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
+        // −0 is written as 0
+        values.iter_mut().for_each(|value| *value += 0.0);
+        values
+    }
+}
