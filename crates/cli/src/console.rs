@@ -8,9 +8,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
-use slipstick::words::{is_hidden, visible};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
+use slipstick::words::{is_hidden, visible};
 
 use crate::Outcome;
 use crate::args::Common;

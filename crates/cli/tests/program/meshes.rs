@@ -121,6 +121,50 @@ fn missing_and_wrong_mesh_files_are_said_at_their_place() {
     place.bad("check case.toml", 2, &["case.toml:4:17: error: cannot read the mesh file meshes/pair.msh", "folder"]);
 }
 
+/// Two cubes, one on the other, with the face between them as a surface, and a set whose name colours a terminal.
+const COLUMN: &str = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\
+    9,0,0,2\n10,1,0,2\n11,1,1,2\n12,0,1,2\n*ELEMENT, TYPE=C3D8, ELSET=ALL\n1,1,2,3,4,5,6,7,8\n\
+    2,5,6,7,8,9,10,11,12\n*SURFACE, NAME=CUT\n1, S2\n*SURFACE, NAME=HEAD\n2, S2\n*NSET, NSET=FOOT\n1,2,3,4\n\
+    *NSET, NSET=a\u{1b}[31m\u{202e}b\n1,2\n";
+
+fn column() -> Place {
+    let place = Place::new();
+    place.write("column.inp", COLUMN);
+    let text = "[[body]]\nname = 'c'\nmesh = { file = 'column.inp' }\n\
+        material = { linear_elastic = { youngs_modulus = 1.0, poisson_ratio = 0.0 } }\n\
+        [[dirichlet]]\nset = 'c_FOOT'\n[[load]]\nsurface = 'c_HEAD'\nforce = [0, 0, 0.1]\n[load_path]\nsteps = 1\n";
+    place.write("case.toml", text);
+    place
+}
+
+#[test]
+fn an_unused_inner_surface_is_no_error() {
+    let place = column();
+    place.good("check case.toml");
+    let expected = ["column.inp: surface `CUT`, facet at (0.5000, 0.5000, 1.0000)", "lies between two elements"];
+    place.bad("check case.toml --set load[0].surface=c_CUT", 2, &expected);
+}
+
+#[test]
+fn names_do_not_reach_the_terminal_raw() {
+    let shown = column().good("check case.toml").out;
+    assert!(shown.contains("c_a\\u{1b}[31m\\u{202e}b"), "{shown}");
+    assert!(!shown.contains(['\u{1b}', '\u{202e}']), "{shown}");
+    let events = column().good("check case.toml --json").out;
+    assert!(events.contains("\\u202e") && !events.contains('\u{202e}'), "{events}");
+}
+
+/// A pipe that nobody writes to would be read forever.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_not_read_as_a_mesh() {
+    let place = column();
+    std::fs::remove_file(place.path("column.inp")).expect("removed");
+    let made = Command::new("mkfifo").arg(place.path("column.inp")).status().expect("mkfifo");
+    assert!(made.success());
+    place.bad("check case.toml", 2, &["column.inp: it is not a regular file but a folder, pipe or device"]);
+}
+
 /// A slab of tetrahedra under a block of hexahedra, through every command that deals with elements.
 #[test]
 fn tetrahedra_go_through_all_commands() {

@@ -1,6 +1,7 @@
 //! Statements of Abaqus' input format, by their definition in the keywords reference.
 
 use crate::{parse, places, refused, sound};
+use slipstick_meshio::FileMesh;
 
 /// Two cubes beside each other along x, as a person or a preprocessor may write them.
 const CUBES: &str = "*Heading
@@ -103,9 +104,23 @@ fn a_part_is_a_body_of_its_own() {
     let text = CUBES.replace("RIGHT, S4", "RIGHT, S6");
     let mesh = sound(&parse(&text), "right", Some("RIGHT")).mesh;
     assert!(mesh.surfaces["right_end"].nodes().iter().all(|&n| mesh.nodes[n as usize][0] == 1.0));
-    let error = parse(&text).body("a", Some("both"), 1.0).expect_err("between two elements");
+    let both = sound(&parse(&text), "a", Some("both"));
+    assert!(!both.mesh.surfaces.contains_key("a_end") && both.mesh.surfaces.contains_key("a_above"));
+    let error = &both.unusable["a_end"];
     assert!(error.place.contains("surface `end`") && error.place.contains("nodes [3, 2, 6, 7]"), "{error}");
     assert!(error.message.contains("lies between two elements"), "{error}");
+}
+
+/// A micro sign in the encoding of Western European Windows programs; comments may have any.
+#[test]
+fn latin_1_is_read() {
+    let text = CUBES.replacen(" anything", " mu = \u{b5}, anything", 1);
+    let bytes: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    let file = FileMesh::parse(&bytes).expect("readable");
+    assert!(file.notices[0].contains("Latin-1"), "{:?}", file.notices);
+    assert_eq!(file.points, parse(CUBES).points);
+    let comment = [b"** \xfc\n", CUBES.as_bytes()].concat();
+    assert!(FileMesh::parse(&comment).expect("readable").notices.iter().all(|notice| !notice.contains("Latin-1")));
 }
 
 #[test]

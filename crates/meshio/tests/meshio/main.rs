@@ -1,6 +1,7 @@
 //! Mesh files of other programs, of `tests/data`, and what is wrong with files.
 
 mod abaqus;
+mod compressed;
 mod damaged;
 mod refused;
 mod second_order;
