@@ -12,6 +12,8 @@ mod normals;
 mod recognised;
 mod volume;
 
+use std::ops::Range;
+
 use crate::build::Problem;
 use crate::build::symmetry::mirrored;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
@@ -347,14 +349,17 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
 /// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no
 /// free rigid motion, or the supports of the deformable ones together leave none.
 fn held_by_ties(case: &Case, mesh: &Mesh, bodies: &[BodySummary], fixed: &[bool]) -> Vec<bool> {
-    let body_of = |surface: &String| {
-        let facet = mesh.surfaces.get(surface)?.facets.first()?;
-        mesh.bodies.iter().position(|body| body.elements.contains(&(facet.element as usize)))
+    // a surface may be the union of surfaces of several bodies
+    let on = |surface: &String| {
+        let facets = mesh.surfaces.get(surface).map_or(&[][..], |surface| &surface.facets);
+        let has = |elements: &Range<usize>| facets.iter().any(|facet| elements.contains(&(facet.element as usize)));
+        (0..bodies.len()).filter(|&b| has(&mesh.bodies[b].elements)).collect::<Vec<_>>()
     };
     let ties = case.contacts.iter().filter(|pair| pair.tied && pair.active == Contact::ALWAYS);
     let mut group: Vec<usize> = (0..bodies.len()).collect();
     for pair in ties {
-        if let (Some(a), Some(b)) = (body_of(&pair.slave), body_of(&pair.master)) {
+        let (slaves, masters) = (on(&pair.slave), on(&pair.master));
+        for (a, b) in slaves.iter().flat_map(|&a| masters.iter().map(move |&b| (a, b))) {
             let (from, to) = (group[a], group[b]);
             group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
         }

@@ -193,8 +193,10 @@ pub fn diagnostics(
         let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
         // The case reader warns about bodies without any condition; this diagnostic is more
         // specific.
-        let name = map.span(&format!("{}.name", notice.path));
-        warnings.retain(|other| other.code() != code || other.span() != name);
+        if notice.kind == NoticeKind::LooseBody {
+            let name = map.span(&format!("{}.name", notice.path));
+            warnings.retain(|other| other.code() != code || other.span() != name);
+        }
         if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
     }
     (errors, warnings)

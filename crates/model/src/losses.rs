@@ -1,11 +1,11 @@
 //! Work that contact takes from the bodies and that neither gap, slip nor offset accounts for.
 //!
-//! The contact force of slave node j moves its nodes apart against the measures of the contact laws:
-//! Σ_k b_jk z_j·δx_k = −ζ_nj δg̃_j + ζ_τj·δũ_τj for a body that turns rigidly with its contact. Where
-//! the mortar normal is not the derivative of the gap, as at edges that dig in, both sides differ: the
-//! work that the difference does is lost, or gained, without a mechanism. It vanishes with the mesh, not
-//! with the load steps. Both sides are integrated by the trapezoidal rule over the accepted (sub-)steps,
-//! so that coarse steps change both alike. Nodes without a master on one side of a step do not count in it.
+//! The forces of slave node j take the work Σ_k b_jk z_j·δx_k from the bodies. The contact laws account for
+//! −ζ_nj δg̃_j + ζ_τj·δũ_τj of it. The two are equal if the forces act along the derivatives of gap and slip;
+//! at edges that dig in, and on coarse curved surfaces, they do not, and the difference is lost or gained
+//! without a mechanism. Smaller load steps do not change it. Both are integrated by the trapezoidal rule over
+//! the accepted (sub-)steps, so that coarse steps change both alike. A node that faces no master at one end of
+//! a step does not count in that step.
 //! Test: `an_edge_that_digs_in_loses_work` (tests/suite/losses.rs).
 
 use std::fmt;
@@ -58,8 +58,8 @@ impl fmt::Display for LostWork {
 impl LostWork {
     /// The remedy.
     pub fn help(&self) -> String {
-        "refine the mesh there; round the edge, or include both of its sides in the slave surface; let the other \
-         surface be the slave"
+        "at an edge, use `normals = \"touched\"` in the [[contact]] table, or let the other surface be the slave; \
+         elsewhere, refine the mesh"
             .into()
     }
 }

@@ -148,3 +148,31 @@ def test_progress_is_shown(
     assert "step 4 of 4, Newton" in shown and shown.endswith("\n")
     problem.solve()
     assert not capsys.readouterr().err
+
+
+def test_lost_work_is_reported() -> None:
+    """The edge of a stiff block is dragged through a soft strip: contact adds a third of the energy."""
+    stiff, soft = ({"neo_hooke": {"youngs_modulus": modulus, "poisson_ratio": 0.3}} for modulus in (1000.0, 10.0))
+    case = ss.Case.from_dict(
+        {
+            "body": [
+                {"name": "low", "box": {"min": [0, 0, 0], "max": [3, 1, 0.5], "elements": [9, 3, 1]}, "material": soft},
+                {
+                    "name": "up",
+                    "box": {"min": [-0.5, 1, 0], "max": [0.9, 2, 0.5], "elements": [4, 3, 1]},
+                    "material": stiff,
+                },
+            ],
+            "contact": [{"slave": "up_ymin", "master": "low_ymax", "friction": 0.0}],
+            "dirichlet": [
+                {"set": "low_ymin"},
+                {"set": "low_zmin", "components": ["z"]},
+                {"set": "low_zmax", "components": ["z"]},
+                {"set": "up_ymax", "motion": [{"t": 0.5, "u": [0, -0.3, 0]}, {"t": 1.0, "u": [0.5, -0.3, 0]}]},
+            ],
+            "load_path": {"steps": 20},
+        }
+    )
+    path = case.build().solve()
+    with pytest.warns(ss.SlipstickWarning, match="neither friction nor a gap accounts for"):
+        path.quantities

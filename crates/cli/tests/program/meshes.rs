@@ -154,6 +154,20 @@ fn names_do_not_reach_the_terminal_raw() {
     assert!(events.contains("\\u202e") && !events.contains('\u{202e}'), "{events}");
 }
 
+/// A cube that is inside out under two tetrahedra: neither warning displaces the other.
+#[test]
+fn repairs_are_told_beside_warnings_of_the_check() {
+    let place = column();
+    let wedges = COLUMN
+        .replace("1,1,2,3,4,5,6,7,8", "1,5,6,7,8,1,2,3,4")
+        .replace("2,5,6,7,8,9,10,11,12\n", "*ELEMENT, TYPE=C3D4, ELSET=ALL\n2,5,6,7,9\n3,5,7,8,9\n");
+    place.write("column.inp", &wedges);
+    let ran = place.good("check case.toml");
+    for warning in ["1 hexahedra are numbered inside out", "that meet two triangles"] {
+        assert!(ran.err.contains(warning), "{warning}\n{}", ran.err);
+    }
+}
+
 /// A pipe that nobody writes to would be read forever.
 #[cfg(unix)]
 #[test]

@@ -167,6 +167,15 @@ fn initial_gaps_and_penetrations_are_removed_without_stress() {
     }
 }
 
+/// A fit of 6 on 8 facets with fewer elements, as a design whose objective is the contact force.
+fn designed(fit: &str) -> String {
+    fit.replace("elements = [6, 4, 1]", "elements = [6, 1, 1]")
+        .replace("elements = [8, 4, 1]", "elements = [8, 1, 1]")
+        .replace("steps = 1\n", "steps = 2\ntolerance = { relative = 1e-12 }\n")
+        + "[design]\nbodies = ['shaft', 'hub']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n\
+           [[load]]\nsurface = 'hub_outer'\npressure = 300.0\n"
+}
+
 /// Adjoint gradients of a case with adjusted nodes agree with central differences.
 #[test]
 fn gradient_of_an_adjusted_fit() {
@@ -175,12 +184,7 @@ fn gradient_of_an_adjusted_fit() {
         let more = format!(
             "surfaces = 'faceted'\nadjust = 0.5\nmultiplier_shape = '{shape}'\nenforcement = {{ {enforcement} }}"
         );
-        let text = fit([6, 8], 1, 0.2, &more)
-            .replace("elements = [6, 4, 1]", "elements = [6, 1, 1]")
-            .replace("elements = [8, 4, 1]", "elements = [8, 1, 1]")
-            .replace("steps = 1\n", "steps = 2\ntolerance = { relative = 1e-12 }\n")
-            + "[design]\nbodies = ['shaft', 'hub']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n\
-               [[load]]\nsurface = 'hub_outer'\npressure = 300.0\n";
+        let text = designed(&fit([6, 8], 1, 0.2, &more));
         let mut problem: Problem = problem(&text);
         let largest =
             problem.analysis.model().interfaces()[0].adjusted.iter().fold(0.0, |m: f64, gap| m.max(gap.abs()));
@@ -203,12 +207,7 @@ fn gradient_of_a_fit_of_facets_that_do_not_match() {
         // with the sides of both bodies held, nothing would determine the friction along z of the nodes
         // between the sides
         let friction = if order == 1 { 0.2 } else { 0.0 };
-        let text = fit([6, 8], order, friction, &more)
-            .replace("elements = [6, 4, 1]", "elements = [6, 1, 1]")
-            .replace("elements = [8, 4, 1]", "elements = [8, 1, 1]")
-            .replace("steps = 1\n", "steps = 2\ntolerance = { relative = 1e-12 }\n")
-            + "[design]\nbodies = ['shaft', 'hub']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n\
-               [[load]]\nsurface = 'hub_outer'\npressure = 300.0\n";
+        let text = designed(&fit([6, 8], order, friction, &more));
         let mut problem: Problem = problem(&text);
         let density = random_density(&problem, 5);
         let check = check_gradient(&mut problem, &density);
