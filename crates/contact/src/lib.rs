@@ -25,4 +25,4 @@ mod overlap;
 mod slant;
 
 pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace, SlaveNode};
-pub use overlap::{COUNTED_OVERLAP, Overlap};
+pub use overlap::{COUNTED_BESIDE_CONTACT, COUNTED_OVERLAP, Overlap};

@@ -15,8 +15,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Point = Vector3<f64>;
 
-/// Fraction of the smaller facet's size above which an overlap counts.
+/// Fraction of the smaller facet's size above which an overlap counts if the whole pair is open.
 pub const COUNTED_OVERLAP: f64 = 0.02;
+
+/// The same beside nodes that transmit a force: at the rim of every contact, the mean gap is open where the bodies
+/// overlap a little.
+pub const COUNTED_BESIDE_CONTACT: f64 = 0.05;
 
 /// A node that lies below the other surface of its pair while contact there is open.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +73,7 @@ const FACING: f64 = 0.2;
 
 impl ContactInterface {
     /// The deepest overlap of the two surfaces at positions `x` (3 per node) that exceeds
-    /// [`COUNTED_OVERLAP`] of the size of the smaller facet there; `open` says for each of [`Self::slave_nodes`] whether
+    /// [`COUNTED_OVERLAP`], or [`COUNTED_BESIDE_CONTACT`], of the size of the smaller facet there; `open` says for each of [`Self::slave_nodes`] whether
     /// it transmits no force, and `allowed` by how much the meshes may overlap. Of a slave node, all
     /// nodes of the facets around it must be open; of a master node, those of the slave facet above.
     ///
@@ -90,6 +94,7 @@ impl ContactInterface {
         let sides = [Side::new(self.slave_facets(), of_slave, x), Side::new(self.master_facets(), of_master, x)];
         let closed: BTreeSet<u32> =
             self.slave_nodes().iter().zip(open).filter(|(_, open)| !**open).map(|(slave, _)| slave.node).collect();
+        let counted = if closed.is_empty() { COUNTED_OVERLAP } else { COUNTED_BESIDE_CONTACT };
         let is_open = |facet: &FacetNodes| facet.iter().all(|node| !closed.contains(node));
         let of_side = |own: usize| {
             let (side, other) = (&sides[own], &sides[1 - own]);
@@ -105,7 +110,7 @@ impl ContactInterface {
                 let (facet_size, smaller) =
                     (size.max(other.sizes[nearest.facet]), size.min(other.sizes[nearest.facet]));
                 let depth = nearest.distance + nearest.height - allowed;
-                let counts = depth > COUNTED_OVERLAP * smaller && depth < facet_size;
+                let counts = depth > counted * smaller && depth < facet_size;
                 let transmits = own == 1 && !is_open(&other.facets[nearest.facet]);
                 let facing = |&f: &u32| normal(&side.facets[f as usize], x).dot(&nearest.normal) < -FACING;
                 let overlap = Overlap { node, on_slave: own == 0, depth, facet_size };
@@ -318,6 +323,18 @@ mod tests {
                 _ => assert_eq!(found, deep),
             }
         }
+    }
+
+    /// A tip 0.012 deep, 2.3 % of the size of the pyramid's facets: counted if the whole pair is open, not beside a
+    /// node that transmits a force.
+    #[test]
+    fn the_rim_of_a_contact_is_silent() {
+        let (interface, x) = pyramid([0.6, 1.3, -0.012], 0.1, false);
+        let mut open = vec![true; interface.slave_nodes().len()];
+        assert_eq!(interface.deepest_overlap(&x, &open, 0.0).map(|overlap| overlap.node), Some(13));
+        let far = interface.slave_nodes().iter().position(|slave| slave.node == 2).expect("a corner of the plane");
+        open[far] = false;
+        assert_eq!(interface.deepest_overlap(&x, &open, 0.0), None);
     }
 
     /// A force at any node of the facets involved, and at the slave nodes of the facet above.

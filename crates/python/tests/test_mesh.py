@@ -234,7 +234,12 @@ def test_wrong_arrays_are_named(
 def test_wrong_elements_are_errors_of_the_case(mesh: ss.Mesh, message: str) -> None:
     with pytest.raises(ss.CaseError, match=message) as caught:
         ss.Case.from_dict(
-            {"body": [{"name": "cube", "mesh": mesh, "material": MATERIAL}], "load_path": {}}
+            {
+                "body": [{"name": "cube", "mesh": mesh, "material": MATERIAL}],
+                # a surface that no case uses is no error
+                "dirichlet": [{"set": "cube_inside"}],
+                "load_path": {},
+            }
         )
     assert any(d.code.endswith("mesh_file") for d in caught.value.diagnostics)
 
