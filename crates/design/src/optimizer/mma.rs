@@ -259,8 +259,8 @@ impl Mma {
         let [lower, upper] = bounds;
         let own = own_range(self.n, ranks);
         let variables = self.variables(x, bounds, asymptotes, own.clone());
-        let subproblem = Subproblem::new(&self.parameters, &variables, functions, rho, ranks);
-        let solution = subproblem.solve()?;
+        let mut subproblem = Subproblem::new(&self.parameters, &variables, functions, rho, ranks);
+        let solution = subproblem.solve_with_opposed(functions)?;
 
         let mut step = MmaStep {
             x: x[own.clone()].to_vec(),

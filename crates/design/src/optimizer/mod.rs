@@ -16,6 +16,7 @@ mod interior_point;
 mod kkt;
 mod method;
 mod mma;
+mod opposed;
 mod parameters;
 mod scaling;
 mod subproblem;

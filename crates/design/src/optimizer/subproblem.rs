@@ -108,6 +108,11 @@ impl<'a> Subproblem<'a> {
         (p, q)
     }
 
+    /// The coefficients `p_ij` and `q_ij` at a place.
+    pub fn coefficients(&self, at: usize) -> (f64, f64) {
+        (self.p[at], self.q[at])
+    }
+
     /// Σ a_i λ_i.
     pub fn bounding(&self, lambda: &[f64]) -> f64 {
         self.a.iter().zip(lambda).map(|(a, lambda)| a * lambda).sum()

@@ -1,6 +1,7 @@
 //! Compares MMA with published results; also contains problems that the other tests share.
 
 mod dual;
+mod equality;
 mod gcmma;
 mod input;
 mod large;
