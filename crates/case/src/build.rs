@@ -7,6 +7,7 @@ mod mesh;
 mod optimization;
 mod quantities;
 mod regions;
+mod select;
 pub(crate) mod surfaces;
 pub(crate) mod symmetry;
 pub(crate) mod ties;
@@ -19,8 +20,8 @@ pub(crate) use regions::Regions;
 
 use crate::case::{self, Case};
 use crate::machine::Machine;
-use mesh::nodes_of;
 use quantities::Requested;
+use select::nodes_of;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::{CellRule, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceError, InterfaceOptions};

@@ -10,6 +10,7 @@ mod held;
 mod memory;
 mod normals;
 mod recognised;
+mod surfaces;
 mod volume;
 
 use std::ops::Range;
@@ -31,6 +32,7 @@ use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
 pub use adjusted::Adjustment;
 pub use memory::RankMemory;
 pub use recognised::{SurfaceKind, SurfacePart};
+pub use surfaces::SurfaceSummary;
 pub use volume::start_volume;
 
 /// The subject of a notice.
@@ -140,6 +142,8 @@ pub struct Inspection {
     pub contacts: Vec<ContactSummary>,
     /// Named node sets and surfaces with their number of nodes.
     pub sets: Vec<(String, usize)>,
+    /// Surfaces.
+    pub surfaces: Vec<SurfaceSummary>,
     /// Free unknowns of a step.
     pub unknowns: usize,
     /// Designed elements.
@@ -311,6 +315,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         bodies,
         contacts,
         sets,
+        surfaces: surfaces::surfaces(&problem.mesh),
         unknowns,
         designed: problem.variables().map_or(0, |variables| variables.designed().len()),
         variables: problem.variables().map_or(0, slipstick_design::DesignVariables::count),

@@ -507,11 +507,7 @@ fn turn(element: &mut Element) {
 /// The solid cells of a part, in the file's order, without those that repeat the nodes of an
 /// earlier one.
 fn chosen(file: &FileMesh, part: Option<&str>, order: Order) -> Result<Vec<u32>, MeshFileError> {
-    let solid = |&cell: &u32| file.cells.kind(cell as usize).dimension() == 3;
-    let mut chosen: Vec<u32> = match part {
-        None => (0..file.cells.len() as u32).filter(solid).collect(),
-        Some(part) => file.cell_sets.get(part).into_iter().flatten().copied().filter(solid).collect(),
-    };
+    let mut chosen = file.solid_cells(part);
     if chosen.is_empty() {
         let parts: Vec<&str> = file.parts().collect();
         return Err(match (part, parts.is_empty()) {
@@ -520,7 +516,7 @@ fn chosen(file: &FileMesh, part: Option<&str>, order: Order) -> Result<Vec<u32>,
                 "the file has no such set of solid elements",
                 format!("sets of solid elements: {}", parts.join(", ")),
             ),
-            (Some(part), true) if (0..file.cells.len() as u32).any(|cell| solid(&cell)) => MeshFileError::new(
+            (Some(part), true) if !file.solid_cells(None).is_empty() => MeshFileError::new(
                 format!("part `{part}`"),
                 "the file names no set of solid elements",
                 "omit `part`, or name the volume (Gmsh: a physical volume; Abaqus: *ELSET)",

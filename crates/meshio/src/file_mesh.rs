@@ -1,6 +1,6 @@
 //! The contents of a mesh file, in the file's own terms.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{CellKind, MeshFileError, abaqus, gmsh, vtu};
 
@@ -68,6 +68,11 @@ pub struct FileMesh {
     pub node_sets: BTreeMap<String, Vec<u32>>,
     /// Named sets of faces of solid cells, each ascending and unique.
     pub face_sets: BTreeMap<String, Vec<ElementFace>>,
+    /// Sets of solid cells to which an Abaqus deck assigns a material (`*SOLID SECTION`), in the
+    /// order of the file.
+    pub sections: Vec<String>,
+    /// Sets of cells by whose faces an Abaqus deck defines surfaces.
+    pub sets_of_faces: BTreeSet<String>,
     /// Data that were reinterpreted while reading, for the user's information.
     pub notices: Vec<String>,
 }
@@ -90,6 +95,24 @@ impl FileMesh {
                 "supported mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp and VTK's .vtu",
             )),
         }
+    }
+
+    /// The solid cells of a set, or of the whole file, ascending.
+    pub fn solid_cells(&self, part: Option<&str>) -> Vec<u32> {
+        let solid = |&cell: &u32| self.cells.kind(cell as usize).dimension() == 3;
+        match part {
+            None => (0..self.cells.len() as u32).filter(solid).collect(),
+            Some(part) => self.cell_sets.get(part).into_iter().flatten().copied().filter(solid).collect(),
+        }
+    }
+
+    /// The solid cells of a deck with sections that are in none of `parts`.
+    pub fn left_out<'a>(&self, parts: impl IntoIterator<Item = Option<&'a str>>) -> Vec<u32> {
+        if self.sections.is_empty() {
+            return Vec::new();
+        }
+        let taken: BTreeSet<u32> = parts.into_iter().flat_map(|part| self.solid_cells(part)).collect();
+        self.solid_cells(None).into_iter().filter(|cell| !taken.contains(cell)).collect()
     }
 
     /// Names of the sets that contain solid cells, which [`FileMesh::body`] accepts as parts.

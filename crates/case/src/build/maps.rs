@@ -6,7 +6,7 @@ use slipstick_mesh::Mesh;
 use std::sync::Arc;
 
 use super::BuildError;
-use super::mesh::default_tolerance;
+use super::select::default_tolerance;
 use crate::case::{self, Case, Design, FilterBoundary, Overhang, Shape};
 
 /// The map of a design, with the filter radius and sharpness of the first iteration of an

@@ -1,9 +1,10 @@
 //! The mesh of a case: its bodies after placement, with the surfaces and node sets that the case
 //! selects.
 
+use super::select::{select_facets, select_nodes};
 use super::{BuildError, ties};
 use crate::case::{self, Case};
-use slipstick_mesh::{self as mesh, Mesh, Surface};
+use slipstick_mesh::{self as mesh, Mesh};
 use slipstick_model::words::counted;
 
 /// The mesh of a case: all bodies after placement, with the case's surfaces and node sets.
@@ -138,115 +139,4 @@ fn middle(shape: &case::Shape, of: &[[f64; 3]]) -> [f64; 3] {
         }
         case::Shape::Box { .. } | case::Shape::Mesh(_) => mean,
     }
-}
-
-/// The nodes of a set or surface; `path` is where the case names it.
-pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, BuildError> {
-    mesh.set_nodes(name).map(|n| n.into_owned()).ok_or_else(|| {
-        let known = mesh.names().join(", ");
-        BuildError::new(path, format!("there is no set or surface `{name}`"), format!("known names: {known}"))
-    })
-}
-
-/// Boundary facets of a body that meet all conditions of a surface.
-fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
-    let Some(name) = &surface.body else { return union(mesh, &surface.of, path) };
-    let body = mesh.bodies.iter().position(|body| body.name == *name).ok_or_else(|| {
-        BuildError::new(format!("{path}.body"), format!("there is no body `{name}`"), "name one of the case")
-    })?;
-    let mut selected = match &surface.within {
-        None => mesh.boundary(body),
-        Some(within) => mesh.surfaces.get(within).cloned().ok_or_else(|| {
-            let message = format!("there is no surface `{within}`");
-            BuildError::new(format!("{path}.within"), message, "name a surface of the body")
-        })?,
-    };
-    let inside =
-        |nodes: &[u32], region: &case::BoxRegion| nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]));
-    let near = |facet: &mesh::Facet, cone: &case::NormalCone| {
-        let area = mesh::facet_area_vector(&mesh.facet_coordinates(facet));
-        angle(area, cone.direction) <= cone.degrees
-    };
-    selected.facets.retain(|facet| {
-        (surface.boxes.is_empty() || surface.boxes.iter().any(|region| inside(&facet.nodes, region)))
-            && surface.normal.as_ref().is_none_or(|cone| near(facet, cone))
-    });
-    let selected = mesh.whole_faces(selected);
-    if selected.facets.is_empty() {
-        let message = format!("no facet of `{name}` fits surface `{}`", surface.name);
-        let help = "facets lie in a box with all their nodes, at positions after placement; widen the conditions";
-        return Err(BuildError::new(path, message, help));
-    }
-    Ok(selected)
-}
-
-/// The facets of several surfaces, each once.
-fn union(mesh: &Mesh, of: &[String], path: &str) -> Result<Surface, BuildError> {
-    let mut all = Surface { facets: Vec::new() };
-    for (i, name) in of.iter().enumerate() {
-        let part = mesh.surfaces.get(name).ok_or_else(|| {
-            BuildError::new(
-                format!("{path}.of[{i}]"),
-                format!("there is no surface `{name}`"),
-                "name surfaces of the case",
-            )
-        })?;
-        let new = part.facets.iter().filter(|facet| !all.facets.contains(facet));
-        let new: Vec<mesh::Facet> = new.cloned().collect();
-        all.facets.extend(new);
-    }
-    Ok(all)
-}
-
-/// Angle between two directions, in degrees.
-fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let (a, b) = (nalgebra::Vector3::from(a), nalgebra::Vector3::from(b));
-    a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
-}
-
-/// Nodes that meet all conditions of a set, ascending.
-fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>, BuildError> {
-    let mut selected: Vec<u32> = match &set.within {
-        Some(name) => nodes_of(mesh, name, &format!("{path}.within"))?,
-        None => (0..mesh.nodes.len() as u32).collect(),
-    };
-    let empty = |key: &str, what: &str| {
-        let message = format!("no node lies {what} of set `{}`", set.name);
-        let help = "widen the conditions; a node must satisfy all of them at its reference position after placement";
-        BuildError::new(format!("{path}.{key}"), message, help)
-    };
-    if !set.boxes.is_empty() {
-        selected.retain(|&node| set.boxes.iter().any(|region| region.contains(mesh.nodes[node as usize])));
-        if selected.is_empty() {
-            return Err(empty("boxes", "in the boxes"));
-        }
-    }
-    if let Some(plane) = set.plane {
-        let tolerance = plane.tolerance.unwrap_or_else(|| default_tolerance(mesh));
-        let found = mesh.nodes_on_plane(plane.point, plane.normal, tolerance, Some(&selected));
-        selected = found.map_err(|e| BuildError::new(format!("{path}.plane"), e, "correct the plane"))?;
-        if selected.is_empty() {
-            return Err(empty("plane", &format!("within {tolerance:.3e} of the plane")));
-        }
-    }
-    if let Some(case::Cylinder { start, end, radius }) = set.cylinder {
-        let found = mesh.nodes_in_cylinder(start, end, radius, Some(&selected));
-        selected = found.map_err(|e| BuildError::new(format!("{path}.cylinder"), e, "correct the cylinder"))?;
-        if selected.is_empty() {
-            return Err(empty("cylinder", "in the cylinder"));
-        }
-    }
-    if let Some(point) = set.nearest {
-        selected = mesh.nearest_node(point, Some(&selected)).into_iter().collect();
-    }
-    match selected.is_empty() {
-        true => Err(empty("nearest", "near the point")),
-        false => Ok(selected),
-    }
-}
-
-/// A millionth of the size of all bodies: above the round-off of mesh files, below any
-/// element. \[L\]
-pub(super) fn default_tolerance(mesh: &Mesh) -> f64 {
-    mesh.bounding_box().map_or(0.0, |(min, max)| 1e-6 * (0..3).map(|c| (max[c] - min[c]).powi(2)).sum::<f64>().sqrt())
 }

@@ -77,7 +77,7 @@ impl<'a> Regions<'a> {
 
 /// Distance from a point to a facet; a quadrilateral is represented by the four triangles around its
 /// centre. \[L\]
-fn to_facet(p: &Point, facet: &FacetNodes, at: impl Fn(u32) -> Point) -> f64 {
+pub(super) fn to_facet(p: &Point, facet: &FacetNodes, at: impl Fn(u32) -> Point) -> f64 {
     let corners: Vec<Point> = facet.iter().map(|&node| at(node)).collect();
     if let [a, b, c] = corners[..] {
         return to_triangle(p, [a, b, c]);

@@ -2,7 +2,7 @@
 //! side of it.
 
 use super::BuildError;
-use super::mesh::default_tolerance;
+use super::select::default_tolerance;
 use crate::case::Case;
 use slipstick_mesh::Mesh;
 

@@ -67,9 +67,8 @@ impl Names {
         self.nameless = true;
     }
 
-    /// Adds a node set; `within` is a surface or an earlier set.
-    pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, within: Option<&str>) {
-        let body = within.and_then(|within| self.find(within)).and_then(|(_, body)| body);
+    /// Adds a node set; `body`: the body to which all its nodes belong, if known.
+    pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
         self.add(reader, path, name, Kind::Set, body);
     }
 

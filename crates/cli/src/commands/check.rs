@@ -3,7 +3,7 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
-use slipstick::check::{Inspection, SurfaceKind, SurfacePart};
+use slipstick::check::{Inspection, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
 
 use super::{bytes, digits};
@@ -56,9 +56,13 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     console.text("\nbodies");
     console.lines(&bodies(&setup.inspection, &setup.resolved.case.units));
-    console.text("\nsets and surfaces");
-    let sets = setup.inspection.sets.iter().map(|(name, nodes)| vec![name.clone(), nodes.to_string()]);
-    console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
+    console.text("\nsurfaces");
+    console.lines(&named_surfaces(&setup.inspection, &setup.resolved.case.units));
+    let sets = node_sets(&setup.inspection);
+    if !sets.is_empty() {
+        console.text("\nnode sets");
+        console.lines(&lines(&["name", "nodes"], &sets));
+    }
     for plane in &setup.resolved.case.symmetries {
         let letter = ["x", "y", "z"][plane.normal.index()];
         console.text(&format!("\nsymmetry plane {letter} = {}", plane.at));
@@ -112,6 +116,29 @@ fn bodies(inspection: &Inspection, units: &Units) -> Vec<String> {
         .collect();
     let volume = format!("volume{}", units.bracket(Dimension::VOLUME));
     lines(&["name", "elements", "nodes", &volume, "worst quality", "free rigid motions"], &rows)
+}
+
+fn named_surfaces(inspection: &Inspection, units: &Units) -> Vec<String> {
+    let direction = |normal: [f64; 3]| {
+        let [x, y, z] = normal.map(|x| (100.0 * x).round() / 100.0 + 0.0);
+        format!("({x}, {y}, {z})")
+    };
+    let row = |surface: &SurfaceSummary| {
+        let (name, bodies) = (surface.name.clone(), surface.bodies.join(", "));
+        let (facets, nodes) = (surface.facets.to_string(), surface.nodes.to_string());
+        let normal = surface.normal.map_or("all around".into(), direction);
+        vec![name, bodies, facets, nodes, digits(surface.area), normal]
+    };
+    let area = format!("area{}", units.bracket(Dimension::AREA));
+    let rows: Vec<_> = inspection.surfaces.iter().map(row).collect();
+    lines(&["name", "body", "facets", "nodes", &area, "mean normal"], &rows)
+}
+
+/// Node sets that are not surfaces.
+fn node_sets(inspection: &Inspection) -> Vec<Vec<String>> {
+    let is_surface = |name: &String| inspection.surfaces.iter().any(|surface| surface.name == *name);
+    let sets = inspection.sets.iter().filter(|(name, _)| !is_surface(name));
+    sets.map(|(name, nodes)| vec![name.clone(), nodes.to_string()]).collect()
 }
 
 fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {

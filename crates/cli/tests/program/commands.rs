@@ -17,7 +17,10 @@ fn units_are_shown() {
     let [shown, plain] = ["case", "plain"].map(|case| place.good(&format!("check {case}.toml")).out);
     assert!(shown.contains("volume [mm³]") && shown.contains("smallest mean gap [mm]"), "{shown}");
     assert!(!plain.contains("[mm"), "{plain}");
-    let numbers = |text: &str| text.replace(" [mm³]", "").replace(" [mm]", "").split_whitespace().collect::<String>();
+    let numbers = |text: &str| {
+        let units = [" [mm³]", " [mm²]", " [mm]"].iter().fold(text.to_owned(), |text, unit| text.replace(unit, ""));
+        units.split_whitespace().collect::<String>()
+    };
     assert_eq!(numbers(&shown), numbers(&plain));
     let picture = |case: &str| {
         place.good(&format!("solve {case}.toml"));

@@ -253,6 +253,85 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
     assert!(history["objective"].as_f64().expect("a number") < -1.0, "{history}");
 }
 
+/// Two columns of three cubes, one above the other, as preprocessors write them: helper sets of
+/// faces are smaller than the sets with sections.
+fn deck() -> String {
+    let mut deck = String::from("*NODE\n");
+    for (first, low) in [(1, 0.0), (101, 3.0)] {
+        for level in 0..4 {
+            for (corner, [x, z]) in [[0, 0], [1, 0], [1, 1], [0, 1]].into_iter().enumerate() {
+                deck += &format!("{}, {x}, {}, {}\n", first + 4 * level + corner, low + level as f64, -z);
+            }
+        }
+    }
+    for (set, first) in [("LOW", 1), ("HIGH", 101)] {
+        deck += &format!("*ELEMENT, TYPE=C3D8, ELSET={set}\n");
+        for level in 0..3 {
+            let nodes: Vec<String> = (0..8).map(|n| (first + 4 * level + n).to_string()).collect();
+            deck += &format!("{}, {}\n", first + level, nodes.join(", "));
+        }
+    }
+    deck + "*ELSET, ELSET=_top_S2\n3\n*ELSET, ELSET=_foot_S1\n101\n*ELSET, ELSET=_all\n1, 2, 3\n\
+            *SURFACE, NAME=TOP\n_top_S2, S2\n*SURFACE, NAME=FOOT\n_foot_S1, S1\n"
+}
+
+/// The bodies of a written case are those with sections; without sections, sets that only define
+/// surfaces do not count, and sets that together are the whole file precede parts of it.
+#[test]
+fn bodies_are_made_from_sections_and_not_from_sets_of_faces() {
+    let place = Place::new();
+    let sections = "*SOLID SECTION, ELSET=Low, MATERIAL=M\n*SOLID SECTION, ELSET=HIGH, MATERIAL=M\n";
+    let slice = "*ELSET, ELSET=slice\n2\n";
+    for (name, further) in [("sections", sections), ("faces", ""), ("slices", slice)] {
+        place.write(&format!("{name}.inp"), &(deck() + further));
+        let said = place.good(&format!("new --mesh {name}.inp --out {name}.toml")).err;
+        assert_eq!(said, "", "{name}");
+        let text = place.read(&format!("{name}.toml"));
+        let parts: Vec<&str> = text.lines().filter(|line| line.starts_with("mesh = ")).collect();
+        assert!(parts.len() == 2 && !text.contains("part = \"_") && !text.contains("slice\" }"), "{name}\n{text}");
+        let checked = place.good(&format!("check {name}.toml"));
+        assert!(
+            checked.err.is_empty() && checked.out.contains("no warnings"),
+            "{name}\n{}{}",
+            checked.err,
+            checked.out
+        );
+        let contact = text.lines().filter(|line| line.starts_with("slave") || line.starts_with("master")).count();
+        assert!(contact == 2 && text.contains("_FOOT\"") && text.contains("_TOP\""), "{text}");
+    }
+    // only the lower column has a section
+    place.write("half.inp", &(deck() + "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n"));
+    let said = place.good("new --mesh half.inp --out half.toml").err;
+    assert!(said.contains("3 solid elements of the file are in no body: bodies are made from LOW"), "{said}");
+    let said = place.good("check half.toml").err;
+    let expected = "half.toml:17:17: warning: 3 of the 6 solid elements of half.inp are in no body";
+    assert!(said.contains(expected) && said.contains("the deck has sections for `LOW`"), "{said}");
+    // generated sets lie on one body, also where bodies touch
+    place.write("flat.inp", &deck().replace("*SURFACE, NAME=TOP\n_top_S2, S2\n", ""));
+    place.good("new --mesh flat.inp --out flat.toml");
+    let text = place.read("flat.toml");
+    let sets: Vec<&str> = text.split("\n[[").filter(|table| table.starts_with("set]]")).collect();
+    assert!(!sets.is_empty() && sets.iter().all(|set| set.contains("\nbody = ")), "{text}");
+}
+
+/// `check` lists surfaces with body, area and normal.
+#[test]
+fn check_lists_surfaces() {
+    let place = Place::new();
+    place.write("deck.inp", &deck());
+    place.good("new --mesh deck.inp --out deck.toml");
+    let checked = place.good("check deck.toml").out;
+    let row = |name: &str| -> Vec<String> {
+        let line = checked.lines().find(|line| line.trim_start().starts_with(name)).expect("a row");
+        line.split_whitespace().map(str::to_owned).collect()
+    };
+    assert_eq!(row("HIGH_FOOT")[1..], ["HIGH", "1", "4", "1.000000", "(0,", "-1,", "0)"]);
+    assert_eq!(row("LOW_TOP")[1..], ["LOW", "1", "4", "1.000000", "(0,", "1,", "0)"]);
+    let told = place.good("check deck.toml --json").event("result");
+    let foot = &told["inspection"]["surfaces"][0];
+    assert_eq!((&foot["name"], &foot["normal"][1]), (&"HIGH_FOOT".into(), &(-1.0).into()), "{told}");
+}
+
 /// A mesh with one body gets a block; the mesh file is not in the folder of the case.
 #[test]
 fn a_body_alone_gets_a_block() {

@@ -1,8 +1,8 @@
 //! Abaqus' and CalculiX' input format: `*KEYWORD, PARAMETER=VALUE` lines, each followed by lines of
 //! data.
 //!
-//! The reader handles `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` and `*SURFACE` of a flat model. It
-//! refuses other keywords that place or generate nodes, skips all remaining keywords with their
+//! The reader handles `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE` and the sets of
+//! `*SOLID SECTION` of a flat model. It refuses other keywords that place or generate nodes, skips all remaining keywords with their
 //! data, and stops at the first `*STEP`.
 
 mod lines;
@@ -113,6 +113,10 @@ impl Reader {
                 }
                 None => Block::NodeSet { name: keyword.required("NSET")?, generate: keyword.has("GENERATE") },
             },
+            "SOLID SECTION" | "SOLIDSECTION" => {
+                keyword.parameter("ELSET").into_iter().for_each(|set| self.sets.section(set));
+                Block::Skipped
+            }
             "ELSET" => Block::ElementSet { name: keyword.required("ELSET")?, generate: keyword.has("GENERATE") },
             "SURFACE" => match keyword.parameter("TYPE").map(str::to_ascii_uppercase).as_deref() {
                 None | Some("ELEMENT") => Block::Faces { name: keyword.required("NAME")? },

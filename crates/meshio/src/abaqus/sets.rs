@@ -68,6 +68,8 @@ pub(super) struct Sets {
     nodes: Definitions,
     elements: Definitions,
     faces: Vec<Faces>,
+    /// Sets with a solid section.
+    sections: Vec<String>,
 }
 
 /// One line of a surface.
@@ -105,6 +107,11 @@ impl Sets {
 
     pub fn nodes_of_elements(&mut self, set: String, elements: &str, line: usize) {
         self.nodes.add(&set, line, Member::NodesOfElements(elements.to_owned()));
+    }
+
+    /// A set of elements that a solid section names.
+    pub fn section(&mut self, set: &str) {
+        self.sections.push(set.to_owned());
     }
 
     /// A line of a surface: an element or a set, and a face.
@@ -161,8 +168,15 @@ impl Sets {
         }
         mesh.node_sets.values_mut().for_each(sort);
         for Faces { surface, line, of, side } in self.faces {
+            if let Member::Set(name) = &of {
+                mesh.sets_of_faces.extend(known(&mesh.cell_sets, name));
+            }
             let found = members_of(&of, line, &elements, &mesh.cell_sets, "element")?;
             add_faces(mesh, &surface, found, side, &mut room, line)?;
+        }
+        for section in &self.sections {
+            let set = known(&mesh.cell_sets, section).filter(|set| !mesh.sections.contains(set));
+            mesh.sections.extend(set);
         }
         mesh.cell_sets.values_mut().for_each(sort);
         mesh.face_sets.values_mut().for_each(sort);
@@ -234,6 +248,12 @@ fn members_of(
 fn find<'a, T>(sets: &'a BTreeMap<String, T>, name: &str) -> Option<&'a T> {
     let alike = || sets.iter().find(|(other, _)| other.eq_ignore_ascii_case(name)).map(|(_, set)| set);
     sets.get(name).or_else(alike)
+}
+
+/// The name of the set that [`find`] finds.
+fn known<T>(sets: &BTreeMap<String, T>, name: &str) -> Option<String> {
+    let alike = || sets.keys().find(|other| other.eq_ignore_ascii_case(name)).cloned();
+    sets.contains_key(name).then(|| name.to_owned()).or_else(alike)
 }
 
 fn unknown(line: usize, set: &str) -> MeshFileError {

@@ -84,6 +84,19 @@ fn sets_and_surfaces_are_read() {
     assert_eq!(counted.elements.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
 }
 
+/// Sections name the sets that have a material, whatever the case of their letters and however often.
+#[test]
+fn sections_and_sets_of_faces_are_told() {
+    let section = |sets: &str| CUBES.replace("*Material", &format!("{sets}*Material"));
+    let mesh = parse(&section("*Solid Section, elset=LEFT, material=steel\n*SOLIDSECTION, ELSET=Left\n"));
+    assert_eq!(mesh.sections, ["Left"]);
+    assert_eq!(mesh.left_out([Some("Left")]), [1], "the right cube");
+    assert!(mesh.left_out([Some("Left"), Some("RIGHT")]).is_empty() && mesh.left_out([None]).is_empty());
+    assert_eq!(mesh.sets_of_faces.iter().collect::<Vec<_>>(), ["RIGHT", "both", "skin"]);
+    let none = parse(CUBES);
+    assert!(none.sections.is_empty() && none.left_out([Some("Left")]).is_empty(), "without sections, any part will do");
+}
+
 /// The package meshio writes entities of Gmsh as if they were a set of elements.
 #[test]
 fn entities_of_gmsh_are_no_elements() {

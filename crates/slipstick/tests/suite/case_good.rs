@@ -189,12 +189,11 @@ fn a_resolved_case_is_a_case_file() {
         case.units = Units { length: Some("mm".into()), force: None };
         let body = case.bodies[0].name.clone();
         let normal = Some(NormalCone { direction: [0.0, 1.0, 0.0], degrees: 30.0 });
-        case.surfaces =
-            vec![SurfaceSet { name: "up".into(), body: Some(body), of: vec![], within: None, boxes: vec![], normal }];
+        case.surfaces = vec![SurfaceSet { name: "up".into(), body: Some(body), normal, ..SurfaceSet::default() }];
         let plane = Some(Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0], tolerance: None });
-        let cylinder = Some(Cylinder { start: [0.0; 3], end: [1.0, 0.0, 0.0], radius: 2.0 });
+        let cylinder = Some(Cylinder { start: [0.0; 3], end: [1.0, 0.0, 0.0], radius: 2.0, tolerance: None });
         let (name, within, nearest) = ("one".into(), Some("up".into()), Some([1.0, 2.0, 3.0]));
-        case.sets.push(NodeSet { name, within, boxes: vec![], plane, cylinder, nearest });
+        case.sets.push(NodeSet { name, within, plane, cylinder, nearest, ..NodeSet::default() });
         if let Some(Objective { kind: ObjectiveKind::ContactForce { steps }, .. }) = &mut case.objective {
             *steps = ObservedSteps::Only(vec![1, 4]);
         }

@@ -385,6 +385,75 @@ fn facets_are_selected_by_place_and_normal() {
     assert!(some.iter().all(|n| cosine(n) > 30f64.to_radians().cos() - 1e-12));
 }
 
+/// Cylinders, spheres and smooth faces select the faces that the generators of the shapes know by
+/// name, and only them.
+#[test]
+fn facets_are_selected_by_cylinder_sphere_and_smooth_face() {
+    let shapes = "[[body]]\nname = 'tube'\nhollow_cylinder = { inner_radius = 2, outer_radius = 3, height = 4, \
+        elements = [2, 16, 4] }\nplace.translate = [20, 0, 0]\n\
+        material.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n\
+        [[body]]\nname = 'pin'\ncone = { bottom_radius = 1, top_radius = 1, height = 4, elements = [4, 1, 4] }\n\
+        place.translate = [20, 0, 0]\nmaterial.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n";
+    let check = |body: &str, conditions: &str, expected: &str| {
+        let tables = format!("{shapes}[[surface]]\nname = 's'\nbody = '{body}'\n{conditions}");
+        let mesh = selected(&tables).unwrap_or_else(|error| panic!("{error}"));
+        let facets = |name: &str| {
+            let mut facets: Vec<_> = mesh.surfaces[name].facets.iter().map(|facet| facet.nodes.sorted()).collect();
+            facets.sort_unstable();
+            facets
+        };
+        assert!(!facets("s").is_empty());
+        assert_eq!(facets("s"), facets(expected), "{body} {conditions}");
+    };
+    let bore = "start = [20, 0, 0], end = [20, 4, 0], radius";
+    // the solid cylinder around the bore has no other facets of the tube
+    check("tube", "cylinder = { start = [20, -1, 0], end = [20, 5, 0], radius = 2.01 }", "tube_inner");
+    check("tube", &format!("cylinder = {{ {bore} = 2, tolerance = 1e-6 }}"), "tube_inner");
+    check("tube", &format!("cylinder = {{ {bore} = 3, tolerance = 1e-6 }}"), "tube_outer");
+    // all nodes of its end faces that lie on the mantle belong to facets with inner nodes too
+    check("pin", &format!("cylinder = {{ {bore} = 1, tolerance = 1e-6 }}"), "pin_side");
+    check("ball", "sphere = { centre = [0, 9, 0], radius = 1, tolerance = 1e-6 }", "ball_dome");
+    check("ball", "sphere = { centre = [0, 9, 0], radius = 1.01 }\nnormal = { direction = [0, 1, 0] }", "ball_flat");
+    // the points lie nearest to the bore, the mantle and an end
+    check("tube", "connected = { to = [21.9, 2, 0] }", "tube_inner");
+    check("tube", "connected = { to = [23.5, 2, 0] }", "tube_outer");
+    check("tube", "connected = { to = [22.5, 9, 0] }", "tube_top");
+    // facets of the tube are 22.5° apart: a smaller angle stops at the next edge along the axis
+    let strip = "[[surface]]\nname = 's'\nbody = 'tube'\nconnected = { to = [23.1, 2, 0.1], degrees = 20 }";
+    assert_eq!(selected(&format!("{shapes}{strip}")).expect("built").surfaces["s"].facets.len(), 4);
+}
+
+/// The mantle of a cylinder does not contain facets of an end face whose corners all lie on the rim.
+#[test]
+fn ends_of_coarse_cylinders_are_not_on_the_mantle() {
+    let cylinder = "cylinder = { start = [2, 0, 1], end = [2, 1, 1], radius = 2.2360679774997896, tolerance = 1e-9 }";
+    let brick = "[[body]]\nname = 'brick'\nbox = { min = [0, 0, 0], max = [4, 1, 2], elements = [1, 1, 1] }\n\
+                 material.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n";
+    let mesh = selected(&format!("{brick}[[surface]]\nname = 's'\nbody = 'brick'\n{cylinder}")).expect("built");
+    assert_eq!(mesh.surfaces["s"].facets.len(), 4, "of 6 faces with all nodes on the rims");
+}
+
+/// Nodes of one of two bodies that fill the same space.
+#[test]
+fn a_set_of_a_body_has_no_nodes_of_others() {
+    let twin =
+        format!("[[body]]\nname = 'twin'\n{SLAB}\nmaterial.neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }}\n");
+    let of = |conditions: &str| {
+        let mesh = selected(&format!("{twin}[[set]]\nname = 's'\n{conditions}")).expect("built");
+        let twin = mesh.body("twin").expect("a body").nodes.clone();
+        let set = &mesh.node_sets["s"];
+        (set.len(), set.iter().filter(|&&node| twin.contains(&(node as usize))).count())
+    };
+    let plane = "plane = { point = [4, 0, 0], normal = [1, 0, 0] }";
+    assert_eq!(of(plane), (18, 9));
+    assert_eq!(of(&format!("body = 'twin'\n{plane}")), (9, 9));
+    assert_eq!(of(&format!("body = 'slab'\n{plane}")), (9, 0));
+    assert_eq!(of("body = 'twin'"), (45, 45));
+    let text = format!("{}[[set]]\nname = 's'\nbody = 'slab'\nwithin = 'block_top'\n", from_file("gmsh_41_ascii.msh"));
+    let error = read(&text).expect_err("of another body").to_string();
+    assert!(error.contains("`block_top` is not a set of `slab`"), "{error}");
+}
+
 #[test]
 fn empty_selections_are_errors_at_their_place() {
     let error = |tables: &str| selected(tables).expect_err("empty");

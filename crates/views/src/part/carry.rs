@@ -62,7 +62,7 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
     for surface in part.surfaces.iter_mut().filter(|surface| surface.of.is_empty()) {
         if let Some((body, face)) = left(&surface.name) {
             let (name, body, within) = (surface.name.clone(), body.name.clone(), Some(face.group.clone()));
-            *surface = SurfaceSet { name, body: Some(body), of: Vec::new(), within, boxes: Vec::new(), normal: None };
+            *surface = SurfaceSet { name, body: Some(body), within, ..SurfaceSet::default() };
         }
     }
     for set in &mut part.sets {
@@ -70,7 +70,7 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
         match left(&set.name) {
             Some((_, face)) if whole => {
                 let (name, within) = (set.name.clone(), Some(face.group.clone()));
-                *set = NodeSet { name, within, boxes: Vec::new(), plane: None, cylinder: None, nearest: None };
+                *set = NodeSet { name, within, ..NodeSet::default() };
             }
             _ if designed(&set.name) && !whole => {
                 reselected.push(set.name.clone());

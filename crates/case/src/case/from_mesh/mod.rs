@@ -11,6 +11,7 @@ mod survey;
 mod text;
 
 use slipstick_meshio::{FileMesh, MeshFileError};
+use slipstick_model::words::counted;
 
 use survey::{Part, Survey};
 
@@ -19,8 +20,8 @@ use survey::{Part, Survey};
 pub struct MeshCase {
     /// The text of the case.
     pub text: String,
-    /// Changes that the case makes to the mesh, for the user's information: which bodies lose
-    /// mid-side nodes.
+    /// What the case leaves out of the mesh, for the user's information: mid-side nodes, and elements
+    /// that are in no body.
     pub notices: Vec<String>,
 }
 
@@ -37,6 +38,11 @@ pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError>
             part.name
         ))
     };
-    let notices = survey.parts.iter().filter_map(notice).collect();
+    let mut notices: Vec<String> = survey.parts.iter().filter_map(notice).collect();
+    if survey.left_out > 0 {
+        let parts = survey.parts.iter().filter_map(|part| part.part.as_deref());
+        let (elements, parts) = (counted(survey.left_out, "solid element"), parts.collect::<Vec<_>>().join(", "));
+        notices.push(format!("{elements} of the file are in no body: bodies are made from {parts}"));
+    }
     Ok(MeshCase { text: text::case(&survey, file), notices })
 }

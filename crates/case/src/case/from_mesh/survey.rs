@@ -1,5 +1,6 @@
 //! Surveys the contents of a mesh file, and which of its surfaces face each other.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
@@ -141,6 +142,8 @@ pub struct Survey {
     pub parts: Vec<Part>,
     /// The pair that is most likely in contact.
     pub pair: Option<Pair>,
+    /// Number of solid elements of the file that are in no body.
+    pub left_out: usize,
 }
 
 impl Survey {
@@ -155,31 +158,58 @@ impl Survey {
         }
         parts.sort_by(|a: &Part, b| b.volume.total_cmp(&a.volume));
         let pair = best_pair(&parts);
-        Ok(Self { parts, pair })
+        let taken: BTreeSet<u32> = parts.iter().flat_map(|part| file.solid_cells(part.part.as_deref())).collect();
+        let left_out = file.solid_cells(None).len() - taken.len();
+        Ok(Self { parts, pair, left_out })
     }
 }
 
-/// The sets of a file that become bodies, smallest first, with the names of the bodies. A set that
-/// shares elements with an earlier one is skipped. Without any sets, the whole file is one body.
+/// The sets of a file that become bodies, with the names of the bodies: those with a section of an
+/// Abaqus deck; otherwise disjoint sets that cover as much of the file as possible, the small ones
+/// first, without sets that only serve to define surfaces. Without any sets, the whole file is one
+/// body.
 fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
-    let mut sets: Vec<&str> = file.parts().collect();
-    sets.sort_by_key(|set| file.cell_sets[*set].len());
-    let mut taken: BTreeSet<u32> = BTreeSet::new();
-    let mut chosen = Vec::new();
-    let mut names = BTreeSet::new();
-    for set in sets {
-        let cells = &file.cell_sets[set];
-        if cells.iter().any(|cell| taken.contains(cell)) {
-            continue;
+    let sections = file.sections.iter().map(String::as_str);
+    let sections: Vec<&str> = sections.filter(|set| !file.solid_cells(Some(set)).is_empty()).collect();
+    let sets = match sections.is_empty() {
+        false => without_overlap(file, sections).0,
+        true => {
+            let all: Vec<&str> = file.parts().collect();
+            let mut sets: Vec<&str> = all.iter().copied().filter(|set| !file.sets_of_faces.contains(*set)).collect();
+            if sets.is_empty() {
+                sets = all;
+            }
+            sets.sort_by_key(|set| file.cell_sets[*set].len());
+            let small = without_overlap(file, sets.clone());
+            sets.sort_by_key(|set| Reverse(file.cell_sets[*set].len()));
+            let large = without_overlap(file, sets);
+            if large.1 > small.1 { large.0 } else { small.0 }
         }
-        taken.extend(cells);
+    };
+    let mut names = BTreeSet::new();
+    let named = |set: &str| {
         let mut name = proper(set);
         while !names.insert(name.clone()) {
             name.push('_');
         }
-        chosen.push((Some(set.to_owned()), name));
-    }
+        (Some(set.to_owned()), name)
+    };
+    let chosen: Vec<_> = sets.into_iter().map(named).collect();
     if chosen.is_empty() { vec![(None, "part".into())] } else { chosen }
+}
+
+/// The sets that share no element with an earlier one, and the number of their elements.
+fn without_overlap<'a>(file: &FileMesh, sets: Vec<&'a str>) -> (Vec<&'a str>, usize) {
+    let mut taken: BTreeSet<u32> = BTreeSet::new();
+    let mut chosen = Vec::new();
+    for set in sets {
+        let cells = file.solid_cells(Some(set));
+        if cells.iter().all(|cell| !taken.contains(cell)) {
+            taken.extend(cells);
+            chosen.push(set);
+        }
+    }
+    (chosen, taken.len())
 }
 
 /// A valid name for a body.

@@ -296,19 +296,15 @@ impl<'a> Plan<'a> {
         let [x, y, z] = [direction.x, direction.y, direction.z].map(rounded);
         let point = direction * high;
         let tolerance = rounded((0.1 * (high - low)).min(0.6 * part.element_size()));
-        let [min, max] = part.bounds;
-        let (min, max) = (min.map(|x| x - tolerance), max.map(|x| x + tolerance));
-        let size = min.amax().max(max.amax());
-        let shown = |p: Vector3<f64>| vector(p, size);
+        let size = part.bounds.iter().fold(0.0, |size: f64, corner| size.max(corner.amax()));
         let _ = write!(
             self.selections,
-            "\n# the nodes on the far side of {}\n[[set]]\nname = {}\nboxes = [{{ min = {}, max = {} }}]\n\
+            "\n# the nodes on the far side of {}\n[[set]]\nname = {}\nbody = {}\n\
              plane = {{ point = {}, normal = [{x:?}, {y:?}, {z:?}], tolerance = {tolerance:?} }}\n",
             part.name,
             quoted(&name),
-            shown(min),
-            shown(max),
-            shown(point)
+            quoted(&part.name),
+            vector(point, size)
         );
         name
     }

@@ -25,6 +25,7 @@ pub(super) fn bodies(root: &Table<'_>, names: &mut Names, files: &MeshFiles<'_>)
         names.excuse_all();
     }
     let mut bodies: Vec<Body> = tables.into_iter().map(|table| body(table, names, files)).collect();
+    files.warn_of_unused(root.reader);
     // nothing but the default stiffness of contact depends on the material of a rigid body
     let deformable = bodies.iter().filter(|body| body.rigid.is_none()).map(|body| body.material);
     let stiffest = deformable.max_by(|a, b| a.youngs_modulus().total_cmp(&b.youngs_modulus()));
@@ -52,7 +53,8 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         Rigid { reference }
     });
     if rigid.is_some() {
-        names.add_set(table.reader, table.path(), &name, None);
+        let body = names.body(&name);
+        names.add_set(table.reader, table.path(), &name, body);
     }
     let material = if rigid.is_some() { none_of_rigid(&table) } else { material(&table) };
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar)];

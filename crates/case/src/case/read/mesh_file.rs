@@ -8,6 +8,7 @@ use std::sync::Arc;
 use slipstick_meshio::{FileMesh, MeshFileError};
 
 use super::super::ReadFile;
+use super::super::reader::Reader;
 use super::super::resolved::MeshFile;
 use super::super::typed::Table;
 use super::CaseCode;
@@ -20,15 +21,42 @@ type Contents = Result<Rc<(FileMesh, String)>, (String, String)>;
 pub(super) struct MeshFiles<'f> {
     read: ReadFile<'f>,
     known: RefCell<BTreeMap<String, Contents>>,
+    used: RefCell<BTreeMap<String, Used>>,
+}
+
+/// The parts of a file of which the case makes bodies.
+#[derive(Default)]
+struct Used {
+    /// Where the case first names the file.
+    path: String,
+    /// The parts; `None`: the whole file.
+    parts: Vec<Option<String>>,
 }
 
 impl<'f> MeshFiles<'f> {
     pub fn new(read: ReadFile<'f>) -> Self {
-        Self { read, known: RefCell::default() }
+        Self { read, known: RefCell::default(), used: RefCell::default() }
     }
 
     fn get(&self, name: &str) -> Contents {
         self.known.borrow_mut().entry(name.to_owned()).or_insert_with(|| self.load(name)).clone()
+    }
+
+    /// Warns about elements of decks with sections that are in no body.
+    pub fn warn_of_unused(&self, reader: &Reader) {
+        for (file, Used { path, parts }) in &*self.used.borrow() {
+            let Ok(contents) = self.get(file) else { continue };
+            let mesh = &contents.0;
+            let left_out = mesh.left_out(parts.iter().map(Option::as_deref));
+            if left_out.is_empty() {
+                continue;
+            }
+            let solids = mesh.solid_cells(None).len();
+            let sections: Vec<String> = mesh.sections.iter().map(|set| format!("`{set}`")).collect();
+            let message = format!("{} of the {solids} solid elements of {file} are in no body", left_out.len());
+            let help = format!("the deck has sections for {}: use them as `part`", sections.join(", "));
+            reader.warning(path, CaseCode::MeshFile, message, help);
+        }
     }
 
     fn load(&self, name: &str) -> Contents {
@@ -64,6 +92,10 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
     };
     let contents = files.get(&file).map_err(|told| error("file", told)).ok()?;
     let (mesh, hash) = &*contents;
+    let mut used = files.used.borrow_mut();
+    let first = || Used { path: table.path_of("file"), parts: Vec::new() };
+    used.entry(file.clone()).or_insert_with(first).parts.push(part.clone());
+    drop(used);
     if expected.is_some_and(|expected| !expected.eq_ignore_ascii_case(hash)) {
         let help = "restore the original file, or remove the key";
         error("sha256", (format!("the SHA-256 of {file} is {hash}: the file has changed"), help.into()));

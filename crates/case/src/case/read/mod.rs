@@ -115,15 +115,21 @@ fn box_region(table: Table<'_>) -> BoxRegion {
     BoxRegion { min, max }
 }
 
+/// A solid cylinder.
 fn cylinder(table: Table<'_>) -> Cylinder {
+    let cylinder = axis_and_radius(&table);
+    table.finish();
+    cylinder
+}
+
+fn axis_and_radius(table: &Table<'_>) -> Cylinder {
     let start = table.vector("start").required([0.0; 3], "one end of the axis [x, y, z]");
     let end = table
         .vector("end")
         .check(CaseCode::BadShape, |end| *end != start, "is the same point as `start`", "the axis must have a length")
         .required(start.map(|x| x + 1.0), "the other end of the axis [x, y, z]");
     let radius = table.number("radius").positive(CaseCode::BadShape).required(1.0, "a length");
-    table.finish();
-    Cylinder { start, end, radius }
+    Cylinder { start, end, radius, tolerance: None }
 }
 
 /// A direction: three numbers, not all zero.

@@ -96,7 +96,9 @@ impl Region {
         let near = |centre: [f64; 3], radius: f64| squared(difference(point, centre)) <= radius * radius;
         match *self {
             Self::Box { min, max } => Some(BoxRegion { min, max }.contains(point)),
-            Self::Cylinder { start, end, radius } => Some(Cylinder { start, end, radius }.contains(point)),
+            Self::Cylinder { start, end, radius } => {
+                Some(Cylinder { start, end, radius, tolerance: None }.contains(point))
+            }
             Self::EndlessCylinder { axis, through, radius } => {
                 let (along, from) = (axis.vector(), difference(point, through));
                 let share = dot(from, along) / squared(along);
@@ -105,16 +107,6 @@ impl Region {
             Self::Ball { centre, radius } => Some(near(centre, radius)),
             Self::NearSurface { .. } | Self::NearSet { .. } | Self::Part { .. } | Self::Body { .. } => None,
         }
-    }
-}
-
-impl Cylinder {
-    /// Whether a point is in the cylinder, ends and mantle included.
-    pub fn contains(&self, point: [f64; 3]) -> bool {
-        let (along, from) = (difference(self.end, self.start), difference(point, self.start));
-        let share = dot(from, along) / squared(along);
-        let across: [f64; 3] = std::array::from_fn(|k| from[k] - share * along[k]);
-        (0.0..=1.0).contains(&share) && squared(across) <= self.radius * self.radius
     }
 }
 
