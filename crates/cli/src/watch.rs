@@ -184,6 +184,11 @@ impl DriveObserver for Watch<'_> {
         self.headline = format!("iteration {iteration}: ");
     }
 
+    fn recalls(&mut self, result: &IterationRecord) {
+        self.begin(result.iteration, self.steps_before);
+        self.headline = format!("iteration {}: ", result.iteration);
+    }
+
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
         let DesignEvaluated { record, notice, seconds } = *design;
         // Repeated only if it differs from that of the previous design.

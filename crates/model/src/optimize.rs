@@ -15,12 +15,14 @@
 //! the next iteration depends on is in [`OptimizationState`] and the path of the last design. Both
 //! can be stored and restored bit for bit.
 
+mod best;
 mod functions;
 mod maps;
 mod realisations;
 mod state;
 mod stop;
 
+pub use best::{Best, FEASIBLE};
 pub use state::{
     FilterOptions, FunctionRecord, IterationRecord, OptimizationOptions, OptimizationState, OptimizeError, PrepareError,
 };
@@ -149,6 +151,7 @@ impl Optimization {
             parts,
             constraints,
             dilated_limit: None,
+            best: None,
             history: Vec::new(),
         };
         Ok(Self {
@@ -276,6 +279,7 @@ impl Optimization {
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
         let done = self.done(&x);
+        let changed = self.schedule.changes_values_at(self.state.iteration);
         let evaluated = Evaluated { x: x.clone(), density: designs.nominal().clone(), gradient: None };
         let mut next = OptimizationState { x, optimizer, dilated_limit, ..self.state.clone() };
         let mut derivative = None;
@@ -295,10 +299,47 @@ impl Optimization {
             analysis.guide = Some(Guide::of(&designs.first().path, analysis.linear.ranks()));
             self.realisations.follow(&designs);
         }
+        next.keep_best(&record, &evaluated.x, changed);
         next.history.push(record);
         self.state = next;
         self.evaluated = Some(Evaluated { gradient: derivative, ..evaluated });
         Ok(designs.into_first())
+    }
+
+    /// Evaluates the [result](OptimizationState::result) again if it is not the last design. The state
+    /// stays as it is, so that the optimization can go on; [`evaluated`](Self::evaluated) is then the
+    /// result.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance). Its path could be marched before, but may follow another one now.
+    pub fn recall(&mut self, observer: &mut dyn MarchObserver) -> Result<Option<Forward>, OptimizeError> {
+        let last = self.state.history.last().map(|record| record.iteration);
+        let result = self.state.result().map(|record| record.iteration).filter(|result| Some(*result) != last);
+        let Some(best) = self.state.best.clone().filter(|best| Some(best.iteration) == result) else {
+            return Ok(None);
+        };
+        let densities = self.realisations.densities(best.iteration, &best.x);
+        let mut designs = self.realisations.march(&mut self.problem.analysis, densities, observer)?;
+        if !designs.finished(self.problem.analysis.times.len()) {
+            return Err(OptimizeError::Interrupted);
+        }
+        designs.forget_factors();
+        self.evaluated = Some(Evaluated { density: designs.nominal().clone(), x: best.x, gradient: None });
+        Ok(Some(designs.into_first()))
+    }
+
+    /// The constraint that a design violates most, relative to its bound: its name, value and
+    /// violation. `None` if it violates none by more than [`FEASIBLE`].
+    pub fn most_violated(&self, record: &IterationRecord) -> Option<(&str, f64, f64)> {
+        let volume = self.bounded.then(|| {
+            let limit = self.schedule.volume_fraction.at(record.iteration).unwrap_or(self.limit);
+            slipstick_design::Bound::AtMost(limit)
+        });
+        let bounds = self.problem.analysis.constraints.iter().map(|constraint| constraint.bound);
+        let bounds = volume.into_iter().chain(bounds);
+        let each = self.state.constraints.iter().zip(&record.constraints).zip(bounds);
+        let each = each.map(|((name, of), bound)| (name.as_str(), of.value, bound.violation(of.value).0));
+        each.filter(|of| of.2 > FEASIBLE).reduce(|a, b| if b.2 > a.2 { b } else { a })
     }
 
     /// Marches with the variables of the state and, as long as the optimizer rejects the result,

@@ -17,7 +17,8 @@ use slipstick::picture::{PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, RenderError};
 use slipstick::report::{PageOptions, page};
 use slipstick::run::{
-    Checkpoint, ExitState, RESPONSES, RunDirectory, RunError, RunPart, RunRecord, design_density, mesh_files,
+    Checkpoint, ExitState, RESPONSES, ResultRecord, RunDirectory, RunError, RunPart, RunRecord, design_density,
+    mesh_files,
 };
 use slipstick_cli::commands::optimize::SECTIONS;
 use slipstick_cli::failure::Failure;
@@ -229,6 +230,16 @@ impl Run {
         detached(py, || {
             let checkpoint = Checkpoint::read(&self.directory)?;
             serde_json::to_string(&checkpoint.state.history).map_err(|error| Error::Internal(error.to_string()))
+        })
+    }
+
+    /// The iteration of the design that is the result.
+    fn result_iteration(&self, py: Python<'_>) -> PyResult<usize> {
+        detached(py, || {
+            if let Some(result) = ResultRecord::read(&self.directory)? {
+                return Ok(result.iteration);
+            }
+            Ok(Checkpoint::read(&self.directory)?.state.history.len().saturating_sub(1))
         })
     }
 

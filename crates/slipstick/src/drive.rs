@@ -31,8 +31,8 @@ use crate::output::{
 };
 use crate::quantities::Quantities;
 use crate::run::{
-    Checkpoint, FailureReport, FunctionNames, History, Kept, NewtonTable, RunDirectory, RunError, StartValuesFile,
-    keep_failure, on_first, write_densities, write_path,
+    Checkpoint, FailureReport, FunctionNames, History, Kept, NewtonTable, ResultRecord, RunDirectory, RunError,
+    StartValuesFile, keep_failure, on_first, write_densities, write_path,
 };
 use slipstick_design::MmaError;
 
@@ -54,6 +54,9 @@ pub trait DriveObserver: MarchObserver {
 
     /// A design was evaluated and, unless it is the last one, updated. Its files are written next.
     fn evaluated(&mut self, _design: &DesignEvaluated<'_>) {}
+
+    /// The last design is not the result: the design of this record is, and its path begins.
+    fn recalls(&mut self, _result: &IterationRecord) {}
 }
 
 impl DriveObserver for Silent {}
@@ -119,6 +122,7 @@ impl Recorder {
             let newton = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
             // From here on a run that is stopped or killed can be resumed.
             checkpoint.write(directory)?;
+            ResultRecord::forget(directory)?;
             Ok(Some(Files { directory: directory.clone(), history, newton, checkpoint }))
         };
         Ok(Self { files: on_first(ranks, open)?.flatten(), every })
@@ -196,6 +200,15 @@ impl Files {
         Ok(collection.save(&run.file("design.pvd"))?)
     }
 
+    /// Writes a design that is the result although it is not the last one.
+    fn recall(&self, optimization: &Optimization, iteration: usize) -> Result<(), RunError> {
+        let Some(design) = optimization.evaluated() else { return Ok(()) };
+        let (run, mesh, map) = (&self.directory, &optimization.problem.mesh, optimization.map());
+        let variables = (!map.is_identity()).then(|| map.variables().densities(&design.x));
+        write_densities(&run.file("design.csv"), mesh, &design.density, None, variables.as_ref())?;
+        ResultRecord { iteration }.write(run)
+    }
+
     /// Writes the checkpoint; without new start values, the previous ones are kept.
     fn store(&mut self, optimization: &Optimization, start_values: Vec<StartValuesFile>) -> Result<(), RunError> {
         self.checkpoint.newton_rows.push(self.newton.rows());
@@ -242,9 +255,42 @@ pub fn drive(
         }
         last = Some(forward);
     }
+    if last.is_none() {
+        return Ok(None);
+    }
+    if let Some(forward) = recall(optimization, recorder.as_mut(), observer)? {
+        last = Some(forward);
+    }
     let (Some(recorder), Some(forward)) = (&recorder, &last) else { return Ok(None) };
     let problem = &optimization.problem;
     Ok(Some(write_path(recorder.directory(), problem, &forward.path)?))
+}
+
+/// Evaluates and writes the best design, if it is the result instead of the last one. If its path
+/// cannot be marched again, the last design remains the result.
+fn recall(
+    optimization: &mut Optimization,
+    recorder: Option<&mut Recorder>,
+    observer: &mut dyn DriveObserver,
+) -> Result<Option<Forward>, DriveError> {
+    let [result, last] = [optimization.state.result(), optimization.state.history.last()].map(|of| of.cloned());
+    let Some(result) = result.filter(|result| Some(result.iteration) != last.map(|last| last.iteration)) else {
+        return Ok(None);
+    };
+    observer.recalls(&result);
+    let forward = match optimization.recall(observer) {
+        Ok(Some(forward)) => forward,
+        Err(OptimizeError::Interrupted) => return Err(DriveError::Interrupted),
+        _ => return Ok(None),
+    };
+    if let Some(recorder) = recorder {
+        let ranks = optimization.problem.analysis.linear.ranks();
+        on_first(ranks, || match &recorder.files {
+            Some(files) => files.recall(optimization, result.iteration),
+            None => Ok(()),
+        })?;
+    }
+    Ok(Some(forward))
 }
 
 /// Combines the growing table and the caller's observer.

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 use slipstick::build::{self, Problem};
 use slipstick::drive::{Recorder, drive};
-use slipstick::optimize::Optimization;
-use slipstick::run::{Checkpoint, Run};
+use slipstick::optimize::{IterationRecord, Optimization};
+use slipstick::run::{Checkpoint, ResultRecord, Run};
 use slipstick::words::counted;
 
 use super::{digits, last_values, tell_quantities, warn_of_fallbacks};
@@ -75,34 +75,63 @@ pub fn optimize(
     Ok(())
 }
 
-/// Relative violation from which a warning says that a design violates its constraints.
-const VIOLATED: f64 = 0.01;
-
 fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quantities: Option<Value>) {
-    let Some(record) = optimization.state.history.last() else { return };
+    let state = &optimization.state;
+    let Some(last) = state.history.last() else { return };
+    // also if its path could not be marched again
+    let recalled = ResultRecord::read(run.directory()).ok().flatten();
+    let record = recalled.and_then(|recalled| state.history.get(recalled.iteration)).unwrap_or(last);
     let path = run.directory().path();
     context.console.event(
         "result",
         json!({
-            "command": "optimize", "directory": path, "iterations": optimization.state.iteration,
-            "objective": record.objective, "volume_fraction": record.volume_fraction,
+            "command": "optimize", "directory": path, "iterations": state.iteration,
+            "iteration": record.iteration, "objective": record.objective, "volume_fraction": record.volume_fraction,
             "violation": record.violation,
             "quantities": quantities, "peak_bytes": memory::peak(),
         }),
     );
+    let (of, file) = match recalled {
+        Some(_) => (format!(" in iteration {} of {}", record.iteration, state.iteration), "design.csv"),
+        None => (format!(" after {}", counted(state.iteration, "iteration")), "design.pvd"),
+    };
     context.console.text(&format!(
-        "objective {}, volume fraction {:.5} after {}; design in {}",
+        "objective {}, volume fraction {:.5}{of}; design in {}",
         digits(record.objective),
         record.volume_fraction,
-        counted(optimization.state.iteration, "iteration"),
-        path.join("design.pvd").display()
+        path.join(file).display()
     ));
-    if record.violation > VIOLATED {
+    if recalled.is_some() {
+        tell_why_not_the_last(context, optimization, record, last);
+    }
+    if let Some((name, value, violation)) = optimization.most_violated(record) {
         context.console.warning(&format!(
-            "the design violates its constraints: the largest relative violation is {:.3} (columns of history.csv); more \
-             iterations may reduce it, unless constraints contradict each other",
-            record.violation
+            "the design violates its constraints: the largest relative violation is {violation:.3} (`{name}` is {}; \
+             columns of history.csv); more iterations may reduce it, unless constraints contradict each other",
+            digits(value)
         ));
     }
     warn_of_fallbacks(context, &optimization.problem.analysis);
+}
+
+/// The result is the best design that meets the constraints, and why it is not the last one.
+fn tell_why_not_the_last(
+    context: &Context,
+    optimization: &Optimization,
+    result: &IterationRecord,
+    last: &IterationRecord,
+) {
+    let (best, objective) = (result.iteration, digits(last.objective));
+    match optimization.most_violated(last) {
+        Some((name, _, violation)) => context.console.warning(&format!(
+            "the last design, with the objective {objective}, violates `{name}` by {:.2} % of its bound, so the result \
+             is the best design that meets the constraints, that of iteration {best}; more iterations \
+             (`slipstick resume`) may find a better one",
+            100.0 * violation
+        )),
+        None => context.console.text(&format!(
+            "  iteration {best} has the best objective of all designs that meet the constraints; the last one has \
+             {objective}"
+        )),
+    }
 }

@@ -6,6 +6,7 @@ mod bad_input;
 mod bench;
 mod commands;
 mod curve;
+mod designs;
 mod export;
 #[cfg(unix)]
 mod faults;

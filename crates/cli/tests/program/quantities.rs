@@ -55,14 +55,18 @@ fn quantities_are_maximised_and_bounded() {
             .max(column(&history, "volume_fraction")[n] / 0.5 - 1.0);
         assert!((violation - expected.max(0.0)).abs() < 1e-9, "{n}: {violation} {expected}");
     }
-    // the start design violates the bound, the last ones meet it
+    // the start design violates the bound, the last ones nearly meet it
     assert!(drag[0] > 6.1 && drag[12] < 6.05, "{drag:?}");
     let objective = column(&history, "objective");
+    // the result is the best design that meets its constraints within a thousandth
+    let feasible = (0..=12).filter(|&n| violation[n] <= 1e-3);
+    let result = feasible.reduce(|a, b| if objective[b] < objective[a] { b } else { a }).expect("feasible designs");
+    assert!(violation[12] > 1e-3 && place.json("case/result.json")["iteration"] == result, "{violation:?}");
     let quantities = place.table("case/quantities.csv");
     let press = column(&quantities, "press");
-    assert!((press[4] + objective[12]).abs() < 1e-9 * press[4], "{press:?} {objective:?}");
-    assert!((column(&quantities, "drag")[4] - drag[12]).abs() < 1e-9);
-    assert!((column(&quantities, "reaction_block_ymax_x")[4] - drag[12]).abs() < 1e-9);
+    assert!((press[4] + objective[result]).abs() < 1e-9 * press[4], "{press:?} {objective:?}");
+    assert!((column(&quantities, "drag")[4] - drag[result]).abs() < 1e-9);
+    assert!((column(&quantities, "reaction_block_ymax_x")[4] - drag[result]).abs() < 1e-9);
     assert!(told.contains("  press ") && told.contains("  stress "), "{told}");
     place.good("render case --curve drag press --out curve.png");
     assert!(place.path("curve.png").is_file());

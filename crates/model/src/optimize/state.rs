@@ -7,7 +7,7 @@ use slipstick_design::{
 };
 use slipstick_path::MarchFailure;
 
-use super::StopCriteria;
+use super::{Best, StopCriteria};
 
 /// One evaluated design.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -94,6 +94,9 @@ pub struct OptimizationState {
     /// one keeps its bound; `None` without a dilated design, and before the first update.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dilated_limit: Option<f64>,
+    /// The best design that meets all constraints; `None` if none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub best: Option<Best>,
     /// All evaluated designs.
     pub history: Vec<IterationRecord>,
 }

@@ -8,6 +8,7 @@ import os
 import shutil
 import sys
 import tempfile
+import warnings
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from . import _slipstick
 from ._progress import Bar, Report
+from .errors import SlipstickWarning
 from .quantity import Quantity
 from .response import recorded
 
@@ -102,7 +104,7 @@ class Result:
 
     @property
     def density(self) -> NDArray[np.float64]:
-        """Densities of the last evaluated design, shape (elements,)."""
+        """Densities of the resulting design, shape (elements,)."""
         return self._run.density()
 
     def density_of(self, iteration: int) -> NDArray[np.float64]:
@@ -126,8 +128,16 @@ class Result:
 
     @property
     def objective(self) -> float:
-        """Objective of the last evaluated design."""
-        return self.iterations[-1].objective
+        """Objective of the resulting design."""
+        return self.iterations[self.iteration].objective
+
+    @property
+    def iteration(self) -> int:
+        """Iteration of the resulting design.
+
+        The last one, unless it violates a constraint or is worse than the best design that meets all.
+        """
+        return self._run.result_iteration()
 
     @property
     def history(self) -> pandas.DataFrame | list[dict[str, Any]]:
@@ -306,7 +316,7 @@ def run(
 
     try:
         with bar:
-            return Result(start(path, record if callback else None, bar.report), temporary)
+            result = Result(start(path, record if callback else None, bar.report), temporary)
     except BaseException as error:
         kept = _has_iterations(path)
         if temporary and not kept:
@@ -316,6 +326,20 @@ def run(
         continues = f"slipstick.resume({os.fspath(path)!r}) continues"
         said = f"finished iterations are kept: {continues}" if kept else "no iteration has finished"
         raise KeyboardInterrupt(said) from None
+    _warn_of_violation(result)
+    return result
+
+
+def _warn_of_violation(result: Result) -> None:
+    """A design that does not meet its constraints is never returned silently."""
+    violation = result.iterations[result.iteration].violation
+    if violation > 1e-3:
+        warnings.warn(
+            SlipstickWarning(
+                f"the design violates its constraints: the largest relative violation is {violation:.3f}"
+            ),
+            stacklevel=4,
+        )
 
 
 def _has_iterations(directory: FilePath) -> bool:

@@ -117,7 +117,7 @@ impl Checkpoint {
     /// numbers of constraints in the memory of the optimizer and in the scaling; the error says
     /// what is wrong.
     fn check(&self, start: &OptimizationState, [m, scaled]: [usize; 2]) -> Result<(), String> {
-        let OptimizationState { iteration, x, x_before, optimizer, scaling, constraints: names, history, .. } =
+        let OptimizationState { iteration, x, x_before, optimizer, scaling, constraints: names, best, history, .. } =
             &self.state;
         let (n, constraints) = (start.x.len(), &start.constraints);
         let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());
@@ -137,6 +137,13 @@ impl Checkpoint {
         densities("x", x, n)?;
         if let Some(before) = x_before {
             densities("x_before", before, n)?;
+        }
+        if let Some(best) = best {
+            densities("best.x", &best.x, n)?;
+            // after `reopen`, it may be the design that is evaluated again
+            if best.iteration > updates {
+                return Err(format!("`best` is iteration {}, which was not evaluated", best.iteration));
+            }
         }
         optimizer.check(n, m).map_err(|error| format!("`{}`: {error}", optimizer.name()))?;
         let parts = [x_before.is_some(), scaling.is_some()];

@@ -48,6 +48,7 @@ const FILES: &[&str] = &[
     "verify.csv",
     "verify.json",
     "run.json",
+    super::result::RESULT,
     super::start_values::FILES[0],
     super::start_values::FILES[1],
 ];

@@ -8,7 +8,8 @@
 //! | `history.csv` | one row per evaluated design: [`History`] | row by row |
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
 //! | `checkpoint.json` | everything that the next iteration depends on: [`Checkpoint`] | after every iteration |
-//! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed; its design variable, if this is not the density | after every iteration |
+//! | `result.json` | the iteration of the best design, if the last one is not the result: [`ResultRecord`] | at the end |
+//! | `design.csv` | density of every element of the last evaluated design, at the end of the result; its derivative if an update followed; its design variable, if this is not the density | after every iteration |
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every few iterations, as set by `[output]` `every` |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | `solve`: after each load step; others: at the end, also of a failed march |
@@ -49,6 +50,7 @@ mod path_writer;
 mod places;
 mod promises;
 mod record;
+mod result;
 mod seal;
 mod start_values;
 mod symmetry;
@@ -69,6 +71,7 @@ pub use path_writer::PathWriter;
 pub use places::Place;
 pub use promises::{Comparison, comparisons, promises};
 pub use record::{ExitState, Machine, RunPart, RunRecord};
+pub use result::ResultRecord;
 pub use slipstick_case::case::sha256;
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};

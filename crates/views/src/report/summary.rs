@@ -8,7 +8,7 @@ use super::MEASURES;
 use super::tables::{self, Table};
 use slipstick_case::case::{Case, Dimension};
 use slipstick_model::words::{quantity, vector};
-use slipstick_results::run::{Comparison, RESPONSES, RunDirectory, RunError, comparisons, load_density};
+use slipstick_results::run::{Comparison, RESPONSES, ResultRecord, RunDirectory, RunError, comparisons, load_density};
 
 /// The numbers at the top of the page.
 #[derive(Debug, Default, Serialize)]
@@ -47,7 +47,12 @@ impl Summary {
             }
         };
         let mut summary = Self { objective, unit, ..Self::default() };
-        let last = history.and_then(|history| history.rows.last());
+        let recalled = ResultRecord::read(run)?;
+        let result = history.zip(recalled).and_then(|(history, of)| history.rows.get(of.iteration));
+        let last = result.or(history.and_then(|history| history.rows.last()));
+        if let Some(recalled) = recalled {
+            summary.rows.push(["result: the best design, of iteration".into(), recalled.iteration.to_string()]);
+        }
         if let Some(value) = last.and_then(|row| row.get(1)).and_then(Value::as_f64) {
             summary.rows.push([format!("objective θ{}", summary.unit), quantity(value)]);
         }

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slipstick::build::build_mesh;
 use slipstick::output::write_atomically;
-use slipstick::run::{Image, asymmetry, load_density, sha256};
+use slipstick::run::{Image, ResultRecord, RunDirectory, asymmetry, load_density, sha256};
 use slipstick::words::counted;
 
 use self::file::{Entry, Study as Plan, Word};
@@ -205,20 +205,22 @@ fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
         put("gradient_error".into(), &json!(worst));
     }
     if run.command == Word::Optimize {
-        history(&directory.join("history.csv")).into_iter().for_each(|(name, value)| put(name, &json!(value)));
+        history(&directory).into_iter().for_each(|(name, value)| put(name, &json!(value)));
     }
     numbers
 }
 
-/// The last row of a history, its first and its best objective.
-fn history(path: &Path) -> Vec<(String, f64)> {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+/// The row of the result in the history of a run, its first and its best objective.
+fn history(directory: &Path) -> Vec<(String, f64)> {
+    let text = std::fs::read_to_string(directory.join("history.csv")).unwrap_or_default();
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
     let rows: Vec<Vec<Option<f64>>> = lines.map(|l| l.split(',').map(|cell| cell.parse().ok()).collect()).collect();
     let cell = |row: &[Option<f64>], name: &str| row.get(header.iter().position(|found| *found == name)?).copied()?;
     let mut found = Vec::new();
-    if let Some(last) = rows.last() {
+    let recalled = RunDirectory::open(directory).and_then(|run| ResultRecord::read(&run)).ok().flatten();
+    let result = recalled.and_then(|recalled| rows.get(recalled.iteration));
+    if let Some(last) = result.or(rows.last()) {
         // the constraints' columns follow the one of the inner iterations
         let constraints = header.iter().skip_while(|name| **name != "inner_iterations").skip(1);
         let constraints = constraints.take_while(|name| **name != "seconds" && !name.starts_with("multiplier"));
