@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
+use slipstick::crushed::{CURE, CrushedVoid};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 use slipstick::words::{is_hidden, visible};
@@ -130,6 +131,15 @@ impl Console {
         self.event("warning", json!({ "code": notice, "message": notice.to_string(), "help": help }));
         if !self.json && !self.quiet {
             self.suspended(|| complain(&format!("warning: {notice}\n    help: {help}\n")));
+        }
+    }
+
+    /// Prints that void collapses, and what helps.
+    pub fn crushed_void(&self, crushed: &CrushedVoid) {
+        let object = json!({ "code": "crushed_void", "message": crushed.to_string(), "help": CURE, "void": crushed });
+        self.event("warning", object);
+        if !self.json && !self.quiet {
+            self.suspended(|| complain(&format!("warning: {crushed}\n    help: {CURE}\n")));
         }
     }
 

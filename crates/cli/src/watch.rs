@@ -34,6 +34,8 @@ pub struct Watch<'a> {
     steps_of_path: usize,
     /// The notice about the previous path.
     notice: Option<ForwardNotice>,
+    /// Whether void that collapses has been reported.
+    crushed: bool,
 }
 
 impl<'a> Watch<'a> {
@@ -53,6 +55,7 @@ impl<'a> Watch<'a> {
             load_cases: problem.load_cases.clone(),
             steps_of_path: problem.analysis.times.len(),
             notice: None,
+            crushed: false,
         }
     }
 
@@ -190,10 +193,14 @@ impl DriveObserver for Watch<'_> {
     }
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
-        let DesignEvaluated { record, notice, seconds } = *design;
+        let DesignEvaluated { record, notice, seconds, ref crushed } = *design;
         // Repeated only if it differs from that of the previous design.
         self.console.notice(notice.filter(|notice| Some(*notice) != self.notice));
         self.notice = notice;
+        if let Some(crushed) = crushed.as_ref().filter(|_| !self.crushed) {
+            self.crushed = true;
+            self.console.crushed_void(crushed);
+        }
         let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
         let mut event = json!(record);
         event["seconds"] = json!(seconds);

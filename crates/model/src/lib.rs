@@ -8,6 +8,7 @@
 //! display.
 
 pub mod analysis;
+pub mod crushed;
 pub mod losses;
 pub mod model;
 pub mod optimize;

@@ -21,9 +21,10 @@
 use std::time::Instant;
 
 use slipstick_linalg::Ranks;
-use slipstick_path::{MarchEvent, MarchObserver, Silent};
+use slipstick_path::{MarchEvent, MarchObserver, Silent, StateError, StepFailureKind};
 
 use crate::analysis::{AnalysisError, Forward, ForwardNotice, Rounding};
+use crate::crushed::CrushedVoid;
 use crate::optimize::{IterationRecord, Optimization, OptimizeError};
 use crate::output::{
     Pvd,
@@ -43,6 +44,8 @@ pub struct DesignEvaluated<'a> {
     pub record: &'a IterationRecord,
     /// What the user should know about its path.
     pub notice: Option<ForwardNotice>,
+    /// Void that made attempts at its load steps fail, if these cost more than its path.
+    pub crushed: Option<CrushedVoid>,
     /// Wall time of the analysis, the gradient and the update. \[s\]
     pub seconds: f64,
 }
@@ -242,13 +245,18 @@ pub fn drive(
         }
         let clock = Instant::now();
         let newton = recorder.as_mut().and_then(|recorder| recorder.files.as_mut()).map(|files| &mut files.newton);
-        let forward = match optimization.advance(&mut Both { newton, observer: &mut *observer }) {
+        let mut both = Both { newton, observer: &mut *observer, failed: Vec::new() };
+        let advanced = optimization.advance(&mut both);
+        let failed = both.failed;
+        let forward = match advanced {
             Ok(forward) => forward,
             Err(error) => return Err(stopped(optimization, error, recorder.as_ref())),
         };
         let seconds = clock.elapsed().as_secs_f64();
         if let Some(record) = optimization.state.history.last() {
-            observer.evaluated(&DesignEvaluated { record, notice: forward.notice, seconds });
+            let costly = record.failed_iterations > record.newton_iterations;
+            let crushed = costly.then(|| optimization.problem.crushed_void(&forward.density, failed.iter())).flatten();
+            observer.evaluated(&DesignEvaluated { record, notice: forward.notice, crushed, seconds });
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(optimization, seconds)?;
@@ -297,12 +305,19 @@ fn recall(
 struct Both<'a> {
     newton: Option<&'a mut NewtonTable>,
     observer: &'a mut dyn DriveObserver,
+    /// States at which attempts failed.
+    failed: Vec<StateError>,
 }
 
 impl MarchObserver for Both<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         if let Some(newton) = &mut self.newton {
             newton.record(event);
+        }
+        if let MarchEvent::Retry { failed, .. } = event
+            && let StepFailureKind::State(error) = &failed.kind
+        {
+            self.failed.push(error.clone());
         }
         self.observer.on_event(event);
     }

@@ -312,6 +312,16 @@ impl ContactModel {
         self.penalization.interpolation.simp.penalization = penalization;
     }
 
+    /// Whether void elements follow linear elasticity.
+    pub fn interpolates_energies(&self) -> bool {
+        self.penalization.interpolation.energy.is_some()
+    }
+
+    /// Whether an element is designed.
+    pub fn is_designed(&self, element: u32) -> bool {
+        self.penalization.designed.get(element as usize).copied().unwrap_or(false)
+    }
+
     /// Prescribed motion.
     pub fn prescribed(&self) -> &Prescribed {
         &self.prescribed

@@ -10,6 +10,7 @@ use slipstick_path::{FailedAttempt, IterationRecord, MarchFailure, Rung, StateEr
 
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
+use slipstick_model::crushed::CURE;
 use slipstick_model::model::course;
 use slipstick_model::problem::Problem;
 use slipstick_model::words::counted;
@@ -177,6 +178,13 @@ impl FailureReport {
             if !report.cures.iter().any(|own| own.starts_with(&cure)) {
                 report.cures.push(cure);
             }
+        }
+        let states = failure.tried.iter().filter_map(|failed| match &failed.kind {
+            StepFailureKind::State(error) => Some(error),
+            _ => None,
+        });
+        if problem.crushed_void(design.density(), states).is_some() {
+            report.cures.insert(0, CURE.into());
         }
         let diverged = |kind: &StepFailureKind| {
             use StepFailureKind::{Diverged, State, TooManyIterations};

@@ -9,6 +9,7 @@ mod common;
 mod conservative;
 mod constrained;
 mod corpus;
+mod crushed;
 mod curved;
 mod derivatives;
 mod design_maps;
