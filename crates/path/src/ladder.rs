@@ -16,6 +16,8 @@ pub enum Rung {
     LastState,
     /// From the last state, with another setting of the iteration, such as another c.
     Setting(usize),
+    /// From the last state, with a penalty whose stiffness grows, and then Newton's method.
+    Penalty,
     /// Uzawa's iteration over all multipliers, with its settings of this number, and then Newton's
     /// method.
     Held(usize),
@@ -27,6 +29,7 @@ impl fmt::Display for Rung {
             Self::Predicted => write!(f, "from a predicted state"),
             Self::LastState => write!(f, "from the last state"),
             Self::Setting(number) => write!(f, "setting {number} of the iteration"),
+            Self::Penalty => write!(f, "growing penalty"),
             Self::Held(number) => write!(f, "held multipliers {}", number + 1),
         }
     }
@@ -39,6 +42,7 @@ impl Rung {
             Attempt::Setting(0) if predicted => Self::Predicted,
             Attempt::Setting(0) => Self::LastState,
             Attempt::Setting(number) => Self::Setting(number),
+            Attempt::Penalty(_) => Self::Penalty,
             Attempt::Rescue(number) => Self::Held(number),
         }
     }
@@ -57,15 +61,32 @@ pub struct FailedAttempt {
     pub iterations: usize,
 }
 
-/// Newton iterations that failed attempts at a step may take before its increment is halved no
-/// further, in units of the costliest single solve: the maximum of an attempt, or the previous
-/// state's own iterations if these were more. Steps that converge at all need up to about half of it.
-const PATIENCE: usize = 20;
+/// Newton iterations that failed attempts may take since the last accepted state before no other rung and
+/// no smaller increment is tried, in units of the costliest single solve: the maximum of an attempt, or the
+/// last state's own iterations if these were more.
+const PATIENCE: usize = 15;
 
-/// Whether attempts at a step have cost so much that smaller increments are no longer tried.
-/// `neighbour` is the cost of the last accepted state.
-pub(crate) fn is_exhausted(tried: &[FailedAttempt], neighbour: usize, max_iterations: usize) -> bool {
-    iterations_of(tried) > PATIENCE * max_iterations.max(neighbour)
+/// What all failed attempts at a step may take besides, once most of the step is done; a part of the step
+/// earns its part of this.
+const PATIENCE_WITH_PROGRESS: f64 = 20.0;
+
+/// The part of a step that is done, and what it took.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Progress {
+    /// From 0 to 1.
+    pub done: f64,
+    /// Number of failed attempts before the last accepted state.
+    pub before: usize,
+    /// Newton iterations that led to that state.
+    pub neighbour: usize,
+}
+
+/// Whether attempts at a step have cost so much that no others are tried.
+pub(crate) fn is_exhausted(tried: &[FailedAttempt], progress: Progress, max_iterations: usize) -> bool {
+    let Progress { done, before, neighbour } = progress;
+    let unit = max_iterations.max(neighbour);
+    let all = (PATIENCE as f64 + PATIENCE_WITH_PROGRESS * done) * unit as f64;
+    iterations_of(&tried[before..]) > PATIENCE * unit || iterations_of(tried) as f64 > all
 }
 
 /// Newton iterations of failed attempts.
@@ -74,7 +95,7 @@ pub(crate) fn iterations_of(tried: &[FailedAttempt]) -> usize {
 }
 
 /// Returns the attempt after `last`, which started from the last state and failed: the next
-/// setting, or held multipliers if they may help. `own` is the failure of the method itself,
+/// setting, a growing penalty, or held multipliers if they may help. `own` is the failure of the method itself,
 /// `rescue` tells whether held multipliers are tried for an increment of this length.
 pub(crate) fn next_attempt<P: StepProblem>(
     problem: &P,
@@ -83,16 +104,23 @@ pub(crate) fn next_attempt<P: StepProblem>(
     own: &StepFailure,
     rescue: bool,
 ) -> Option<Attempt> {
-    if let Attempt::Setting(setting) = last {
-        // other settings of the iteration cannot avoid an inverted element
-        let geometric = matches!(failure.kind, StepFailureKind::State(_));
-        let next = Attempt::Setting(setting + 1);
-        if !geometric && problem.method(next).is_some() {
-            return Some(next);
-        }
+    // other settings of the iteration cannot avoid an inverted element, or forces that explode
+    let geometric = matches!(failure.kind, StepFailureKind::State(_) | StepFailureKind::Diverged);
+    // nor does a penalty determine multipliers that the step's own equations leave undetermined
+    let determined = !matches!(failure.kind, StepFailureKind::Singular { .. });
+    let others = match last {
+        Attempt::Setting(0) => &[Attempt::Setting(1), Attempt::Penalty(0)][..],
+        Attempt::Setting(1) => &[Attempt::Penalty(0), Attempt::Setting(2)],
+        Attempt::Penalty(_) => &[Attempt::Setting(2)],
+        Attempt::Setting(_) | Attempt::Rescue(_) => &[],
+    };
+    let helps = |next: &Attempt| !geometric && (determined || matches!(next, Attempt::Setting(_)));
+    let next = others.iter().copied().find(|next| helps(next) && problem.method(*next).is_some());
+    if next.is_some() {
+        return next;
     }
     let next = match last {
-        Attempt::Setting(_) => Attempt::Rescue(0),
+        Attempt::Setting(_) | Attempt::Penalty(_) => Attempt::Rescue(0),
         Attempt::Rescue(number) => Attempt::Rescue(number + 1),
     };
     (rescue && may_be_rescued(own) && problem.method(next).is_some()).then_some(next)
@@ -115,7 +143,8 @@ fn may_be_rescued(failure: &StepFailure) -> bool {
 mod tests {
     use super::*;
 
-    /// By hand: twenty times the maximum of an attempt, or of what the last state took if that is more.
+    /// By hand: fifteen times the maximum of an attempt, or of what the last state took if that is more;
+    /// twenty-five times if half of the step is done and some of the attempts precede the last state.
     #[test]
     fn patience_is_counted_in_iterations() {
         let tried = |iterations: usize| {
@@ -125,10 +154,15 @@ mod tests {
                 kind: StepFailureKind::Diverged,
                 iterations,
             };
-            [failed(iterations - 25), failed(25)]
+            [failed(375), failed(iterations - 375)]
         };
-        let verdicts = |neighbour: usize| [500, 501, 800, 801].map(|n| is_exhausted(&tried(n), neighbour, 25));
-        assert_eq!(verdicts(6), [false, true, true, true]);
-        assert_eq!(verdicts(40), [false, false, false, true]);
+        let verdicts = |done: f64, before: usize, neighbour: usize| {
+            let progress = Progress { done, before, neighbour };
+            [375, 376, 600, 601, 625, 626].map(|n| is_exhausted(&tried(n), progress, 25))
+        };
+        assert_eq!(verdicts(0.0, 0, 6), [false, true, true, true, true, true]);
+        assert_eq!(verdicts(0.5, 0, 6), [false, true, true, true, true, true]);
+        assert_eq!(verdicts(0.5, 1, 6), [false, false, false, false, false, true]);
+        assert_eq!(verdicts(0.0, 0, 40), [false, false, false, true, true, true]);
     }
 }

@@ -24,6 +24,7 @@
 //! the form that is exact for every method. The crate does not depend on any enforcement method,
 //! does no I/O and reads no clock except one that the caller provides ([`Timings`]).
 
+mod continuation;
 mod divided;
 pub mod equations;
 mod failure;

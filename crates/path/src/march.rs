@@ -1,9 +1,10 @@
 //! The march along the load path: steps, retries, cut-backs, and the store of states.
 
+use crate::continuation;
 use crate::divided::on_first;
 use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
 use crate::free::FreeSteps;
-use crate::ladder::{self, FailedAttempt, Rung, iterations_of};
+use crate::ladder::{self, FailedAttempt, Progress, Rung, iterations_of};
 use crate::newton::{self, NewtonOptions, Start, StepReport};
 use crate::problem::{Attempt, Evaluated, Held, Iteration, Method, StepProblem, StepState, Wanted};
 use crate::reuse::KeptFactors;
@@ -249,10 +250,10 @@ impl<'a> LoadPath<'a> {
 ///
 /// If there is a guide, a step starts from the state that the guide predicts and uses the guide's
 /// sub-steps, if any. A failed step is retried from the last state, then with the problem's other
-/// settings, then with half the increment, with at most `max_cutbacks` halvings. [Held
-/// multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings, and after
-/// the last halving. A step whose attempts have cost far more than its neighbours is halved no
-/// further. Accepted sub-steps are states of the path like any other.
+/// settings and a [growing penalty](Attempt::Penalty), then with half the increment, with at most
+/// `max_cutbacks` halvings. [Held multipliers](Attempt::Rescue) are also tried: for the whole step, after two
+/// halvings, and after the last halving. A step whose attempts have cost far more than its neighbours is
+/// tried no further. Accepted sub-steps are states of the path like any other.
 ///
 /// # Errors
 /// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error;
@@ -298,7 +299,9 @@ pub fn march<P: StepProblem>(
             let target = led.unwrap_or(if last { end } else { now + increment });
             let halvings = (whole / (target - now)).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
-            let increment_to = Increment { path: &path, time: target, step, rescue, options, guide };
+            let neighbour = path.states.last().map_or(0, |last| last.report.iterations.len());
+            let progress = Progress { done: (now - begin) / whole, before: counted, neighbour };
+            let increment_to = Increment { path: &path, time: target, step, rescue, progress, options, guide };
             match increment_to.attempt(solver, &mut geometry, &mut tried, observer) {
                 Ok((state, mut report, at)) => {
                     report.failed_iterations = iterations_of(&tried[counted..]);
@@ -330,8 +333,7 @@ pub fn march<P: StepProblem>(
                     failed = true;
                     increment = 0.5 * (target - now);
                     let prescribed = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
-                    let neighbour = path.states.last().map_or(0, |last| last.report.iterations.len());
-                    let exhausted = ladder::is_exhausted(&tried, neighbour, options.newton.max_iterations);
+                    let exhausted = ladder::is_exhausted(&tried, progress, options.newton.max_iterations);
                     if increment < smallest || prescribed || exhausted {
                         return Err(Box::new(MarchFailure {
                             step,
@@ -368,6 +370,7 @@ struct Increment<'a> {
     step: usize,
     /// Whether held multipliers are tried.
     rescue: bool,
+    progress: Progress,
     options: &'a MarchOptions,
     guide: Option<&'a Guide>,
 }
@@ -446,7 +449,9 @@ impl Increment<'_> {
             tried.push(FailedAttempt { time, rung, kind, iterations });
             if starts.peek().is_none() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
-                match ladder::next_attempt(problem, attempt, &failure, own, self.rescue) {
+                let next = ladder::next_attempt(problem, attempt, &failure, own, self.rescue);
+                let exhausted = ladder::is_exhausted(tried, self.progress, options.newton.max_iterations);
+                match next.filter(|_| !exhausted) {
                     Some(next) => attempt = next,
                     None => return Err(before_rescue.unwrap_or(failure)),
                 }
@@ -476,6 +481,10 @@ pub(crate) fn solve_increment<P: StepProblem>(
     let (y, at) = match solver.problem.method(attempt) {
         Some(Method::Uzawa(outer)) => {
             uzawa::solve(solver, step, start, &target, options, (attempt, &outer), &mut report)?
+        }
+        Some(Method::Newton) if matches!(attempt, Attempt::Penalty(_)) => {
+            let at = continuation::solve(solver, step, start, &target, options, &mut report)?;
+            (at.unknowns.clone(), at)
         }
         _ => {
             let iteration = Iteration { attempt, ..Iteration::default() };

@@ -67,7 +67,7 @@ impl Default for Tolerances {
 pub struct NewtonOptions {
     /// Stopping criteria.
     pub tolerances: Tolerances,
-    /// Maximum number of iterations of a (sub-)step.
+    /// Maximum number of iterations of a (sub-)step; twice as many while the residual still falls.
     pub max_iterations: usize,
     /// Relative residual of the linear solves.
     pub linear_tolerance: f64,
@@ -109,6 +109,10 @@ pub struct IterationRecord {
     pub status: [usize; 3],
 }
 
+/// Multiple of the maximum number of iterations that are made while the residual [still
+/// falls](still_falls).
+const EXTENSION: usize = 2;
+
 /// Number of iterations that [`still_falls`] considers.
 const JUDGED: usize = 5;
 
@@ -128,8 +132,8 @@ pub struct StepReport {
     pub failed_iterations: usize,
     /// Uzawa iterations (0 for methods without them).
     pub uzawa: usize,
-    /// Whether Newton's method failed and
-    /// [Uzawa's iteration over all multipliers](crate::Attempt::Rescue) led to the state: it may
+    /// Whether Newton's method failed, and [Uzawa's iteration over all
+    /// multipliers](crate::Attempt::Rescue) or a [growing penalty](crate::Attempt::Penalty) led to the state: it may
     /// lie beyond a jump of the contact.
     pub rescued: bool,
     /// Whether the step [holds free motions](crate::StepProblem::hold_free_motions).
@@ -278,7 +282,11 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let least = |tolerance: f64| tolerance.max(self.options.linear_tolerance);
         let mut forcing = SolveTolerance { direct: least(LOOSEST_SOLVE), iterative: least(FIRST_ITERATIVE_SOLVE) };
         let mut last_size = f64::INFINITY;
-        for iteration in 1..=self.options.max_iterations {
+        for iteration in 1..=EXTENSION * self.options.max_iterations {
+            let more = || self.records.len() >= JUDGED && still_falls(&self.records);
+            if iteration > self.options.max_iterations && !more() {
+                break;
+            }
             if !wanted.derivatives() {
                 at = self.with_derivatives(at)?;
             }
@@ -339,7 +347,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             }
         }
         let changing = sets.changing(&at.active_set);
-        Err(StepFailureKind::TooManyIterations { iterations: self.options.max_iterations, changing })
+        Err(StepFailureKind::TooManyIterations { iterations: self.records.len(), changing })
     }
 
     /// The same evaluation with its derivatives.

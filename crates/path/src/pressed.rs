@@ -9,6 +9,8 @@
 //! of the violation.
 
 use crate::equations::UnknownAt;
+use crate::march::solve_increment;
+use crate::newton::Start;
 use crate::{
     Attempt, Evaluated, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Path, PreviousPullBack,
     Scales, Silent, Solver, StateError, StepFailureKind, StepProblem, StepState, SweepOptions, Unknowns, UzawaOptions,
@@ -23,6 +25,8 @@ struct Pressed {
     /// ε.
     penalty: f64,
     uzawa: UzawaOptions,
+    /// Stages of a growing penalty.
+    stages: usize,
     unknowns: Unknowns,
 }
 
@@ -37,7 +41,7 @@ impl Pressed {
             designs: 1,
             ..Unknowns::default()
         };
-        Self { stiffness, penalty, uzawa, unknowns }
+        Self { stiffness, penalty, uzawa, stages: 0, unknowns }
     }
 
     /// Whether the ground pushes back.
@@ -127,7 +131,11 @@ impl StepProblem for Pressed {
     }
 
     fn method(&self, attempt: Attempt) -> Option<Method> {
-        (attempt == Attempt::Setting(0)).then_some(Method::Uzawa(self.uzawa))
+        match attempt {
+            Attempt::Setting(0) => Some(Method::Uzawa(self.uzawa)),
+            Attempt::Penalty(stage) => (stage < self.stages).then_some(Method::Newton),
+            _ => None,
+        }
     }
 
     fn update_multipliers(&self, _: &f64, at: &Evaluated<Self>) -> Result<(Vec<f64>, f64), StateError> {
@@ -183,4 +191,24 @@ fn uzawa_reports_that_it_was_too_slow() {
     // the first update has the violation φ ε/(φ + ε), here for t = 1
     let expected = 2.0 * 0.05 / 2.05 * (40.0_f64 / 41.0).powi(19);
     assert!((violation - expected).abs() < 1e-9, "{violation} for {expected}");
+}
+
+/// Three stages of Newton's method with the multiplier held, and Newton's method for the step's own equations:
+/// u = 0, ζ = φ t. With a held multiplier of 0, a stage ends at u = −φ t/(φ + ε).
+#[test]
+fn a_growing_penalty_ends_at_the_multiplier() {
+    let problem = Pressed { stages: 3, ..Pressed::new(2.0, 8.0, ACCELERATED) };
+    let workspace = &mut BlockMatrix::new(Arc::new(BlockPattern::from_rows(&[vec![0, 1], vec![0, 1]])));
+    let mut linear = LinearSystem::new(SolverChoice::Auto);
+    let mut solver = Solver { problem: &problem, linear: &mut linear, workspace };
+    let start = || Start::<Pressed> { unknowns: vec![0.0; 6], geometry: None, at_start: true };
+    let newton = MarchOptions::default().newton;
+    let (y, report, _) = solve_increment(&mut solver, &0.7, start(), 0.7, Attempt::Penalty(0), &newton).unwrap();
+    assert!(y[0].abs() < 1e-12 && (y[3] - 1.4).abs() < 1e-12, "{y:?}");
+    assert!(report.rescued);
+    let starts = report.iterations.iter().filter(|record| record.iteration == 1).count();
+    assert_eq!(starts, 4, "three stages and the step itself: {:?}", report.iterations);
+    // the first increment passes through the ground without touching it, the second comes back
+    let moved = report.iterations[0].displacement - report.iterations[1].displacement;
+    assert!((moved - 1.4 / 10.0).abs() < 1e-6, "{moved}");
 }

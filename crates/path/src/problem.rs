@@ -110,6 +110,10 @@ pub struct UzawaOptions {
 pub enum Attempt {
     /// With the problem's own settings (0), or with others after those have failed.
     Setting(usize),
+    /// By Newton's method with the traction of a penalty around the held multipliers, which grows with
+    /// this number, from the result of the stage before. Newton's method with the problem's own settings
+    /// continues from the last stage.
+    Penalty(usize),
     /// By Uzawa's iteration over all multipliers, with its settings of this number, if Newton's
     /// method fails. Newton's method then continues from its result.
     Rescue(usize),

@@ -172,7 +172,8 @@ fn smallest(newton: &NewtonOptions) -> f64 {
     }
 }
 
-fn loosened(newton: &NewtonOptions, bound: f64) -> NewtonOptions {
+/// The same settings with relative tolerances of at least `bound`.
+pub(crate) fn loosened(newton: &NewtonOptions, bound: f64) -> NewtonOptions {
     let loosen = |t: Tolerance| match t {
         Tolerance::Relative(own) => Tolerance::Relative(own.max(bound)),
         absolute @ Tolerance::Absolute(_) => absolute,

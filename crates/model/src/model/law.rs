@@ -20,6 +20,9 @@ const NUDGE: f64 = 1e-9;
 /// method.
 const RESCUE_FACTORS: [f64; 3] = [UPDATE_STIFFNESS, 0.1 * UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
 
+/// ε relative to the bodies' own stiffness in the stages of a growing penalty.
+const STAGES: [f64; 3] = [0.1 * UPDATE_STIFFNESS, UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
+
 /// Uzawa's iteration that rescues a step of the Lagrange method.
 const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64, memory: 8 };
 
@@ -152,13 +155,22 @@ impl Design {
         let own = Steering { variation: 1.0, onward: 1.0, rescue: None, held: Held::None, at_start: false };
         match attempt {
             Attempt::Setting(0) => Some(own),
+            // a smaller c ends most cycles; beside other methods, nodes that slip also start by sticking
             Attempt::Setting(1) => (lagrange || others).then_some(Steering {
-                variation: if lagrange { 10.0 } else { 1.0 },
+                variation: match (lagrange, others) {
+                    (true, true) => 10.0,
+                    (true, false) => 0.1,
+                    (false, _) => 1.0,
+                },
                 onward: if others { -1.0 } else { 1.0 },
                 ..own
             }),
-            Attempt::Setting(2) => lagrange.then_some(Steering { variation: 0.1, ..own }),
+            Attempt::Setting(2) => lagrange.then_some(Steering { variation: if others { 0.1 } else { 10.0 }, ..own }),
             Attempt::Setting(_) => None,
+            Attempt::Penalty(stage) => {
+                let factor = STAGES.get(stage).filter(|_| lagrange);
+                factor.map(|&factor| Steering { rescue: Some(factor), ..own })
+            }
             Attempt::Rescue(number) => {
                 let factor = RESCUE_FACTORS.get(number).filter(|_| lagrange);
                 factor.map(|&factor| Steering { rescue: Some(factor), ..own })
@@ -171,6 +183,9 @@ impl Design {
         use slipstick_path::Method as Solution;
         let Steering { rescue, .. } = self.settings(attempt)?;
         let uzawa = self.model.uzawa.map(|uzawa| uzawa.options);
+        if matches!(attempt, Attempt::Penalty(_)) {
+            return Some(Solution::Newton);
+        }
         let options = if rescue.is_some() { Some(RESCUE) } else { uzawa };
         Some(options.map_or(Solution::Newton, Solution::Uzawa))
     }

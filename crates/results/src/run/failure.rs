@@ -285,8 +285,8 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String
 
 const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
 
-const MORE_PATIENCE: &str = "a larger `load_path.max_newton_iterations`, of which failed attempts at a step may take twenty \
-                             times as many before it is halved no further";
+const MORE_PATIENCE: &str = "a larger `load_path.max_newton_iterations`, of which failed attempts without progress may \
+                             take fifteen times as many before the step is given up";
 
 const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) instead: beyond a limit point, \
                             there is no equilibrium under the load nearby";
