@@ -22,7 +22,7 @@ pub fn schema() -> Value {
     close(&mut schema);
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         definitions.values_mut().for_each(close);
-        for of_one_kind in ["Body", "Objective"] {
+        for of_one_kind in ["Body", "Load", "Objective", "Quantity"] {
             definitions.get_mut(of_one_kind).into_iter().for_each(one_kind);
         }
     }
@@ -32,6 +32,26 @@ pub fn schema() -> Value {
         require(schema.pointer_mut(pointer), path);
     }
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
+        // Rigid bodies have no material, tied surfaces no friction.
+        for (table, key, instead) in [("Body", "material", "rigid"), ("Contact", "friction", "tied")] {
+            definitions.get_mut(table).into_iter().for_each(|table| either(table, key, instead));
+        }
+        // A union of surfaces has neither body nor conditions.
+        if let Some(surface) = definitions.get_mut("SurfaceSet").and_then(Value::as_object_mut) {
+            let of_body = surface.remove("anyOf").unwrap_or_default();
+            let keys = of_body.as_array().into_iter().flatten().map(|one| &one["required"][0]);
+            let mut ways: Vec<Value> = keys.map(|key| json!({ "required": ["body", key] })).collect();
+            ways.push(json!({ "required": ["of"] }));
+            surface.insert("anyOf".into(), ways.into());
+            let required = surface.get_mut("required").and_then(Value::as_array_mut);
+            required.into_iter().for_each(|required| required.retain(|key| key != "body"));
+        }
+        // A single quantity is a sum of one term.
+        if let Some(combination) = definitions.get_mut("Combination") {
+            let about = "Name of the quantity, instead of `sum`.";
+            combination["properties"]["quantity"] = json!({ "type": "string", "description": about });
+            either(combination, "sum", "quantity");
+        }
         // A single number applies to both directions.
         if let Some(stiffness) = definitions.get_mut("Stiffness") {
             let table = stiffness.take();
@@ -131,6 +151,14 @@ fn require(table: Option<&mut Value>, path: &[Step]) {
             debug_assert!(former.is_none(), "two conditions on {place}");
         }
     }
+}
+
+/// Requires one of two keys where the first was required.
+fn either(table: &mut Value, key: &str, instead: &str) {
+    if let Some(required) = table.get_mut("required").and_then(Value::as_array_mut) {
+        required.retain(|required| required != key);
+    }
+    table["anyOf"] = json!([{ "required": [key] }, { "required": [instead] }]);
 }
 
 /// Descriptions as plain text: the first paragraph, without rustdoc markup and line breaks.

@@ -1,7 +1,7 @@
 //! Prescribed data along the load path: displacements, rotations, loads, symmetry planes.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// A coordinate direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
@@ -32,7 +32,7 @@ pub struct Symmetry {
 }
 
 /// A prescribed displacement of a set of nodes; without a motion, the nodes are held.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, JsonSchema)]
 pub struct Dirichlet {
     /// Surface or node set.
     pub set: String,
@@ -41,9 +41,10 @@ pub struct Dirichlet {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_case: Option<String>,
     /// The prescribed components, ascending and unique; the others are free.
+    #[schemars(with = "Vec<Motion>")]
     pub components: Vec<Component>,
     /// For a rigid body: the prescribed components of its rotation vector, ascending and unique.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(skip)]
     pub rotations: Vec<Component>,
     /// Waypoints; linear in between, starting at rest at t = 0; constant after the last one. Empty:
     /// held.
@@ -51,6 +52,47 @@ pub struct Dirichlet {
     /// The axis of rotation for the waypoints' angles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationAxis>,
+}
+
+/// A component as a case file writes it: of the translation, or of a rigid body's rotation.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum Motion {
+    X,
+    Y,
+    Z,
+    Rx,
+    Ry,
+    Rz,
+}
+
+/// Translations and rotations are written as one list of components, as in case files.
+impl Serialize for Dirichlet {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Written<'a> {
+            set: &'a str,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            load_case: &'a Option<String>,
+            components: Vec<Motion>,
+            motion: &'a [Waypoint],
+            #[serde(skip_serializing_if = "Option::is_none")]
+            rotation: &'a Option<RotationAxis>,
+        }
+        let Self { set, load_case, components, rotations, motion, rotation } = self;
+        let along = components.iter().map(|component| match component {
+            Component::X => Motion::X,
+            Component::Y => Motion::Y,
+            Component::Z => Motion::Z,
+        });
+        let about = rotations.iter().map(|component| match component {
+            Component::X => Motion::Rx,
+            Component::Y => Motion::Ry,
+            Component::Z => Motion::Rz,
+        });
+        let components = along.chain(about).collect();
+        Written { set, load_case, components, motion, rotation }.serialize(serializer)
+    }
 }
 
 impl Dirichlet {

@@ -36,6 +36,7 @@ mod patch;
 mod quantities;
 mod quantity_gradients;
 mod rigid;
+mod round_trip;
 mod rounding;
 mod run;
 mod scenarios;

@@ -1,7 +1,7 @@
 //! The JSON schema of case files: its types and words are checked against the reader; its required
 //! keys come from the reader, and some are checked against the documentation.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use slipstick::case::{CaseCode, TEMPLATES, parse_case, schema};
 
 /// `docs/case.schema.json` matches the current types.
@@ -17,7 +17,7 @@ fn the_schema_in_the_documentation_is_fresh() {
 
 /// Whether a schema accepts a value, to the extent needed for the schema of case files (JSON Schema
 /// 2020-12).
-fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
+pub fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
     let all = |list: &str, test: &dyn Fn(&Value) -> bool| schema[list].as_array().is_none_or(|l| l.iter().all(test));
     let count = |list: &str| schema[list].as_array().map(|l| l.iter().filter(|s| accepts(root, s, value)).count());
     let is = |name: &Value| match name.as_str() {
@@ -176,8 +176,9 @@ fn required_keys() {
     let required = |pointer: &str| schema.pointer(pointer).and_then(|table| table["required"].as_array()).cloned();
     for (table, keys) in [
         ("", &["body", "load_path"][..]),
-        ("/$defs/Body", &["name", "material"]),
-        ("/$defs/Contact", &["slave", "master", "friction"]),
+        ("/$defs/Body", &["name"]),
+        ("/$defs/Contact", &["slave", "master"]),
+        ("/$defs/SurfaceSet", &["name"]),
         ("/$defs/Symmetry", &["normal"]),
         ("/$defs/LoadCase", &["name"]),
         ("/$defs/AmplitudePoint", &["t", "factor"]),
@@ -187,6 +188,12 @@ fn required_keys() {
         let mut found = required(table).unwrap_or_else(|| panic!("{table} requires nothing"));
         found.sort_by_key(|key| keys.iter().position(|known| key == known));
         assert_eq!(found, keys, "{table}");
+    }
+    for (table, key, instead) in
+        [("Body", "material", "rigid"), ("Contact", "friction", "tied"), ("Combination", "sum", "quantity")]
+    {
+        let either = json!([{ "required": [key] }, { "required": [instead] }]);
+        assert_eq!(schema["$defs"][table]["anyOf"], either, "{table}");
     }
     assert!(!schema.to_string().contains("\"default\":"), "the defaults of a case are those of its reader");
 }

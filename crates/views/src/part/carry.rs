@@ -87,6 +87,9 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
         if of_file && !faces.whole.contains_key(&name) {
             return Err(PartError::NotFaces { name });
         }
+        if gone.contains(&name) && bodies.iter().any(|body| body.left_out.contains(&name)) {
+            return Err(PartError::Loose { name, used });
+        }
         if gone.contains(&name) {
             return Err(PartError::NoMaterial { name, used });
         }

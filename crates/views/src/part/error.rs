@@ -22,6 +22,17 @@ pub enum PartError {
         /// The table of the case that names it.
         used: String,
     },
+    /// The material on a surface or set that the case needs is not connected to a support or a
+    /// contact pair.
+    #[error(
+        "the material on `{name}`, which {used} needs, is a loose piece: neither a support nor a contact pair holds it"
+    )]
+    Loose {
+        /// The surface or set.
+        name: String,
+        /// The table of the case that names it.
+        used: String,
+    },
     /// A node set of a mesh file does not consist of faces.
     #[error("the set `{name}` of a mesh file is made of edges or points, which the mesh of the part does not have")]
     NotFaces {
@@ -43,6 +54,9 @@ impl PartError {
                 "keep the material there with `passive_solid` and run the optimization again, or give a lower --threshold"
                     .into()
             }
+            Self::Loose { .. } => "give a lower --threshold, or a `passive_solid` region that connects it, and run the \
+                                   optimization again"
+                .into(),
             Self::NotFaces { .. } => "select its nodes by position with a [[set]] in the case of the design".into(),
             Self::Export(error) => error.cure(),
         }

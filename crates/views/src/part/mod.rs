@@ -23,6 +23,8 @@ pub use error::PartError;
 pub use files::{SCRIPT, write_script, write_surface};
 pub use pieces::LoosePiece;
 
+use std::collections::BTreeSet;
+
 use slipstick_case::case::Case;
 use slipstick_mesh::Mesh;
 
@@ -68,12 +70,15 @@ pub struct PartBody {
     pub size: f64,
     /// Volume that its surface encloses. \[L³\]
     pub volume: f64,
-    /// Pieces that are left out because no support holds them, the largest first.
+    /// Pieces that are left out because no support holds them and no contact pair needs them, the
+    /// largest first.
     pub loose: Vec<LoosePiece>,
     /// Its surfaces and node sets.
     pub faces: Vec<NamedFace>,
     /// The patches around each piece of its material, including those of cavities; counted from 1.
     pub pieces: Vec<Vec<u32>>,
+    /// Names of the faces with material on loose pieces.
+    left_out: BTreeSet<String>,
     surface: PatchedSurface,
 }
 
@@ -157,8 +162,19 @@ fn part_body(
         return Err(PartError::Empty { body: name });
     }
     let supports: Vec<&String> = case.dirichlet.iter().map(|support| &support.set).collect();
-    let held = |t: usize| faces.of(surface.labels[t]).iter().any(|name| supports.contains(&name));
-    let kept = pieces(surface, held);
+    let on = |t: usize, names: &[&String]| faces.of(surface.labels[t]).iter().any(|name| names.contains(&name));
+    let mut kept = pieces(surface, |t| on(t, &supports));
+    let names = |labels: &BTreeSet<u32>| labels.iter().flat_map(|&label| faces.of(label)).cloned().collect();
+    let mut left_out: BTreeSet<String> = names(&kept.loose_labels);
+    // contact holds pieces such as a ring inside a ring
+    let on_kept: BTreeSet<String> = names(&kept.surface.labels.iter().copied().collect());
+    let pairs = case.contacts.iter().flat_map(|pair| [&pair.slave, &pair.master]);
+    let missing: Vec<&String> = pairs.filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
+    if !missing.is_empty() {
+        let held = |t: usize| on(t, &supports) || on(t, &missing);
+        kept = pieces(surface, held);
+        left_out = names(&kept.loose_labels);
+    }
     let size = size.unwrap_or_else(|| element_size(mesh, body));
     let (patched, list) = patches(&kept.surface);
     let mut around = vec![Vec::new(); kept.piece.iter().max().map_or(0, |&most| most as usize + 1)];
@@ -176,6 +192,7 @@ fn part_body(
         size,
         volume: fine.volume(),
         loose: kept.loose,
+        left_out,
         pieces: around,
         surface: fine,
     })

@@ -1,5 +1,6 @@
 //! The pieces of a body's material: held ones are kept, loose ones are left out.
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use super::patches::shells;
@@ -23,6 +24,8 @@ pub(super) struct Pieces {
     pub piece: Vec<u32>,
     /// The loose pieces, largest first.
     pub loose: Vec<LoosePiece>,
+    /// The labels of their triangles.
+    pub loose_labels: BTreeSet<u32>,
 }
 
 /// Keeps the pieces with a triangle that `held` accepts or, if there is none, the largest piece.
@@ -64,9 +67,11 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
         .collect();
     loose.sort_by(|a, b| b.volume.total_cmp(&a.volume));
     let number = |t: usize| owners[shell[t] as usize].and_then(|owner| kept.iter().position(|&k| k == owner));
+    let left_out = (0..surface.triangles.len()).filter(|&t| number(t).is_none());
+    let loose_labels = left_out.filter_map(|t| surface.labels.get(t).copied()).collect();
     let piece = (0..surface.triangles.len()).filter_map(|t| Some(number(t)? as u32)).collect();
     let attached = surface.restricted(|t| number(t).is_some());
-    Pieces { surface: attached, piece, loose }
+    Pieces { surface: attached, piece, loose, loose_labels }
 }
 
 fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {

@@ -106,6 +106,28 @@ fn loose_material_is_left_out() {
     assert!(share("feet").is_some_and(|share| (share - 1.0).abs() < 1e-12));
 }
 
+/// A piece without supports that a contact pair needs belongs to the part: contact holds it, as a
+/// ring within a ring. A load does not.
+#[test]
+fn contact_holds_a_loose_piece() {
+    let solid = |[x, ..]: [f64; 3]| !(1.0..1.5).contains(&x);
+    let part = part_of(CASE, solid).expect("a part");
+    let body = &part.bodies[0];
+    assert_eq!((body.loose.len(), body.pieces.len()), (0, 2));
+    let share = |name: &str| body.faces.iter().find(|face| face.name == name).map_or(0.0, |face| face.share);
+    assert!((share("pad") - 1.0).abs() < 0.01 && (share("feet") - 0.5).abs() < 0.01, "{:?}", body.faces);
+    let pair = CASE.find("[[contact]]").expect("there")..CASE.find("[[dirichlet]]").expect("there");
+    let loaded = CASE.replace(&CASE[pair], "[[load]]\nsurface = \"pad\"\npressure = 1.0\n");
+    let error =
+        part_of(&loaded.replace("contact_force = { steps = \"last\" }", "compliance = {}"), solid).expect_err("loose");
+    let expected = "the material on `pad`, which a load needs, is a loose piece: neither a support nor a contact pair";
+    assert!(
+        error.to_string().contains(expected) && error.cure().contains("passive_solid"),
+        "{error}; {}",
+        error.cure()
+    );
+}
+
 #[test]
 fn what_is_no_part() {
     let error = part_of(CASE, |[x, ..]| x > 1.6).expect_err("no feet");

@@ -79,7 +79,7 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
             let help = format!("remove it, or choose the measure {smooth_measures}");
             table.reader.error(&table.path_of("sharpness"), CaseCode::ChooseOne, message, help);
         }
-        sharpness(default)
+        if smooth { sharpness(default) } else { 0.0 * sharpness(default) }
     };
     Some(match key {
         "reaction" => QuantityKind::Reaction { set: set(), component: vector_component(table) },

@@ -1,13 +1,13 @@
 //! Bodies.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::MeshFile;
 pub use slipstick_solid::{Formulation, LawKind, Material};
 
 /// A body: shape, placement, material.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, JsonSchema)]
 pub struct Body {
     /// Unique name; the body's surfaces are called `{name}_{face}`.
     pub name: String,
@@ -28,6 +28,30 @@ pub struct Body {
     /// mid-side nodes, so that hexahedra have 27 nodes and tetrahedra 10. The new nodes of curved
     /// shapes lie on the true shape, those of meshes from files midway.
     pub order: u8,
+}
+
+/// A rigid body is written without material and element, which the reader refuses there.
+impl Serialize for Body {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Written<'a> {
+            name: &'a str,
+            #[serde(flatten)]
+            shape: &'a Shape,
+            place: Placement,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            rigid: Option<Rigid>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            material: Option<Material>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            element: Option<Formulation>,
+            order: u8,
+        }
+        let Self { name, shape, place, rigid, material, element, order } = self;
+        let deforms = rigid.is_none();
+        let (material, element) = (deforms.then_some(*material), deforms.then_some(*element));
+        Written { name, shape, place: *place, rigid: *rigid, material, element, order: *order }.serialize(serializer)
+    }
 }
 
 /// A rigid body.

@@ -1,14 +1,14 @@
 //! Contact pairs and their enforcement.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use slipstick_model::model::OffsetPoint;
 
 pub use slipstick_contact::enforcement::StiffnessScaling;
 pub use slipstick_contact::kinematics::MultiplierShape;
 
 /// A contact pair.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, JsonSchema)]
 pub struct Contact {
     /// The surface that carries the multipliers and over which contact integrals are taken.
     pub slave: String,
@@ -53,6 +53,64 @@ pub struct Contact {
     pub normals: Normals,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
+}
+
+/// A tied pair is written without the keys that the reader refuses there.
+impl Serialize for Contact {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Written<'a> {
+            slave: &'a str,
+            master: &'a str,
+            #[serde(flatten)]
+            sliding: Option<Sliding<'a>>,
+            #[serde(skip_serializing_if = "std::ops::Not::not")]
+            tied: bool,
+            #[serde(skip_serializing_if = "Contact::always")]
+            active: [f64; 2],
+            multiplier_shape: MultiplierShape,
+            cell_rule: usize,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            search_radius: Option<f64>,
+            enforcement: Enforcement,
+        }
+        #[derive(Serialize)]
+        struct Sliding<'a> {
+            friction: f64,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            shear_limit: Option<f64>,
+            #[serde(skip_serializing_if = "<[_]>::is_empty")]
+            offset: &'a [OffsetPoint],
+            feature_angle: f64,
+            edge_cover: f64,
+            surfaces: Surfaces,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            adjust: Option<f64>,
+            normals: Normals,
+        }
+        let sliding = Sliding {
+            friction: self.friction,
+            shear_limit: self.shear_limit,
+            offset: &self.offset,
+            feature_angle: self.feature_angle,
+            edge_cover: self.edge_cover,
+            surfaces: self.surfaces,
+            adjust: self.adjust,
+            normals: self.normals,
+        };
+        Written {
+            slave: &self.slave,
+            master: &self.master,
+            sliding: (!self.tied).then_some(sliding),
+            tied: self.tied,
+            active: self.active,
+            multiplier_shape: self.multiplier_shape,
+            cell_rule: self.cell_rule,
+            search_radius: self.search_radius,
+            enforcement: self.enforcement,
+        }
+        .serialize(serializer)
+    }
 }
 
 /// The surfaces between which the gap of a contact pair is measured.

@@ -54,7 +54,8 @@ pub enum QuantityKind {
         /// The number that the nodal pressures become.
         measure: PressureWord,
         /// Exponent p of the peak, factor k of the minimum: the larger, the closer to the extreme
-        /// value.
+        /// value. 0 for the other measures.
+        #[serde(skip_serializing_if = "is_unused")]
         sharpness: f64,
         /// Surface or node set; only slave nodes in it count. `None`: all.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -74,7 +75,8 @@ pub enum QuantityKind {
         slave: String,
         /// The number that the nodal gaps become.
         measure: GapWord,
-        /// Factor k of the minimum: the larger, the closer to the smallest gap.
+        /// Factor k of the minimum: the larger, the closer to the smallest gap. 0 for the mean.
+        #[serde(skip_serializing_if = "is_unused")]
         sharpness: f64,
         /// Surface or node set; only slave nodes in it count. `None`: all.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -318,4 +320,9 @@ pub struct Constraint {
     /// Bound from below, in units of the quantity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
+}
+
+/// Whether a measure has no sharpness.
+fn is_unused(sharpness: &f64) -> bool {
+    *sharpness == 0.0
 }

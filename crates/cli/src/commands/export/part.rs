@@ -122,7 +122,7 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
             let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
             console.warning(&format!(
-                "{} of `{name}` that no support holds, with a volume of {}, left out; the largest is at ({})",
+                "{} of `{name}` that neither support nor contact holds, with a volume of {}, left out; the largest is at ({})",
                 counted(body.loose.len(), "piece"),
                 digits(volume),
                 at.join(", ")

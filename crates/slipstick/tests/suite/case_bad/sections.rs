@@ -78,7 +78,7 @@ fn surfaces_and_sets() {
     one(14, boxes, "nearest = [1, 2]", WrongType, "[1, 2]");
     let all = GOOD.replace("within = \"plate_ymin\"", "").replace(boxes, "");
     let help = only_error(&all, MissingKey, (11, 1));
-    assert_eq!(help, "give one or more of: boxes, plane, cylinder, nearest, within");
+    assert_eq!(help, "give one or more of: boxes, plane, cylinder, nearest, within, body");
     let surface = |keys: &str| GOOD.replacen("[[set]]", &format!("[[surface]]\nname = \"top\"\n{keys}\n[[set]]"), 1);
     let up = "normal = { direction = [0, 1, 0] }";
     parse_case(&surface(&format!("body = \"plate\"\n{up}")), "case.toml").unwrap_or_else(|errors| panic!("{errors}"));
