@@ -37,6 +37,9 @@ pub struct Forward {
     pub parts: Vec<f64>,
     /// The values of the constraints' responses.
     pub constraints: Vec<f64>,
+    /// For each of them, the value with the extremes for which smooth quantities stand; `None` if
+    /// there is none.
+    pub extremes: Vec<Option<f64>>,
     /// The values of the quantities of the objective's parts, then of the constraints: for each
     /// response, a row for each term, with a column for each user's step.
     pub quantities: Vec<Vec<Vec<f64>>>,
@@ -354,8 +357,16 @@ impl Analysis {
         let path = self.march_all(&options, observer)?;
         let steps = self.times.len();
         let responses = self.responses();
-        let responses: Vec<&Response> = responses.iter().collect();
-        let quantities = chain::values(&|time| self.design_at(time), &path, steps, &responses)?;
+        let of_extremes: Vec<Option<Response>> =
+            self.constraints.iter().map(|constraint| constraint.response.extreme()).collect();
+        let all: Vec<&Response> = responses.iter().chain(of_extremes.iter().flatten()).collect();
+        let mut quantities = chain::values(&|time| self.design_at(time), &path, steps, &all)?;
+        let mut extremes = quantities.split_off(responses.len()).into_iter();
+        let mut extreme = |response: &Option<Response>| {
+            let response = response.as_ref()?;
+            extremes.next().map(|of| response.reduce(&of, &self.times).0)
+        };
+        let extremes: Vec<Option<f64>> = of_extremes.iter().map(&mut extreme).collect();
         let step_values = match &self.objective {
             Some(objective) => objective.step_values(&quantities[0]),
             None => vec![0.0; steps],
@@ -367,7 +378,7 @@ impl Analysis {
         let notice = self.notice(&path);
         let rounding = if path.steps == steps { self.rounding(value, notice) } else { None };
         let density = density.clone();
-        Ok(Forward { density, path, step_values, value, parts, constraints, quantities, notice, rounding })
+        Ok(Forward { density, path, step_values, value, parts, constraints, extremes, quantities, notice, rounding })
     }
 
     /// A notice if contact never closes, or is open at all steps that the objective observes;

@@ -139,6 +139,10 @@ impl Optimization {
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
         let n = x.len();
+        let first = usize::from(volume_fraction.is_some());
+        let smooth = problem.analysis.constraints.iter().enumerate();
+        let smooth = smooth.filter(|(_, constraint)| constraint.response.extreme().is_some());
+        let extremes = smooth.map(|(number, _)| first + number).collect();
         let realisations = Realisations::new(&mut problem, map, &schedule, margin)?;
         let parts = realisations.part_names(&problem);
         let counts = Counts::new(&parts, volume_fraction.is_some(), &problem, realisations.count());
@@ -151,6 +155,8 @@ impl Optimization {
             parts,
             constraints,
             dilated_limit: None,
+            shifts: Vec::new(),
+            extremes,
             best: None,
             history: Vec::new(),
         };
@@ -273,7 +279,7 @@ impl Optimization {
             return Err(OptimizeError::Rounding(Box::new(rounded)));
         }
         let dilated_limit = self.dilated_limit(&designs);
-        let values = self.values(&designs, dilated_limit);
+        let values = self.values(&designs, dilated_limit, None);
         let mut record = self.record(&designs, &values);
         record.halvings = halvings;
         record.inner_iterations = optimizer.inner_iterations();
@@ -281,7 +287,8 @@ impl Optimization {
         let done = self.done(&x);
         let changed = self.schedule.changes_values_at(self.state.iteration);
         let evaluated = Evaluated { x: x.clone(), density: designs.nominal().clone(), gradient: None };
-        let mut next = OptimizationState { x, optimizer, dilated_limit, ..self.state.clone() };
+        let shifts = if values.shifts.iter().all(|shift| *shift == 0.0) { Vec::new() } else { values.shifts.clone() };
+        let mut next = OptimizationState { x, optimizer, dilated_limit, shifts, ..self.state.clone() };
         let mut derivative = None;
         if !done {
             let gradients = self.realisations.gradients(&mut self.problem.analysis, &designs);
@@ -338,7 +345,12 @@ impl Optimization {
         let bounds = self.problem.analysis.constraints.iter().map(|constraint| constraint.bound);
         let bounds = volume.into_iter().chain(bounds);
         let each = self.state.constraints.iter().zip(&record.constraints).zip(bounds);
-        let each = each.map(|((name, of), bound)| (name.as_str(), of.value, bound.violation(of.value).0));
+        // the extreme counts where the smooth value hides a violation
+        let value = |of: &FunctionRecord, bound: slipstick_design::Bound| {
+            of.value + of.extreme.map_or(0.0, |extreme| bound.correction(of.value, extreme))
+        };
+        let each = each.map(|((name, of), bound)| (name.as_str(), value(of, bound), bound));
+        let each = each.map(|(name, value, bound)| (name, value, bound.violation(value).0));
         each.filter(|of| of.2 > FEASIBLE).reduce(|a, b| if b.2 > a.2 { b } else { a })
     }
 
@@ -366,7 +378,8 @@ impl Optimization {
             let Some(scaling) = self.state.scaling.as_ref().filter(|_| judged) else {
                 return Ok(marched);
             };
-            let values = self.values(&marched.designs, self.state.dilated_limit);
+            let held = Some(&*self.state.shifts);
+            let values = self.values(&marched.designs, self.state.dilated_limit, held);
             let scaled = values.scaled(scaling);
             let ranks = self.problem.analysis.linear.ranks();
             match optimizer.judge(&marched.x, bounds.both(), scaled.objective, &scaled.constraints, ranks)? {

@@ -66,6 +66,8 @@ pub enum Subject {
     Whole,
     /// The case, which names it.
     Case,
+    /// The extreme for which a smooth quantity of the case stands.
+    Extreme,
 }
 
 /// A quantity's name, unit and subject.

@@ -82,7 +82,7 @@ impl Responses {
                     weights[case] = 1.0;
                     let term = Term { quantity: quantity.clone(), steps: ObservedSteps::Only(vec![step]), weight: 1.0 };
                     let response = Response::new(label, vec![term], Reduction::Sum).in_load_cases(weights);
-                    constraints.push(Constraint { response, bound });
+                    constraints.push(Constraint { response, bound, corrected: true });
                 }
             }
         }

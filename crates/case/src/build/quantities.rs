@@ -425,7 +425,7 @@ impl Context<'_> {
                         let mut weights = vec![0.0; cases.len().max(1)];
                         weights[case] = 1.0;
                         let response = Response::new(name, vec![term], Reduction::Sum).in_load_cases(weights);
-                        constraints.push(Constraint { response, bound });
+                        constraints.push(Constraint { response, bound, corrected: constraint.corrected });
                     }
                     if !quantity.depends_on_state() {
                         break;

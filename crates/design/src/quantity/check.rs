@@ -360,6 +360,16 @@ mod tests {
         let size = 0.6f64.sqrt();
         let sum: f64 = [2e-3, 4e-3, 2e-3 / 0.3].iter().map(|g| (-50.0 * g / size).exp()).sum();
         check(&*gap(GapMeasure::Minimum { k: 50.0 }), -size / 50.0 * sum.ln());
+        // the extremes for which smooth measures stand
+        let extreme =
+            |of: &dyn Quantity| of.extreme().map(|extreme| (extreme.name().to_owned(), extreme.value(&STATE)));
+        let value = |of: &dyn Quantity| extreme(of).map(|found| found.1);
+        assert_eq!(value(&*pressure(PressureMeasure::Peak { p: 2.0 })), Some(40.0));
+        assert_eq!(value(&*pressure(PressureMeasure::Minimum { k: 20.0 })), Some(10.0));
+        assert_eq!(value(&*gap(GapMeasure::Minimum { k: 50.0 })), Some(2e-3));
+        assert_eq!(value(&*gap(GapMeasure::Mean)).or(value(&*pressure(PressureMeasure::Spread))), None);
+        let name = pressure(PressureMeasure::Mean).name().to_owned() + "_extreme";
+        assert_eq!(extreme(&*pressure(PressureMeasure::Peak { p: 2.0 })).map(|found| found.0), Some(name));
         check(&FrictionWork::new("work", Patch::whole(0)), 6e-3 + 4e-3 - 12e-3 - 8e-3 - 1e-3 + 4e-3);
         let region = Patch::within(0, vec![2, 0]).unwrap();
         check(&ContactResultant::new("region", region, ForcePart::Normal), 23.0);

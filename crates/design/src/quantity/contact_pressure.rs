@@ -1,7 +1,10 @@
 //! Contact pressure of a pair.
 
+use std::sync::Arc;
+
+use super::extreme::{largest, smallest};
 use super::smooth::{p_norm, soft_minimum};
-use super::{Dimension, Patch, Quantity, QuantityError, Reads, StateDerivative, StateView};
+use super::{ContactNode, Dimension, Extreme, Patch, Quantity, QuantityError, Reads, StateDerivative, StateView};
 
 /// How the nodal pressures of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +47,18 @@ impl ContactPressure {
             PressureMeasure::Peak { p } if !(p.is_finite() && p >= 1.0) => Err(QuantityError::Exponent { value: p }),
             PressureMeasure::Minimum { k } if !(k.is_finite() && k > 0.0) => Err(QuantityError::Exponent { value: k }),
             _ => Ok(Self { name: name.into(), patch, measure }),
+        }
+    }
+
+    /// The largest nodal pressure, or the smallest of all nodes with an area.
+    fn extreme_pressure(&self, state: &StateView) -> f64 {
+        let nodes = || self.patch.of(state.contact).map(|(_, at)| at);
+        match self.measure {
+            PressureMeasure::Minimum { .. } if nodes().any(|at| at.area != 0.0) => {
+                smallest(nodes().filter(|at| at.area != 0.0).map(ContactNode::pressure))
+            }
+            PressureMeasure::Minimum { .. } => 0.0,
+            _ => largest(nodes().map(ContactNode::pressure)),
         }
     }
 
@@ -122,6 +137,11 @@ impl Quantity for ContactPressure {
 
     fn value(&self, state: &StateView) -> f64 {
         self.evaluate(state).0
+    }
+
+    fn extreme(&self) -> Option<Arc<dyn Quantity>> {
+        let smooth = matches!(self.measure, PressureMeasure::Peak { .. } | PressureMeasure::Minimum { .. });
+        smooth.then(|| Extreme::of(self.clone(), Self::extreme_pressure))
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {

@@ -1,7 +1,10 @@
 //! The gap between the surfaces of a pair.
 
+use std::sync::Arc;
+
+use super::extreme::smallest;
 use super::smooth::soft_minimum;
-use super::{ContactNode, Dimension, Patch, Quantity, QuantityError, Reads, StateDerivative, StateView};
+use super::{ContactNode, Dimension, Extreme, Patch, Quantity, QuantityError, Reads, StateDerivative, StateView};
 
 /// How the nodal gaps of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,6 +90,11 @@ impl Quantity for Gap {
             },
             GapMeasure::Minimum { k } => self.minimum(state, k).0,
         }
+    }
+
+    fn extreme(&self) -> Option<Arc<dyn Quantity>> {
+        let least = |of: &Self, state: &StateView| smallest(of.facing(state).map(|(_, at)| at.gap / at.area));
+        matches!(self.measure, GapMeasure::Minimum { .. }).then(|| Extreme::of(self.clone(), least))
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {

@@ -32,6 +32,7 @@ mod contact_share;
 mod dimension;
 mod displacement;
 mod external_work;
+mod extreme;
 mod friction_work;
 mod gap;
 mod patch;
@@ -51,6 +52,7 @@ pub use contact_share::ContactShare;
 pub use dimension::Dimension;
 pub use displacement::Displacement;
 pub use external_work::ExternalWork;
+pub use extreme::Extreme;
 pub use friction_work::FrictionWork;
 pub use gap::{Gap, GapMeasure};
 pub use patch::Patch;
@@ -60,6 +62,7 @@ pub use stress::{STRESS_POINTS, Stress};
 pub use view::{ContactDerivative, ContactNode, PreviousDerivative, PreviousView, StateDerivative, StateView};
 pub use volume::Volume;
 
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Why a quantity or a response cannot be built.
@@ -160,6 +163,12 @@ pub trait Quantity: Send + Sync {
     /// Whether the quantity vanishes, except for round-off, where contact is open.
     fn needs_contact(&self) -> bool {
         false
+    }
+
+    /// The largest or smallest value itself, if this quantity is a smooth measure of it; only its
+    /// values may be used.
+    fn extreme(&self) -> Option<Arc<dyn Quantity>> {
+        None
     }
 
     /// Whether the value depends on the state, and not only on the densities.

@@ -1,8 +1,10 @@
 //! Stress in the material.
 
+use super::extreme::largest;
 use super::smooth::p_norm;
-use super::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView};
+use super::{Dimension, Extreme, Quantity, QuantityError, Reads, StateDerivative, StateView};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Largest von Mises stress in some elements: the p-norm (Σ (φ_e^q σ_v)^p)^(1/p) over their Gauss
 /// points. \[F/L²\]
@@ -74,6 +76,10 @@ impl Quantity for Stress {
 
     fn value(&self, state: &StateView) -> f64 {
         p_norm(&self.relaxed(state), self.exponent).0
+    }
+
+    fn extreme(&self) -> Option<Arc<dyn Quantity>> {
+        Some(Extreme::of(self.clone(), |of, state| largest(of.relaxed(state).into_iter())))
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {

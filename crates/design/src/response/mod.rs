@@ -126,6 +126,17 @@ impl Response {
         Self { terms: terms.collect(), cases, over: OverLoadCases::Sum, ..self.clone() }
     }
 
+    /// The same response of the extremes for which smooth quantities stand; `None` if none of its
+    /// quantities is smooth in this sense. Only its values may be used.
+    pub fn extreme(&self) -> Option<Self> {
+        let extremes: Vec<_> = self.terms.iter().map(|term| term.quantity.extreme()).collect();
+        extremes.iter().any(Option::is_some).then(|| {
+            let terms = self.terms.iter().cloned().zip(extremes);
+            let terms = terms.map(|(term, extreme)| Term { quantity: extreme.unwrap_or(term.quantity), ..term });
+            Self { terms: terms.collect(), ..self.clone() }
+        })
+    }
+
     /// Name for reports.
     pub fn name(&self) -> &str {
         &self.name
@@ -293,6 +304,9 @@ pub struct Constraint {
     pub response: Response,
     /// The bound.
     pub bound: Bound,
+    /// Whether the bound holds for the extreme itself where a smooth measure errs on the unsafe side
+    /// ([`Bound::correction`]).
+    pub corrected: bool,
 }
 
 /// A bound on a number.
@@ -314,6 +328,16 @@ impl Bound {
         };
         let slope = if bound == 0.0 { sign } else { sign / bound.abs() };
         (slope * (value - bound), slope)
+    }
+
+    /// What to add to a smooth value so that the bound holds for the extreme for which it stands; 0 if
+    /// the smooth value is on the safe side, as a p-norm below an upper bound is.
+    ///
+    /// The optimizer holds it constant within an iteration, so that derivatives stay exact, and adapts
+    /// it in the next. Le et al. (2010) adapt a factor; a difference also works where the extreme is 0,
+    /// as at open nodes.
+    pub fn correction(self, smooth: f64, extreme: f64) -> f64 {
+        if self.violation(extreme).0 > self.violation(smooth).0 { extreme - smooth } else { 0.0 }
     }
 }
 
@@ -423,5 +447,18 @@ mod tests {
         assert_eq!(Bound::AtMost(-4.0).violation(-3.0), (0.25, 0.25));
         assert_eq!(Bound::AtLeast(2.0).violation(3.0), (-0.5, -0.5));
         assert_eq!(Bound::AtMost(0.0).violation(3.0), (3.0, 1.0));
+    }
+
+    /// Only values on the unsafe side are corrected, to the extreme.
+    #[test]
+    fn corrections_make_smooth_values_safe() {
+        let (least, most) = (Bound::AtLeast(0.5), Bound::AtMost(2.0));
+        // a smooth minimum lies above the true one, and a p-norm above the largest value
+        assert_eq!(least.correction(0.5, 0.25), -0.25);
+        assert_eq!(least.violation(0.5 + least.correction(0.5, 0.25)).0, 0.5);
+        assert_eq!((least.correction(0.4, 0.5), most.correction(2.5, 2.0)), (0.0, 0.0));
+        assert_eq!(most.correction(1.0, 1.5), 0.5);
+        assert_eq!(Bound::AtLeast(0.0).correction(0.25, 0.0), -0.25);
+        assert_eq!(least.correction(0.5, f64::NAN), 0.0);
     }
 }

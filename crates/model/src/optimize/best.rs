@@ -68,6 +68,8 @@ mod tests {
             parts: Vec::new(),
             constraints: Vec::new(),
             dilated_limit: None,
+            shifts: Vec::new(),
+            extremes: Vec::new(),
             best: None,
             history: Vec::new(),
         }

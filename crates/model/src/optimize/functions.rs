@@ -6,7 +6,7 @@
 
 use crate::analysis::Forward;
 use crate::problem::Problem;
-use slipstick_design::{DomainValues, ElementValues, Scaling, VariableValues};
+use slipstick_design::{Bound, DomainValues, ElementValues, Scaling, VariableValues};
 
 use super::{FunctionRecord, IterationRecord, Optimization};
 
@@ -80,9 +80,10 @@ impl Counts {
     }
 }
 
-/// A constraint at a design: the bounded value, g ≤ 0, and ∂g/∂value.
+/// A constraint at a design: the bounded value, the extreme for which it stands, g ≤ 0, and ∂g/∂value.
 struct ConstraintFunction {
     value: f64,
+    extreme: Option<f64>,
     violation: (f64, f64),
 }
 
@@ -92,6 +93,8 @@ pub(super) struct Values {
     parts: Vec<f64>,
     /// The bound on the volume, if any; then, for each realisation, the constraints of the analysis.
     constraints: Vec<ConstraintFunction>,
+    /// What was added to the values of the constraints of the analysis.
+    pub shifts: Vec<f64>,
 }
 
 /// The same, as the optimizer sees them.
@@ -175,19 +178,32 @@ impl Optimization {
         self.realisations.variables().on_domain(&forward.density)
     }
 
-    /// Values of all functions.
-    pub(super) fn values(&self, designs: &Designs, dilated_limit: Option<f64>) -> Values {
+    /// Values of all functions. Smooth values of bounded extremes are shifted to these: by `held`, with
+    /// which the current approximations were made, or by what these designs need.
+    pub(super) fn values(&self, designs: &Designs, dilated_limit: Option<f64>, held: Option<&[f64]>) -> Values {
         let volume = designs.forwards.last().filter(|_| self.bounded).map(|largest| {
             let (value, limit) = (self.volume.fraction(&self.on_domain(largest)), self.volume.limit());
             let bound = dilated_limit.unwrap_or(limit);
-            ConstraintFunction { value, violation: (value / bound - 1.0, limit / bound) }
+            ConstraintFunction { value, extreme: None, violation: (value / bound - 1.0, limit / bound) }
         });
-        let bounds = || self.problem.analysis.constraints.iter().map(|constraint| constraint.bound);
-        let others = designs.forwards.iter().flat_map(|forward| bounds().zip(&forward.constraints));
-        let others = others.map(|(bound, &value)| ConstraintFunction { value, violation: bound.violation(value) });
+        let constraints = || self.problem.analysis.constraints.iter();
+        let of_forward = |forward: &Forward| -> Vec<(Bound, bool, f64, Option<f64>)> {
+            let values = forward.constraints.iter().zip(&forward.extremes);
+            let each = constraints().zip(values);
+            each.map(|(of, (value, extreme))| (of.bound, of.corrected, *value, *extreme)).collect()
+        };
+        let others = designs.forwards.iter().flat_map(of_forward).enumerate();
+        let (others, shifts): (Vec<ConstraintFunction>, Vec<f64>) = others
+            .map(|(number, (bound, corrected, value, extreme))| {
+                let own = || extreme.filter(|_| corrected).map_or(0.0, |extreme| bound.correction(value, extreme));
+                let shift = held.and_then(|held| held.get(number).copied()).unwrap_or_else(own);
+                (ConstraintFunction { value, extreme, violation: bound.violation(value + shift) }, shift)
+            })
+            .unzip();
         Values {
             parts: designs.forwards.iter().flat_map(|forward| forward.parts.iter().copied()).collect(),
             constraints: volume.into_iter().chain(others).collect(),
+            shifts,
         }
     }
 
@@ -242,14 +258,15 @@ impl Optimization {
         let first = usize::from(self.bounded);
         let each = self.problem.analysis.constraints.len();
         // the bound on the volume is that of the nominal design
-        let volume = self.bounded.then(|| (volume_fraction, volume_fraction / self.volume.limit() - 1.0));
+        let volume = self.bounded.then(|| (volume_fraction, None, volume_fraction / self.volume.limit() - 1.0));
         let worst = |constraint: usize| {
             let of_realisations = values.constraints[first + constraint..].iter().step_by(each.max(1));
-            let of_realisations = of_realisations.map(|of| (of.value, of.violation.0));
-            of_realisations.reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default()
+            let of_realisations = of_realisations.map(|of| (of.value, of.extreme, of.violation.0));
+            of_realisations.reduce(|a, b| if b.2 > a.2 { b } else { a }).unwrap_or_default()
         };
-        let constraints: Vec<(f64, f64)> = volume.into_iter().chain((0..each).map(worst)).collect();
-        let function = |&value: &f64| FunctionRecord { value, multiplier: None };
+        let constraints: Vec<(f64, Option<f64>, f64)> = volume.into_iter().chain((0..each).map(worst)).collect();
+        let function = |&value: &f64| FunctionRecord { value, ..FunctionRecord::default() };
+        let bounded = |&(value, extreme, _): &_| FunctionRecord { value, extreme, multiplier: None };
         IterationRecord {
             iteration: self.state.iteration,
             objective: values.parts.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -261,8 +278,8 @@ impl Optimization {
             increments: designs.forwards.iter().map(|forward| forward.path.increments()).sum(),
             status: last.map_or([0; 3], |report| report.status),
             parts: if values.parts.len() > 1 { values.parts.iter().map(function).collect() } else { Vec::new() },
-            constraints: constraints.iter().map(|(value, _)| function(value)).collect(),
-            violation: constraints.iter().fold(0.0, |worst: f64, (_, violation)| worst.max(*violation)),
+            constraints: constraints.iter().map(bounded).collect(),
+            violation: constraints.iter().fold(0.0, |worst: f64, (.., violation)| worst.max(*violation)),
             ..IterationRecord::default()
         }
     }

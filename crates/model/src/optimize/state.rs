@@ -63,6 +63,9 @@ pub struct IterationRecord {
 pub struct FunctionRecord {
     /// Its value.
     pub value: f64,
+    /// The extreme for which a smooth value stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extreme: Option<f64>,
     /// Multiplier. Of a constraint: how much θ would fall if the bound were relaxed by its own
     /// magnitude (by 1 if the bound is 0), to first order. Of a part of the objective: its share of
     /// the largest, from 0 to 1; the shares of all parts add up to 1. `None` after the last
@@ -94,6 +97,13 @@ pub struct OptimizationState {
     /// one keeps its bound; `None` without a dilated design, and before the first update.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dilated_limit: Option<f64>,
+    /// What the last update added to the smooth values of bounded extremes ([`slipstick_design::Bound::correction`]),
+    /// for each realisation and constraint of the analysis; empty if nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shifts: Vec<f64>,
+    /// Which constraints bound smooth values of extremes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub extremes: Vec<usize>,
     /// The best design that meets all constraints; `None` if none does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub best: Option<Best>,

@@ -62,7 +62,8 @@ impl<'a> Recording<'a> {
     pub fn new(mesh: &'a Mesh, own: &'a [Arc<dyn Quantity>], designs: Designs<'a>, steps: usize) -> Self {
         let model = designs.model();
         let external_work = external_work("external_work", mesh);
-        let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, external_work };
+        let extremes = own.iter().filter_map(|quantity| quantity.extreme()).collect();
+        let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, extremes, external_work };
         let own_reads = own.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
         let all = Reads { reaction: true, contact: true, energy: true, ..Reads::default() };
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
@@ -122,6 +123,7 @@ impl<'a> Recording<'a> {
         let place = (in_progress.saturating_sub(1) % self.steps.max(1) + 1, self.steps);
         let value = |quantity: &dyn Quantity| quantity.value(&data.view(design, &now, place));
         let own: Vec<f64> = recorder.own.iter().map(|quantity| value(&**quantity)).collect();
+        let extremes: Vec<f64> = recorder.extremes.iter().map(|quantity| value(&**quantity)).collect();
         if let Some(old) = &old {
             let external = value(&recorder.external_work);
             let both = old.pressed.iter().zip(&pressed);
@@ -137,7 +139,7 @@ impl<'a> Recording<'a> {
             self.found.rows.push(QuantityRow {
                 step,
                 time: at.time,
-                values: recorder.values(&now, &data, &contact, sums, &own),
+                values: recorder.values(&now, &data, &contact, sums, [&own, &extremes]),
                 slipped: sums.slipped.clone(),
             });
         }
@@ -241,6 +243,8 @@ struct Recorder<'a> {
     model: &'a ContactModel,
     supports: Vec<Support>,
     own: &'a [Arc<dyn Quantity>],
+    /// Extremes for which smooth ones of them stand.
+    extremes: Vec<Arc<dyn Quantity>>,
     external_work: ExternalWork,
 }
 
@@ -250,6 +254,10 @@ impl Recorder<'_> {
         for quantity in self.own {
             let (name, unit) = (quantity.name().to_owned(), quantity.dimension().symbol());
             names.push(QuantityName { name: name.clone(), subject: Subject::Case, what: name, unit });
+        }
+        for extreme in &self.extremes {
+            let (name, unit) = (extreme.name().to_owned(), extreme.dimension().symbol());
+            names.push(QuantityName { name: name.clone(), subject: Subject::Extreme, what: name, unit });
         }
         names
     }
@@ -274,7 +282,7 @@ impl Recorder<'_> {
         data: &StateData,
         contact: &ContactResults,
         sums: &Sums,
-        own: &[f64],
+        [own, extremes]: [&[f64]; 2],
     ) -> Vec<f64> {
         let mut values = Vec::new();
         for support in &self.supports {
@@ -320,6 +328,7 @@ impl Recorder<'_> {
         values.push(sums.external + sums.offset - stored - dissipated - sums.viscous);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
+        values.extend(extremes);
         // −0 is written as 0
         values.iter_mut().for_each(|value| *value += 0.0);
         values

@@ -49,12 +49,14 @@ pub struct FunctionNames {
     pub parts: Vec<String>,
     /// Of the constraints.
     pub constraints: Vec<String>,
+    /// Which constraints bound smooth values of extremes.
+    pub extremes: Vec<usize>,
 }
 
 impl FunctionNames {
     /// Those of an optimization.
     pub fn of(state: &OptimizationState) -> Self {
-        Self { parts: state.parts.clone(), constraints: state.constraints.clone() }
+        Self { parts: state.parts.clone(), constraints: state.constraints.clone(), extremes: state.extremes.clone() }
     }
 }
 
@@ -97,12 +99,14 @@ impl History {
 /// The bound on the volume, whose value is among the first columns.
 const VOLUME: &str = "volume_fraction";
 
-fn columns(FunctionNames { parts, constraints }: &FunctionNames) -> Vec<String> {
+fn columns(FunctionNames { parts, constraints, extremes }: &FunctionNames) -> Vec<String> {
     let parts = || parts.iter().map(|name| format!("objective_{name}"));
     let values = parts().chain(constraints.iter().filter(|name| *name != VOLUME).cloned());
     let multipliers = parts().chain(constraints.iter().cloned()).map(|name| format!("multiplier_{name}"));
     let first = HISTORY.iter().map(|name| (*name).to_owned());
-    first.chain(values).chain(multipliers).chain(["seconds".to_owned()]).collect()
+    let extremes = extremes.iter().filter_map(|&number| constraints.get(number));
+    let extremes = extremes.map(|name| format!("{name}_extreme"));
+    first.chain(values).chain(extremes).chain(multipliers).chain(["seconds".to_owned()]).collect()
 }
 
 fn cells(names: &FunctionNames, record: &IterationRecord, seconds: f64) -> Vec<Cell> {
@@ -127,6 +131,8 @@ fn cells(names: &FunctionNames, record: &IterationRecord, seconds: f64) -> Vec<C
     let named = || names.constraints.iter().zip(&record.constraints);
     cells.extend(record.parts.iter().map(|part| Cell::from(part.value)));
     cells.extend(named().filter(|(name, _)| *name != VOLUME).map(|(_, constraint)| Cell::from(constraint.value)));
+    let extremes = names.extremes.iter().filter_map(|&number| record.constraints.get(number));
+    cells.extend(extremes.map(|constraint| Cell::from(constraint.extreme)));
     cells.extend(record.parts.iter().chain(&record.constraints).map(|function| Cell::from(function.multiplier)));
     cells.push(((seconds * 1e3).round() / 1e3).into());
     cells

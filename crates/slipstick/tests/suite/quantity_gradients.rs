@@ -40,7 +40,7 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
 }
 
 fn set(problem: &mut Problem, responses: Vec<Response>) {
-    let constraint = |response| Constraint { response, bound: Bound::AtMost(1.0) };
+    let constraint = |response| Constraint { response, bound: Bound::AtMost(1.0), corrected: true };
     problem.analysis.objective = None;
     problem.analysis.set_constraints(responses.into_iter().map(constraint).collect()).expect("right derivatives");
 }

@@ -323,8 +323,9 @@ pub(super) fn constraints(root: &Table<'_>, quantities: &[Quantity], steps: usiz
             let message = format!("no value is at least {min} and at most {max}");
             table.reader.error(&table.path_of("min"), CaseCode::OutOfRange, message, "swap `min` and `max`");
         }
+        let corrected = table.boolean("corrected").or(true);
         table.finish();
-        constraints.push(Constraint { quantity, steps, max, min });
+        constraints.push(Constraint { quantity, steps, max, min, corrected });
     }
     constraints
 }

@@ -320,6 +320,14 @@ pub struct Constraint {
     /// Bound from below, in units of the quantity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
+    /// Whether the bound holds for the extreme itself where a smooth measure (`minimum`, `peak`,
+    /// `stress`) errs on the unsafe side; `false`: for the smooth measure.
+    #[serde(skip_serializing_if = "is_true")]
+    pub corrected: bool,
+}
+
+fn is_true(value: &bool) -> bool {
+    *value
 }
 
 /// Whether a measure has no sharpness.

@@ -76,7 +76,7 @@ fn together(problem: &mut Problem, density: &ElementValues, count: usize, now: f
     let analysis = &mut problem.analysis;
     let mut responses = responses.collect::<Vec<_>>().into_iter();
     analysis.objective = responses.next();
-    let constraint = |response| Constraint { response, bound: Bound::AtMost(1.0) };
+    let constraint = |response| Constraint { response, bound: Bound::AtMost(1.0), corrected: true };
     let all: Vec<Constraint> = responses.map(constraint).collect();
     analysis.constraints = all.clone();
     let forward = analysis.forward(density, &mut Silent).map_err(failed)?;
