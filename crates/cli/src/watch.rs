@@ -114,7 +114,7 @@ impl<'a> Watch<'a> {
             json!({
                 "iteration": self.iteration, "step": state.completes, "time": state.time,
                 "load_case": course::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
-                "rescued": state.report.rescued, "left_free": state.report.left_free, "holding": state.report.holding,
+                "rescued": state.report.rescued, "left_free": state.report.left_free, "holding": state.report.holding, "holding_work": state.report.holding_work,
                 "open": open, "stick": stick, "slip": slip,
             }),
         );
@@ -124,7 +124,12 @@ impl<'a> Watch<'a> {
             let rescued = if state.report.rescued { "; found with held multipliers" } else { "" };
             let free = match &state.report.left_free {
                 free if free.is_empty() => String::new(),
-                free => format!("; held with {:.1e} of the forces: {}", state.report.holding, free.join("; ")),
+                free => format!(
+                    "; held with {:.1e} of the forces and a work of {:.1e}: {}",
+                    state.report.holding,
+                    state.report.holding_work,
+                    free.join("; ")
+                ),
             };
             self.console.text(&format!(
                 "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}{rescued}{free}"

@@ -19,7 +19,8 @@
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
 //! | `offset_work` | everything, if a pair has an offset | F L | work of the offsets of contact pairs since the start of the load case, Σ ∫ F_n dd |
 //! | `viscous_work` | everything, with viscosity | F L | energy that viscous forces have dissipated since the start of the load case |
-//! | `energy_balance` | everything | F L | external work + offset work − strain energy − friction work − viscous work |
+//! | `holding_work` | everything, with bodies that only contact holds | F L | work that the springs on their free motions have taken since the start of the load case |
+//! | `energy_balance` | everything | F L | external work + offset work − strain energy − friction work − viscous work − holding work |
 //!
 //! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
 //! under their own names.
@@ -148,7 +149,22 @@ impl Quantities {
             jumps.then_some(EnergyJump { step: self.rows[row].step, before, rise, added })
         })
     }
+
+    /// The first load step until which the springs on free motions have taken more than 0.1 % of the work of
+    /// loads, supports and offsets, and that part. Test: `work_of_springs_is_judged`.
+    pub fn holding(&self) -> Option<(usize, f64)> {
+        let taken = self.get("holding_work")?;
+        let done = ["external_work", "offset_work"].iter().filter_map(|name| self.get(name));
+        let done =
+            done.fold(vec![0.0; taken.len()], |sum, work| sum.iter().zip(&work).map(|(a, b)| a + b.abs()).collect());
+        let at = (0..taken.len()).find(|&row| taken[row] > COUNTED_HOLDING * done[row])?;
+        Some((self.rows[at].step, taken[at] / done[at]))
+    }
 }
+
+/// Part of the work of loads, supports and offsets above which the work of the springs on free motions is
+/// reported.
+const COUNTED_HOLDING: f64 = 1e-3;
 
 /// Ratio of a rise of the strain energy to its sources that counts as a jump. It leaves room for the
 /// trapezoidal rule, which integrates the work over the steps.
@@ -284,7 +300,8 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
     let offset = has_offset(model).then_some("offset_work");
     let work = ["strain_energy", "friction_work", "external_work", "contact_work"].into_iter();
     let viscous = (!model.viscosity().is_none()).then_some("viscous_work");
-    for name in work.chain(offset).chain(viscous).chain(["energy_balance"]) {
+    let holding = model.may_move_freely().then_some("holding_work");
+    for name in work.chain(offset).chain(viscous).chain(holding).chain(["energy_balance"]) {
         push(Subject::Whole, name.into(), name.into(), "F L");
     }
     names
@@ -356,6 +373,30 @@ mod tests {
         let jump = quantities(&[[0.0, 0.0], [1.0, 1.0], [4.5, 0.5], [14.25, 0.25]]).jump();
         assert_eq!(jump, Some(EnergyJump { step: 2, before: 1.0, rise: 3.5, added: 0.5 }));
         assert_eq!(quantities(&[[0.0, 0.0], [1.0, 1.0], [4.0, 0.5]]).jump(), None);
+    }
+
+    /// By hand: 0.05 % and 0.2 % of the sum of external work and work of offsets.
+    #[test]
+    fn work_of_springs_is_judged() {
+        let quantities = |last: f64| {
+            let name = |name: &str| QuantityName {
+                name: name.into(),
+                subject: Subject::Whole,
+                what: name.into(),
+                unit: "F L",
+            };
+            let row = |(step, values): (usize, [f64; 3])| QuantityRow {
+                step,
+                time: step as f64,
+                values: values.to_vec(),
+                slipped: Vec::new(),
+            };
+            let names = ["holding_work", "external_work", "offset_work"].map(name).to_vec();
+            let rows = [[0.0; 3], [0.0005, -0.4, 0.6], [last, 1.5, 0.5]].into_iter().enumerate().map(row).collect();
+            Quantities { names, rows, ..Quantities::default() }
+        };
+        assert_eq!(quantities(0.001).holding(), None);
+        assert_eq!(quantities(0.004).holding(), Some((2, 0.002)));
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use crate::failure::{StateError, StepFailure, StepFailureKind};
 use crate::march::{Accepted, PathState, solve_increment};
 use crate::newton::{NewtonOptions, Start};
-use crate::problem::{Attempt, Iteration, StepProblem, StepState, Wanted};
+use crate::problem::{Attempt, HeldMotions, Iteration, StepProblem, StepState, Wanted};
 use crate::solver::Solver;
 
 /// Most times that bodies are moved on in a step.
@@ -162,7 +162,8 @@ pub(crate) fn solve<P: StepProblem>(
         match problem.finish(step, &at) {
             Ok(history) => {
                 report.holds = true;
-                (report.left_free, report.holding) = problem.motions_left_free(step, &at);
+                let HeldMotions { free, share, work } = problem.motions_left_free(step, &at);
+                (report.left_free, report.holding, report.holding_work) = (free, share, work);
                 return Some(Ok((StepState { unknowns, history }, report, at)));
             }
             Err(error @ StateError::Unheld { .. }) => {

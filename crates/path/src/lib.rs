@@ -54,8 +54,8 @@ pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};
 pub use march::{LoadPath, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};
 pub use problem::{
-    Adjoint, Attempt, Evaluated, Held, Iteration, Method, PreviousPullBack, Scales, StepProblem, StepState, Unknowns,
-    UzawaOptions, Wanted,
+    Adjoint, Attempt, Evaluated, Held, HeldMotions, Iteration, Method, PreviousPullBack, Scales, StepProblem,
+    StepState, Unknowns, UzawaOptions, Wanted,
 };
 pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};

@@ -142,6 +142,8 @@ pub struct StepReport {
     pub left_free: Vec<String>,
     /// Norm of the forces that hold them, relative to the forces in equilibrium.
     pub holding: f64,
+    /// Work that these forces take in the step. \[F L\]
+    pub holding_work: f64,
     /// If the last Newton iteration was limited by round-off of the positions, the remaining
     /// relative residual; `None` if it met the tolerances.
     pub rounded: Option<f64>,

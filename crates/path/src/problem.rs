@@ -187,6 +187,17 @@ pub struct Evaluated<P: StepProblem> {
     pub state: P::State,
 }
 
+/// Free motions that a step [holds](StepProblem::hold_free_motions).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HeldMotions {
+    /// Those that are free at the end of the step, in words.
+    pub free: Vec<String>,
+    /// Norm of the forces that hold them, relative to the forces in equilibrium.
+    pub share: f64,
+    /// Work that these forces take in the step. \[F L\]
+    pub work: f64,
+}
+
 /// The equations of a load step. One implementation is used by the march, the adjoint and every
 /// check of both.
 ///
@@ -319,11 +330,10 @@ pub trait StepProblem: Sized {
         Ok(None)
     }
 
-    /// The motions that are free at a state of a step that holds them, in words, and the norm of the
-    /// forces that hold them, relative to the forces in equilibrium.
-    fn motions_left_free(&self, step: &Self::Step, at: &Evaluated<Self>) -> (Vec<String>, f64) {
+    /// The motions that are free at a state of a step that holds them, and what holds them.
+    fn motions_left_free(&self, step: &Self::Step, at: &Evaluated<Self>) -> HeldMotions {
         let _ = (step, at);
-        (Vec::new(), 0.0)
+        HeldMotions::default()
     }
 
     /// h = G(y) of a converged state, before it is accepted.

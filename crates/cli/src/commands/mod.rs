@@ -83,7 +83,9 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     }
     let [work, stored, friction] =
         ["external_work", "strain_energy", "friction_work"].map(|what| value(&Subject::Whole, what));
-    let further = [("offset_work", "work of offsets"), ("viscous_work", "viscous")].into_iter();
+    let further =
+        [("offset_work", "work of offsets"), ("viscous_work", "viscous"), ("holding_work", "springs on free motions")]
+            .into_iter();
     let has = |what: &str| quantities.names.iter().any(|name| name.subject == Subject::Whole && name.what == what);
     let more: String = further
         .filter(|(what, _)| has(what))
@@ -100,6 +102,13 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     }
     context.console.overlaps(&quantities.overlaps);
     context.console.losses(&quantities.losses);
+    if let Some((step, part)) = quantities.holding() {
+        context.console.warning(&format!(
+            "up to load step {step}, the springs on free motions take {:.1} % of the work of loads, supports and \
+             offsets: almost nothing holds these bodies (`solve -v` names the motions); support them or add friction",
+            100.0 * part
+        ));
+    }
     if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
         context.console.warning(&format!(
             "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \

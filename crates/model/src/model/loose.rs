@@ -202,7 +202,7 @@ impl ContactModel {
     }
 
     /// Whether there are bodies that supports alone do not hold. Viscosity holds them already.
-    pub(super) fn may_move_freely(&self) -> bool {
+    pub fn may_move_freely(&self) -> bool {
         !self.loose.is_empty() && self.viscosity.is_none()
     }
 
@@ -373,6 +373,13 @@ impl ContactModel {
     pub(super) fn holding_share(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
         let size = self.holding_size(step, at);
         if size > 0.0 { size / at.scales.force } else { 0.0 }
+    }
+
+    /// Work that the springs take in the step, in which they move under their force at its end: they are
+    /// tied anew before the next step. \[F L\]
+    pub(super) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
+        let work = |&f: &usize| self.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
+        at.state.free.held.iter().map(work).sum()
     }
 
     /// Checks that the springs carry almost no force.

@@ -10,8 +10,8 @@ use slipstick_contact::enforcement::{Freedom, covered};
 use slipstick_contact::kinematics::frame::NodalFrame;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{
-    Adjoint, Attempt, Evaluated, Held, Iteration, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState,
-    Unknowns, Wanted,
+    Adjoint, Attempt, Evaluated, Held, HeldMotions, Iteration, Phase, PreviousPullBack, Scales, StateError,
+    StepProblem, StepState, Unknowns, Wanted,
 };
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -180,8 +180,10 @@ impl StepProblem for Design {
         self.approached(step, y, workspace)
     }
 
-    fn motions_left_free(&self, step: &Step, at: &Evaluated<Self>) -> (Vec<String>, f64) {
-        (self.model.motions_left_free(&at.state), self.model.holding_share(step, at))
+    fn motions_left_free(&self, step: &Step, at: &Evaluated<Self>) -> HeldMotions {
+        let model = &self.model;
+        let free = model.motions_left_free(&at.state);
+        HeldMotions { free, share: model.holding_share(step, at), work: model.holding_work(step, at) }
     }
 
     /// A node that faced the other surface and no longer does must not lie far behind that

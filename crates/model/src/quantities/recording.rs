@@ -27,11 +27,14 @@ pub struct Reached {
     pub completes: Option<usize>,
     /// Whether the path, or a load case, starts there.
     pub rest: bool,
+    /// Work that the springs on free motions take in the step to the state. \[F L\]
+    pub holding_work: f64,
 }
 
 impl From<&PathState> for Reached {
     fn from(at: &PathState) -> Self {
-        Self { time: at.time, completes: at.completes, rest: at.rest }
+        let PathState { time, completes, rest, ref report, .. } = *at;
+        Self { time, completes, rest, holding_work: report.holding_work }
     }
 }
 
@@ -133,6 +136,7 @@ impl<'a> Recording<'a> {
             sums.done += external.abs() + offset.abs();
             sums.add(design.model(), (&old.state, old.time, &old.contact), (&now, at.time, &contact));
             sums.add_own(recorder.own, &own);
+            sums.holding += at.holding_work;
             sums.viscous += recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time - old.time);
         }
         if let Some(step) = step {
@@ -180,6 +184,7 @@ struct Sums {
     external: f64,
     offset: f64,
     viscous: f64,
+    holding: f64,
     contact: f64,
     /// Of each pair.
     friction: Vec<f64>,
@@ -325,7 +330,8 @@ impl Recorder<'_> {
         values.extend([stored, dissipated, sums.external, sums.contact]);
         values.extend(has_offset(self.model).then_some(sums.offset));
         values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
-        values.push(sums.external + sums.offset - stored - dissipated - sums.viscous);
+        values.extend(self.model.may_move_freely().then_some(sums.holding));
+        values.push(sums.external + sums.offset - stored - dissipated - sums.viscous - sums.holding);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
         values.extend(extremes);

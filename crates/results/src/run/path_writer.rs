@@ -109,7 +109,7 @@ impl MarchObserver for PathWriter<'_> {
             self.case = Some(case);
             let time = course::start(case);
             let rest = self.designs.at(time).model().rest();
-            self.add(Reached { time, completes: None, rest: true }, Cow::Owned(rest));
+            self.add(Reached { time, completes: None, rest: true, holding_work: 0.0 }, Cow::Owned(rest));
         }
         let PathState { state: unknowns, .. } = state;
         self.add((*state).into(), Cow::Owned(unknowns.clone()));

@@ -3,6 +3,8 @@
 
 use crate::common::scene::*;
 use crate::common::*;
+use slipstick::verify::{Verdict, VerifyOptions, verify_gradient};
+use slipstick_path::Silent;
 
 const MATERIAL: &str = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
 
@@ -143,5 +145,58 @@ fn gradient_of_a_rigid_body() {
             let pair = ("slave = 'b1_ymin'\nmaster = 'b0_ymax'", "slave = 'b0_ymax'\nmaster = 'b1_ymin'");
             check(&format!("{method}, rigid, friction {friction}"), &text.replace(pair.0, pair.1), 0.01);
         }
+    }
+}
+
+/// A block on a rigid flat slab, without friction: nothing but the springs resists a lateral load of 0.04 %
+/// of the normal one. In equilibrium their force is the load, so they take Σ F_n (x_n − x_n−1) with the
+/// mean position x of the block's corners.
+#[test]
+fn springs_take_the_work_of_a_load_that_nothing_else_resists() {
+    let load = 4e-3;
+    let text = Pile { friction: 0.0, gap: 0.0, ..FIRST }.text();
+    let text = text.replace("pressure = 5.0", &format!("force = [{load:?}, -10, 0]"));
+    let text = text.replacen(MATERIAL, "rigid = {}", 1).replace("set = 'b0_ymin'", "set = 'b0'");
+    let text = text.replace("bodies = ['b0', 'b1']", "bodies = ['b1']");
+    let mut problem = problem(&text);
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let found = slipstick::quantities::quantities(&problem, &run.path);
+    let taken = found.get("holding_work").expect("a loose body");
+    let corner = |node: usize| {
+        let [x, y, z] = problem.mesh.nodes[node];
+        [x, z].iter().zip([[1.3, 2.7], [0.3, 1.7]]).all(|(c, ends)| ends.contains(c)) && y >= 1.0
+    };
+    let corners: Vec<usize> = (0..problem.mesh.nodes.len()).filter(|&node| corner(node)).collect();
+    assert_eq!(corners.len(), 8);
+    let mean = |state: &slipstick_path::PathState| {
+        corners.iter().map(|&node| state.state.unknowns[3 * node]).sum::<f64>() / corners.len() as f64
+    };
+    let states = &run.path.states;
+    let moves = states.windows(2).map(|pair| load * pair[1].time * (mean(&pair[1]) - mean(&pair[0])));
+    let expected: f64 = moves.sum();
+    let last = *taken.last().expect("a step");
+    assert!(expected > 0.0 && (last / expected - 1.0).abs() < 1e-6, "{last} {expected}");
+}
+
+/// `slipstick verify gradient` finds the gradient of a body that only contact holds right, along a random
+/// direction and along an element.
+#[test]
+fn gradients_of_free_bodies_are_verified() {
+    for friction in [0.0, 0.3] {
+        let mut problem = problem(&Pile { friction, ..FIRST }.text());
+        let density = problem.initial_density().clone();
+        let designed: Vec<u32> = (0..density.len() as u32).collect();
+        let options = VerifyOptions {
+            directions: 1,
+            elements: 1,
+            step: 1e-4,
+            halvings: 3,
+            forward_tolerance: 1e-12,
+            tolerance: 1e-6,
+        };
+        let check =
+            verify_gradient(&mut problem.analysis, &density, &designed, &options, &mut Silent).expect("it runs");
+        assert_eq!(check.count(Verdict::Right), 2, "friction {friction}: {check:#?}");
     }
 }
