@@ -71,6 +71,8 @@ pub enum NoticeKind {
     EmptyPassiveRegion,
     /// The filter radius reaches no neighbouring element.
     IdleFilter,
+    /// The void of a designed body is stiffer than a body that touches it.
+    StiffVoid,
 }
 
 /// A finding that does not prevent the run, but is probably a mistake.

@@ -11,6 +11,7 @@ use slipstick::case::CaseDiagnostic;
 use slipstick::crushed::{CURE, CrushedVoid};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
+use slipstick::pieces::{self, LoosePieces};
 use slipstick::words::{is_hidden, visible};
 
 use crate::Outcome;
@@ -140,6 +141,16 @@ impl Console {
         self.event("warning", object);
         if !self.json && !self.quiet {
             self.suspended(|| complain(&format!("warning: {crushed}\n    help: {CURE}\n")));
+        }
+    }
+
+    /// Prints that a design falls apart.
+    pub fn loose_pieces(&self, loose: &LoosePieces) {
+        let help = pieces::CURE;
+        let object = json!({ "code": "loose_pieces", "message": loose.to_string(), "help": help, "loose": loose });
+        self.event("warning", object);
+        if !self.json && !self.quiet {
+            self.suspended(|| complain(&format!("warning: {loose}\n    help: {help}\n")));
         }
     }
 

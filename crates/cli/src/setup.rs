@@ -187,6 +187,7 @@ pub fn diagnostics(
             NoticeKind::HeldTwice => (CaseCode::HeldTwice, Severity::Warning),
             NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
             NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
+            NoticeKind::StiffVoid => (CaseCode::StiffVoid, Severity::Warning),
             NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
             NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
         };

@@ -13,6 +13,7 @@ pub mod losses;
 pub mod model;
 pub mod optimize;
 pub mod overlaps;
+pub mod pieces;
 pub mod problem;
 pub mod quantities;
 mod side_by_side;

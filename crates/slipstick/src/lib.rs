@@ -18,7 +18,9 @@
 pub mod drive;
 
 pub use slipstick_case::{build, case, check, machine};
-pub use slipstick_model::{analysis, crushed, losses, model, optimize, overlaps, problem, quantities, verify, words};
+pub use slipstick_model::{
+    analysis, crushed, losses, model, optimize, overlaps, pieces, problem, quantities, verify, words,
+};
 pub use slipstick_results::{output, run};
 pub use slipstick_views::{export, part, picture, render, report};
 

@@ -111,6 +111,8 @@ case_codes! {
     EmptyPassiveRegion => "empty_passive_region",
     /// The filter radius is so small that no element has a neighbour within it (warning).
     IdleFilter => "idle_filter",
+    /// The void of a designed body is stiffer than a body that touches it (warning).
+    StiffVoid => "stiff_void",
     /// An optimizer that relies on exact gradients gets filtered ones (warning).
     FilteredGradients => "filtered_gradients",
     /// An entry of a schedule that no update follows (warning).

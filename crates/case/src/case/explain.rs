@@ -124,6 +124,11 @@ impl CaseCode {
                 "The filter averages over elements whose centroids are closer than the radius. Use a radius of 1.5 to \
                  3 times the element size, or omit the filter."
             }
+            StiffVoid => {
+                "Void has the stiffness `simp.min` times that of the solid. Where a much softer body, such as rubber, \
+                 touches the design, void can then carry its pressure, and the optimizer need not place material \
+                 there. Lower `simp.min` to a hundredth of the ratio of the two Young's moduli."
+            }
             UnsupportedBody => {
                 "Support the body with a [[dirichlet]] table, or make sure that contact holds it from the start. If \
                  nothing holds a body, the equations are singular."

@@ -2,7 +2,7 @@
 
 use super::{Notice, NoticeKind};
 use crate::build::{Problem, Regions};
-use crate::case::Case;
+use crate::case::{Case, Design};
 use slipstick_model::words::quantity;
 
 /// Notices for passive regions that contain no element, and for a filter that reaches no
@@ -35,6 +35,7 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
         let path = format!("optimizer.schedule.filter_radius[{i}]");
         (path, radius)
     });
+    notices.extend(stiff_void(case, design, problem));
     let Some(nearest) = nearest_centroids(problem, &centroids) else { return notices };
     for (path, _) in filter.into_iter().chain(scheduled).filter(|(_, radius)| *radius <= nearest) {
         notices.push(Notice {
@@ -48,6 +49,51 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
         });
     }
     notices
+}
+
+/// A softer body that touches a designed one should be this many times as stiff as the void.
+const STIFFER_THAN_VOID: f64 = 100.0;
+
+/// A notice if the void of a designed body is stiffer than the softest body that touches it: void
+/// then carries more than that body, and a bound on its contact means little.
+fn stiff_void(case: &Case, design: &Design, problem: &Problem) -> Option<Notice> {
+    let body_of = |node: u32| problem.mesh.bodies.iter().position(|body| body.nodes.contains(&(node as usize)));
+    let deformable = |body: &usize| case.bodies.get(*body).is_some_and(|body| body.rigid.is_none());
+    let modulus = |body: usize| case.bodies[body].material.youngs_modulus();
+    let is_designed = |body: usize| design.bodies.contains(&case.bodies[body].name);
+    let mut softest: Option<(usize, usize, f64)> = None;
+    for interface in problem.analysis.model().interfaces().iter().map(|of| &of.interface) {
+        let bodies = |facets: &[slipstick_mesh::FacetNodes]| -> Vec<usize> {
+            let mut found: Vec<usize> =
+                facets.iter().filter_map(|facet| body_of(facet[0])).filter(deformable).collect();
+            found.dedup();
+            found
+        };
+        let [slaves, masters] = [interface.slave_facets(), interface.master_facets()].map(bodies);
+        let pairs = slaves.iter().flat_map(|&a| masters.iter().flat_map(move |&b| [(a, b), (b, a)]));
+        for (designed, other) in pairs.filter(|&(designed, other)| is_designed(designed) && !is_designed(other)) {
+            let ratio = modulus(other) / modulus(designed);
+            if softest.is_none_or(|(.., known)| ratio < known) {
+                softest = Some((designed, other, ratio));
+            }
+        }
+    }
+    let (designed, other, ratio) = softest.filter(|(.., ratio)| design.simp.minimum > *ratio)?;
+    Some(Notice {
+        kind: NoticeKind::StiffVoid,
+        path: "design.simp.min".into(),
+        message: format!(
+            "the void of body `{}` (Young's modulus {}) is stiffer than body `{}` that touches it ({})",
+            case.bodies[designed].name,
+            quantity(design.simp.minimum * modulus(designed)),
+            case.bodies[other].name,
+            quantity(modulus(other))
+        ),
+        help: format!(
+            "set `min` in `simp` to {:.0e} or less, a hundredth of the ratio of the two moduli",
+            ratio / STIFFER_THAN_VOID
+        ),
+    })
 }
 
 /// Smallest distance between the centroids of two elements of the design that share a node; `None`

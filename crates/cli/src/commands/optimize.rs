@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use slipstick::build::{self, Problem};
 use slipstick::drive::{Recorder, drive};
-use slipstick::optimize::{IterationRecord, Optimization};
+use slipstick::optimize::{FEASIBLE, IterationRecord, Optimization};
 use slipstick::run::{Checkpoint, ResultRecord, Run};
 use slipstick::words::counted;
 
@@ -104,12 +104,10 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
     if recalled.is_some() {
         tell_why_not_the_last(context, optimization, record, last);
     }
-    if let Some((name, value, violation)) = optimization.most_violated(record) {
-        context.console.warning(&format!(
-            "the design violates its constraints: the largest relative violation is {violation:.3} (`{name}` is {}; \
-             columns of history.csv); more iterations may reduce it, unless constraints contradict each other",
-            digits(value)
-        ));
+    warn_of_violation(context, optimization, record);
+    let density = optimization.evaluated().map(|design| &design.density);
+    if let Some(loose) = density.and_then(|density| optimization.problem.loose_pieces(density)) {
+        context.console.loose_pieces(&loose);
     }
     warn_of_fallbacks(context, &optimization.problem.analysis);
 }
@@ -122,7 +120,7 @@ fn tell_why_not_the_last(
     last: &IterationRecord,
 ) {
     let (best, objective) = (result.iteration, digits(last.objective));
-    match optimization.most_violated(last) {
+    match optimization.most_violated(last).filter(|_| last.violation > FEASIBLE) {
         Some((name, _, violation)) => context.console.warning(&format!(
             "the last design, with the objective {objective}, violates `{name}` by {:.2} % of its bound, so the result \
              is the best design that meets the constraints, that of iteration {best}; more iterations \
@@ -134,4 +132,23 @@ fn tell_why_not_the_last(
              {objective}"
         )),
     }
+}
+
+/// Warns of the constraint that a design violates most.
+fn warn_of_violation(context: &Context, optimization: &Optimization, record: &IterationRecord) {
+    let Some((name, value, violation)) = optimization.most_violated(record) else { return };
+    let value = digits(value);
+    context.console.warning(&if record.violation > FEASIBLE {
+        format!(
+            "the design violates its constraints: the largest relative violation is {violation:.3} (`{name}` is {value}; \
+             columns of history.csv); more iterations may reduce it, unless constraints contradict each other"
+        )
+    } else {
+        // with `corrected = false`
+        format!(
+            "the smooth measure `{name}` meets its bound, but the extreme for which it stands, {value}, violates it by \
+             {:.2} %; without `corrected = false`, the bound holds for the extreme",
+            100.0 * violation
+        )
+    });
 }

@@ -1,7 +1,10 @@
-//! Void that fails a march, and what the program says about it.
+//! Void that fails a march, that holds pieces of a design, or is stiffer than what touches it, and what
+//! the program says about it.
 
 use crate::common::*;
+use slipstick::check::{NoticeKind, inspect};
 use slipstick::crushed::CURE;
+use slipstick::design::ElementValues;
 use slipstick::path::{Silent, StateError};
 use slipstick::run::FailureReport;
 
@@ -60,4 +63,81 @@ fn void_that_inverts_has_a_cure() {
     let mut case = problem(&cured);
     assert_eq!(case.crushed_void(&density, [inverted(&[2])].iter()), None);
     assert!(case.analysis.forward(&density, &mut Silent).is_ok());
+}
+
+/// Of three layers, the middle one is void: the one above hangs on nothing unless it touches a support.
+/// Grey material holds, void does not.
+#[test]
+fn loose_pieces_are_found() {
+    let case = problem(CASE);
+    let at = |e: usize| case.mesh.centroids()[e];
+    let layered = |[bottom, middle, top]: [f64; 3]| -> ElementValues {
+        let of = |e: usize| {
+            if at(e)[1] < 0.5 {
+                bottom
+            } else if at(e)[1] < 1.0 {
+                middle
+            } else {
+                top
+            }
+        };
+        (0..case.mesh.elements.len()).map(of).collect::<Vec<f64>>().into()
+    };
+    // both ends are prescribed
+    assert_eq!(case.loose_pieces(&layered([1.0, 0.0, 1.0])), None);
+    // only the bottom is
+    let bottom = CASE.replacen("[[dirichlet]]\nset = \"block_ymin\"\n", "", 1).replace("block_ymax", "block_ymin");
+    let free = problem(&bottom);
+    let found = free.loose_pieces(&layered([1.0, 0.1, 1.0])).expect("the top is loose");
+    assert_eq!((found.pieces, found.elements, found.body.as_str()), (1, 4, "block"));
+    assert!(found.at[1] > 1.0, "{found}");
+    assert_eq!(free.loose_pieces(&layered([1.0, 0.35, 1.0])), None);
+    // grey without any material is no piece
+    assert_eq!(free.loose_pieces(&layered([1.0, 0.1, 0.4])), None);
+}
+
+/// E_void = 1e-3 · 20000 = 20 against rubber with E = 5: a hundredth of the ratio is 2.5e-6.
+#[test]
+fn void_stiffer_than_what_touches_it() {
+    let text = |min: &str| {
+        format!(
+            r#"
+[[body]]
+name = "pad"
+box = {{ min = [0, 0, 0], max = [1, 1, 1], elements = [1, 1, 1] }}
+material = {{ neo_hooke = {{ youngs_modulus = 5.0, poisson_ratio = 0.3 }} }}
+[[body]]
+name = "cover"
+box = {{ min = [0, 1, 0], max = [1, 2, 1], elements = [1, 1, 1] }}
+material = {{ neo_hooke = {{ youngs_modulus = 20000.0, poisson_ratio = 0.3 }} }}
+[[contact]]
+slave = "pad_ymax"
+master = "cover_ymin"
+friction = 0.3
+[[dirichlet]]
+set = "pad_ymin"
+[[dirichlet]]
+set = "cover_ymax"
+[load_path]
+steps = 1
+[design]
+bodies = ["cover"]
+initial = 0.5
+simp = {{ p = 3, min = {min} }}
+"#
+        )
+    };
+    let found = |min: &str| {
+        let case = slipstick::case::parse_case(&text(min), "case").expect("a case").case;
+        let notices = inspect(&case, &mut problem(&text(min))).expect("inspected").notices;
+        notices.into_iter().find(|notice| notice.kind == NoticeKind::StiffVoid)
+    };
+    let notice = found("1e-3").expect("a notice");
+    assert!(
+        notice.message.contains("`cover` (Young's modulus 20") && notice.message.contains("`pad`"),
+        "{}",
+        notice.message
+    );
+    assert!(notice.help.contains("2e-6") || notice.help.contains("3e-6"), "{}", notice.help);
+    assert_eq!(found("2e-4"), None);
 }
