@@ -91,6 +91,13 @@ impl FileMesh {
             }
         }
         let mut notices = self.notices.clone();
+        let repeated = self.solid_cells(part).len() - extraction.chosen.len();
+        if repeated > 0 {
+            notices.push(match repeated {
+                1 => "1 element repeats the nodes of an earlier one and is used once".into(),
+                _ => format!("{repeated} elements repeat the nodes of an earlier one and are used once"),
+            });
+        }
         for (kind, what, repair) in [
             (CellKind::Hex8, "hexahedra", "bottom and top are swapped"),
             (CellKind::Wedge6, "wedges", "bottom and top are swapped"),

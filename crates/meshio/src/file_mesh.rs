@@ -77,6 +77,10 @@ pub struct FileMesh {
     pub notices: Vec<String>,
 }
 
+/// The first characters of files with geometry that Gmsh meshes, and their formats.
+const GEOMETRIES: [(&[u8], &str); 3] =
+    [(b"ISO-10303-21", "STEP"), (b"DBRep_DrawableShape", "BREP"), (b"CASCADE Topology", "BREP")];
+
 impl FileMesh {
     /// Reads a file's bytes; the first character determines the format: `$` Gmsh, `*` Abaqus, `<`
     /// VTU.
@@ -85,6 +89,11 @@ impl FileMesh {
     /// [`MeshFileError`] at the first place that cannot be read.
     pub fn parse(bytes: &[u8]) -> Result<Self, MeshFileError> {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        if let Some(format) = GEOMETRIES.iter().find(|(start, _)| text.trim_ascii_start().starts_with(start)) {
+            let cure = "mesh it with Gmsh: `pip install gmsh`, then `gmsh part.step -3 -clmax SIZE -o part.msh`, and use \
+                        part.msh; physical groups, which Gmsh's window can add, give surfaces names";
+            return Err(MeshFileError::new("the file", format!("this is geometry ({}), not a mesh", format.1), cure));
+        }
         match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
             Some(b'$') => gmsh::parse(text),
             Some(b'*') => abaqus::parse(text),

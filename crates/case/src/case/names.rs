@@ -23,6 +23,8 @@ pub(super) struct Names {
     parts: Vec<String>,
     /// Surfaces of mesh files that no body can have, with message and remedy.
     unusable: BTreeMap<String, [String; 2]>,
+    /// Bodies from mesh files without any surface or set.
+    bare: Vec<usize>,
     /// Bodies whose shape cannot be read, so that their surfaces are unknown.
     shapeless: Vec<usize>,
     /// Whether some body or set has no readable name: any unknown name may refer to it.
@@ -50,6 +52,9 @@ impl Names {
                 let surface = |face| (format!("{name}_{face}"), Kind::Surface, Some(body));
                 self.sets.extend(shape.faces().iter().map(surface));
                 if let Shape::Mesh(file) = shape {
+                    if file.mesh.surfaces.is_empty() && file.mesh.node_sets.is_empty() && file.unusable.is_empty() {
+                        self.bare.push(body);
+                    }
                     let named = |kind| move |name: &String| (name.clone(), kind, Some(body));
                     self.sets.extend(file.mesh.surfaces.keys().map(named(Kind::Surface)));
                     self.sets.extend(file.mesh.node_sets.keys().map(named(Kind::Set)));
@@ -115,6 +120,16 @@ impl Names {
         true
     }
 
+    /// The remedy for a name that belongs to a body whose mesh file has no names.
+    fn of_bare(&self, name: &str) -> Option<String> {
+        let of = |&body: &usize| name.strip_prefix(&self.bodies[body]).is_some_and(|rest| rest.starts_with('_'));
+        let body = self.bodies.get(*self.bare.iter().find(|body| of(body))?)?;
+        Some(format!(
+            "the mesh file of `{body}` names neither surfaces nor sets: name them where the mesh is made (Gmsh: physical \
+             groups), or select facets with a [[surface]] and nodes with a [[set]]"
+        ))
+    }
+
     /// Reports a name that is neither a surface nor a set.
     pub(super) fn check_set(&self, reader: &Reader, path: &str, name: &str) {
         if self.find(name).is_none() && self.tell_unusable(reader, path, name) {
@@ -126,7 +141,7 @@ impl Names {
                 path,
                 CaseCode::UnknownSet,
                 format!("there is no surface or set called `{name}`"),
-                suggestion_or_list(name, &names),
+                self.of_bare(name).unwrap_or_else(|| suggestion_or_list(name, &names)),
             );
         }
     }
@@ -148,7 +163,7 @@ impl Names {
                 path,
                 CaseCode::UnknownSet,
                 format!("there is no surface called `{name}`"),
-                suggestion_or_list(name, &surfaces),
+                self.of_bare(name).unwrap_or_else(|| suggestion_or_list(name, &surfaces)),
             ),
         }
     }

@@ -1,5 +1,7 @@
 //! `slipstick evaluate`: a design under other coefficients of friction. Paper: Table 1.
 
+use std::collections::BTreeMap;
+
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::design::ElementValues;
@@ -7,7 +9,7 @@ use slipstick::output::{Cell, Csv};
 use slipstick::quantities::quantities;
 use slipstick::run::{Run, write_evaluations};
 
-use super::{digits, final_status, whole};
+use super::{case_values, digits, final_status, whole};
 use crate::args::Evaluate;
 use crate::failure::Failure;
 use crate::runs::{end, failed, start, watch};
@@ -53,6 +55,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
     let mut watch = watch(context, problem, Some(run))?;
     context.console.start_bar(steps * asked.len(), 0);
     let (mut rows, mut paths) = (Vec::new(), Vec::new());
+    let mut names: Vec<String> = Vec::new();
     let mut last_failure = None;
     for (number, &coefficient) in asked.iter().enumerate() {
         watch.begin(number, steps * number);
@@ -84,6 +87,8 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         let found = quantities(problem, &forward.path);
         context.console.overlaps(&found.overlaps);
         context.console.losses(&found.losses);
+        let values = case_values(&found, problem);
+        names = values.iter().map(|(name, _)| name.clone()).collect();
         paths.push((shown, found));
         write_evaluations(directory, &paths)?;
         let [open, stick, slip] = final_status(&forward);
@@ -105,6 +110,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
                 "friction": shown, "objective": forward.value, "volume_fraction": fraction,
                 "objective_over_volume_fraction": forward.value / fraction, "newton_iterations": newton,
                 "increments": increments, "open": open, "stick": stick, "slip": slip,
+                "quantities": values.iter().cloned().collect::<BTreeMap<String, f64>>(),
             }),
         );
         rows.push(vec![
@@ -115,12 +121,14 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
             stick.to_string(),
             slip.to_string(),
         ]);
+        rows.last_mut().into_iter().for_each(|row| row.extend(values.iter().map(|(_, value)| digits(*value))));
     }
     context.console.end_bar();
     context.console.text(&format!("volume fraction {fraction:.5}"));
-    context
-        .console
-        .lines(&lines(&["friction", "objective", "objective/volume fraction", "open", "stick", "slip"], &rows));
+    let mut header = vec!["friction", "objective", "objective/volume fraction", "open", "stick", "slip"];
+    header.extend(names.iter().map(String::as_str));
+    rows.iter_mut().for_each(|row| row.resize(header.len(), String::new()));
+    context.console.lines(&lines(&header, &rows));
     let path = directory.path();
     context.console.event("result", json!({ "command": "evaluate", "directory": path, "evaluations": rows.len() }));
     last_failure.map_or(Ok(()), Err)

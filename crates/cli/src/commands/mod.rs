@@ -19,8 +19,9 @@ pub mod verify;
 
 use serde_json::{Value, json};
 use slipstick::analysis::{Analysis, Forward};
+use slipstick::build::Problem;
 use slipstick::path::{Phase, Timings};
-use slipstick::quantities::{EnergyJump, Quantities, Subject};
+use slipstick::quantities::{EnergyJump, Quantities, QuantityRow, Subject};
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -53,10 +54,67 @@ pub(crate) fn last_values(quantities: &Quantities) -> Value {
     quantities.names.iter().zip(values).map(|(name, value)| (name.name.clone(), json!(value))).collect()
 }
 
-/// Prints the key quantities at the last load step: reactions, contact forces, energies, and those
-/// of the case.
-pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
-    let Some(row) = quantities.rows.last().filter(|row| row.step > 0) else { return };
+/// The last row of each load case, with its name; that of a single load path has none.
+fn ends<'q>(quantities: &'q Quantities, problem: &Problem) -> Vec<(Option<String>, &'q QuantityRow)> {
+    if problem.load_cases.is_empty() {
+        return quantities.rows.last().filter(|row| row.step > 0).map(|row| (None, row)).into_iter().collect();
+    }
+    let steps = problem.analysis.times.len() / problem.load_cases.len();
+    let end = |(number, name): (usize, &String)| {
+        let row = quantities.rows.iter().rfind(|row| row.step == steps * (number + 1))?;
+        Some((Some(name.clone()), row))
+    };
+    problem.load_cases.iter().enumerate().filter_map(end).collect()
+}
+
+/// The quantities that the case names, at the end of each load case.
+pub(crate) fn case_values(quantities: &Quantities, problem: &Problem) -> Vec<(String, f64)> {
+    let mut values = Vec::new();
+    for (load_case, row) in ends(quantities, problem) {
+        for (name, value) in quantities.names.iter().zip(&row.values).filter(|(name, _)| name.subject == Subject::Case)
+        {
+            let of = load_case.as_ref().map_or(String::new(), |load_case| format!(" in {load_case}"));
+            values.push((format!("{}{of}", name.name), *value));
+        }
+    }
+    values
+}
+
+/// Prints the key quantities at the end of each load case: reactions, contact forces, energies, and
+/// those of the case.
+pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities, problem: &Problem) {
+    let ends = ends(quantities, problem);
+    if ends.is_empty() {
+        return;
+    }
+    for (load_case, row) in ends {
+        let title =
+            load_case.map_or("at the last load step:".into(), |name| format!("at the end of load case {name}:"));
+        tell_row(context, quantities, row, &title);
+    }
+    context.console.overlaps(&quantities.overlaps);
+    context.console.losses(&quantities.losses);
+    if let Some((step, part)) = quantities.holding() {
+        context.console.warning(&format!(
+            "up to load step {step}, the springs on free motions take {:.1} % of the work of loads, supports and \
+             offsets: almost nothing holds these bodies (`solve -v` names the motions); support them or add friction",
+            100.0 * part
+        ));
+    }
+    if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
+        context.console.warning(&format!(
+            "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \
+             {}: Newton's method has probably jumped to another equilibrium; use more load steps or, with the penalty \
+             method, a lower stiffness",
+            digits(before),
+            digits(rise),
+            digits(added)
+        ));
+    }
+}
+
+/// Prints the key quantities of a row.
+fn tell_row(context: &Context, quantities: &Quantities, row: &QuantityRow, title: &str) {
     let named = || quantities.names.iter().zip(&row.values);
     let value = |subject: &Subject, what: &str| {
         let found = named().find(|(name, _)| name.subject == *subject && name.what == what);
@@ -96,28 +154,9 @@ pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
         lines.push((name.name.clone(), digits(*found)));
     }
     let width = lines.iter().map(|(title, _)| title.chars().count()).max().unwrap_or_default();
-    context.console.text("at the last load step:");
+    context.console.text(title);
     for (title, text) in lines {
         context.console.text(&format!("  {title:width$}  {text}"));
-    }
-    context.console.overlaps(&quantities.overlaps);
-    context.console.losses(&quantities.losses);
-    if let Some((step, part)) = quantities.holding() {
-        context.console.warning(&format!(
-            "up to load step {step}, the springs on free motions take {:.1} % of the work of loads, supports and \
-             offsets: almost nothing holds these bodies (`solve -v` names the motions); support them or add friction",
-            100.0 * part
-        ));
-    }
-    if let Some(EnergyJump { step, before, rise, added }) = quantities.jump() {
-        context.console.warning(&format!(
-            "in load step {step}, the strain energy rises from {} by {}, although supports and loads do work of only \
-             {}: Newton's method has probably jumped to another equilibrium; use more load steps or, with the penalty \
-             method, a lower stiffness",
-            digits(before),
-            digits(rise),
-            digits(added)
-        ));
     }
 }
 

@@ -68,7 +68,7 @@ pub fn optimize(
     context.console.end_bar();
     if let Some(run) = run {
         if let Some(quantities) = &quantities {
-            tell_quantities(context, quantities);
+            tell_quantities(context, quantities, &optimization.problem);
         }
         tell_result(context, optimization, run, quantities.as_ref().map(last_values));
     }

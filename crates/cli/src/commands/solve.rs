@@ -128,7 +128,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
     if let Some(value) = objective {
         context.console.text(&format!("objective {}{}", digits(value), shares(problem, &forward)));
     }
-    tell_quantities(context, &quantities);
+    tell_quantities(context, &quantities, problem);
     let failed = match forward.path.failed_iterations() {
         0 => String::new(),
         failed => format!(" and {failed} in failed attempts"),

@@ -314,6 +314,18 @@ fn bodies_are_made_from_sections_and_not_from_sets_of_faces() {
     assert!(!sets.is_empty() && sets.iter().all(|set| set.contains("\nbody = ")), "{text}");
 }
 
+/// A mesh without names: the error says where they would come from.
+#[test]
+fn a_mesh_without_names_says_so() {
+    let place = Place::new();
+    let bare = COLUMN.split("*SURFACE").next().expect("elements");
+    place.write("column.inp", bare);
+    place.write("case.toml", &column().read("case.toml"));
+    let expected =
+        ["no surface or set called `c_FOOT`", "the mesh file of `c` names neither surfaces nor sets", "[[surface]]"];
+    place.bad("check case.toml", 2, &expected);
+}
+
 /// `check` lists surfaces with body, area and normal.
 #[test]
 fn check_lists_surfaces() {

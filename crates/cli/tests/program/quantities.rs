@@ -114,3 +114,41 @@ fn all_quantities_are_verified_unless_chosen() {
     assert_eq!(place.json("case_verify/verify.json")["checks"][0]["quantity"], "stress");
     place.bad(&format!("{line} --quantity strss --force"), 2, &["no quantity called `strss`", "press, drag"]);
 }
+
+/// `evaluate` prints the quantities that the case names, once for each coefficient of friction.
+#[test]
+fn evaluate_prints_quantities_of_the_case() {
+    let place = place();
+    place.good("solve case.toml");
+    let ran = place.good("evaluate case.toml --design case_solve --friction 0,0.3");
+    let header = ran.out.lines().find(|line| line.contains("objective/volume")).expect("a header");
+    let names: Vec<&str> = header.split_whitespace().skip(7).collect();
+    assert_eq!(names, ["press", "drag", "settlement", "stress"], "{header}");
+    let table = place.table("case_evaluate/quantities.csv");
+    let (drag, steps) = (column(&table, "drag"), column(&table, "step"));
+    let last: Vec<f64> = drag.iter().zip(&steps).filter(|(_, step)| **step == 4.0).map(|(drag, _)| *drag).collect();
+    assert_eq!(last.len(), 2);
+    for (value, friction) in last.iter().zip(["0", "0.3"]) {
+        let row = ran.out.lines().find(|line| line.split_whitespace().next() == Some(friction)).expect("a row");
+        let printed: f64 = row.split_whitespace().nth(7).expect("drag").parse().expect("a number");
+        assert!((printed - value).abs() <= 1e-6 * value.abs().max(1.0), "{row} {value}");
+    }
+}
+
+/// `solve` prints the key quantities at the end of each load case.
+#[test]
+fn solve_summarises_each_load_case() {
+    let place = place();
+    let cases = "\n[[load_case]]\nname = \"light\"\nmotion_factor = 0.5\n[[load_case]]\nname = \"heavy\"\n";
+    place.write("case.toml", &(place.read("case.toml") + cases));
+    let told = place.good("solve case.toml").out;
+    let table = place.table("case_solve/quantities.csv");
+    let (press, steps) = (column(&table, "press"), column(&table, "step"));
+    for (name, step) in [("light", 4.0), ("heavy", 8.0)] {
+        let part = told.split(&format!("at the end of load case {name}:")).nth(1).expect("a summary");
+        let line = part.lines().find(|line| line.trim_start().starts_with("press ")).expect("press");
+        let printed: f64 = line.split_whitespace().nth(1).expect("a value").parse().expect("a number");
+        let row = steps.iter().position(|&known| known == step).expect("a row");
+        assert!((printed - press[row]).abs() <= 1e-6 * press[row].abs(), "{name}: {line} {}", press[row]);
+    }
+}

@@ -293,3 +293,19 @@ fn nodes_that_go_on_changing_their_status_are_named() {
     }
     place.good("render case_solve --failure --field status");
 }
+
+/// Elements that are pressed through themselves: a stiffer void is a remedy only if there is a design.
+#[test]
+fn remedies_are_those_of_the_case() {
+    let place = Place::new();
+    let case = place.read("case.toml").replace("steps = 4", "steps = 1\nmax_cutbacks = 0");
+    let motion = case.lines().find(|line| line.starts_with("motion")).expect("the motion").to_owned();
+    let case = case.replace(&motion, "motion = [{ t = 1.0, u = [0, -1.4, 0] }]");
+    let undesigned = &case[..case.find("[design]").expect("a design")];
+    place.write("undesigned.toml", undesigned);
+    place.write("case.toml", &case);
+    let [with, without] =
+        ["case", "undesigned"].map(|case| place.bad(&format!("solve {case}.toml"), 3, &["inverted"]).err);
+    assert!(with.contains("help: a stiffer void (`design.simp.min`)"), "{with}");
+    assert!(!without.contains("simp.min") && without.contains("help: more load steps"), "{without}");
+}

@@ -1,7 +1,9 @@
 //! Sets, given by numbers or by names of other sets, resolved when all nodes and elements are
 //! known.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+
+use slipstick_mesh::{HEX_FACES, TET_FACES, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES};
 
 use super::lines::number;
 use crate::builder::Numbers;
@@ -86,6 +88,8 @@ enum Side {
     Solid(u8),
     /// The facet itself, of a shell or membrane.
     Shell,
+    /// All faces of solids that no other solid shares.
+    Free,
 }
 
 impl Sets {
@@ -121,6 +125,7 @@ impl Sets {
             Err(_) => Member::Set(fields[0].trim_matches('"').to_owned()),
         };
         let side = match fields.get(1).copied().unwrap_or_default().to_ascii_uppercase().as_str() {
+            "" => Side::Free,
             "SPOS" | "SNEG" => Side::Shell,
             "S1" => Side::Solid(0),
             "S2" => Side::Solid(1),
@@ -167,12 +172,25 @@ impl Sets {
             }
         }
         mesh.node_sets.values_mut().for_each(sort);
+        let mut free: Option<FreeFaces> = None;
         for Faces { surface, line, of, side } in self.faces {
             if let Member::Set(name) = &of {
                 mesh.sets_of_faces.extend(known(&mesh.cell_sets, name));
             }
             let found = members_of(&of, line, &elements, &mesh.cell_sets, "element")?;
-            add_faces(mesh, &surface, found, side, &mut room, line)?;
+            match side {
+                Side::Free => {
+                    let free = free.get_or_insert_with(|| FreeFaces::new(mesh));
+                    let (solid, shells): (Vec<u32>, Vec<u32>) =
+                        found.into_iter().partition(|&cell| mesh.cells.kind(cell as usize).dimension() == 3);
+                    let faces = solid.into_iter().flat_map(|cell| free.of(mesh, cell)).collect();
+                    extend(mesh.face_sets.entry(surface.clone()).or_default(), faces, &mut room, line)?;
+                    if !shells.is_empty() {
+                        add_faces(mesh, &surface, shells, Side::Shell, &mut room, line)?;
+                    }
+                }
+                side => add_faces(mesh, &surface, found, side, &mut room, line)?,
+            }
         }
         for section in &self.sections {
             let set = known(&mesh.cell_sets, section).filter(|set| !mesh.sections.contains(set));
@@ -181,6 +199,46 @@ impl Sets {
         mesh.cell_sets.values_mut().for_each(sort);
         mesh.face_sets.values_mut().for_each(sort);
         Ok(())
+    }
+}
+
+/// How many solids have each face, by its sorted corners.
+struct FreeFaces(HashMap<Vec<u32>, usize>);
+
+impl FreeFaces {
+    fn new(mesh: &FileMesh) -> Self {
+        let mut counts = HashMap::new();
+        for cell in mesh.solid_cells(None) {
+            Self::corners(mesh, cell).into_iter().for_each(|face| *counts.entry(face).or_default() += 1);
+        }
+        Self(counts)
+    }
+
+    /// The faces of a solid that no other one has.
+    fn of<'a>(&'a self, mesh: &FileMesh, cell: u32) -> impl Iterator<Item = ElementFace> + use<'a> {
+        let faces = Self::corners(mesh, cell).into_iter().enumerate();
+        faces
+            .filter(|(_, face)| self.0.get(face) == Some(&1))
+            .map(move |(side, _)| ElementFace { cell, side: side as u8 })
+    }
+
+    /// The sorted corners of each face, in Abaqus' order of faces; none of a pyramid.
+    fn corners(mesh: &FileMesh, cell: u32) -> Vec<Vec<u32>> {
+        let nodes = mesh.cells.nodes(cell as usize);
+        let faces: Vec<&[usize]> = match mesh.cells.kind(cell as usize).first_order() {
+            CellKind::Tet4 => TET_FACES.iter().map(|face| &face[..]).collect(),
+            CellKind::Wedge6 => {
+                WEDGE_TRIANGLES.iter().map(|f| &f[..]).chain(WEDGE_QUADRILATERALS.iter().map(|f| &f[..])).collect()
+            }
+            CellKind::Hex8 => HEX_FACES.iter().map(|face| &face[..]).collect(),
+            _ => Vec::new(),
+        };
+        let sorted = |face: &[usize]| {
+            let mut corners: Vec<u32> = face.iter().map(|&corner| nodes[corner]).collect();
+            corners.sort_unstable();
+            corners
+        };
+        faces.into_iter().map(sorted).collect()
     }
 }
 
@@ -194,7 +252,7 @@ fn add_faces(
     room: &mut Room,
     line: usize,
 ) -> Result<(), MeshFileError> {
-    let dimension = if matches!(side, Side::Shell) { 2 } else { 3 };
+    let dimension = if matches!(side, Side::Solid(_)) { 3 } else { 2 };
     if let Some(&cell) = cells.iter().find(|&&cell| mesh.cells.kind(cell as usize).dimension() != dimension) {
         let (kind, number) = (mesh.cells.kind(cell as usize).name(), mesh.cells.number(cell as usize));
         let message = format!("element {number}, a {kind}, has no such face");
@@ -213,7 +271,7 @@ fn add_faces(
         return Err(error(line, message, "tetrahedra have faces S1 to S4, wedges S1 to S5, hexahedra S1 to S6"));
     }
     match side {
-        Side::Shell => extend(mesh.cell_sets.entry(name.to_owned()).or_default(), cells, room, line),
+        Side::Shell | Side::Free => extend(mesh.cell_sets.entry(name.to_owned()).or_default(), cells, room, line),
         Side::Solid(side) => {
             let faces = cells.into_iter().map(|cell| ElementFace { cell, side }).collect();
             extend(mesh.face_sets.entry(name.to_owned()).or_default(), faces, room, line)

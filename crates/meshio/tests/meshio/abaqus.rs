@@ -97,6 +97,35 @@ fn sections_and_sets_of_faces_are_told() {
     assert!(none.sections.is_empty() && none.left_out([Some("Left")]).is_empty(), "without sections, any part will do");
 }
 
+/// Without a face, a surface consists of the faces of the set that no other solid shares: 5 of each
+/// of two cubes that share one, whether or not the set has both.
+#[test]
+fn a_surface_without_faces_is_the_free_one() {
+    let with = |of: &str| CUBES.replace("both, S2", &format!("{of},"));
+    let mesh = sound(&parse(&with("both")), "a", Some("both")).mesh;
+    assert_eq!((mesh.surfaces["a_above"].facets.len(), mesh.boundary(0).facets.len()), (10, 10));
+    let mesh = sound(&parse(&with("Left")), "a", Some("both")).mesh;
+    let above = &mesh.surfaces["a_above"];
+    assert!(above.facets.len() == 5 && above.facets.iter().all(|facet| facet.element == 0));
+    let shell = sound(&parse(&with("skin")), "a", Some("both")).mesh;
+    assert_eq!(shell.surfaces["a_above"], shell.surfaces["a_skin"]);
+}
+
+/// An element with the nodes of an earlier one is used once, and counted.
+#[test]
+fn repeated_elements_are_counted() {
+    let text = CUBES
+        .replace("*ELEMENT, TYPE=S4", "30, 2, 12, 13, 3, 6, 16, 17, 7\n*ELEMENT, TYPE=S4")
+        .replace("30, 1,", "40, 1,");
+    let read = sound(&parse(&text), "a", None);
+    assert_eq!(read.mesh.elements.len(), 2);
+    assert!(
+        read.notices.contains(&"1 element repeats the nodes of an earlier one and is used once".to_owned()),
+        "{:?}",
+        read.notices
+    );
+}
+
 /// The package meshio writes entities of Gmsh as if they were a set of elements.
 #[test]
 fn entities_of_gmsh_are_no_elements() {

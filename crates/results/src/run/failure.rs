@@ -11,7 +11,7 @@ use slipstick_path::{FailedAttempt, IterationRecord, MarchFailure, Rung, StateEr
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
 use slipstick_model::crushed::CURE;
-use slipstick_model::model::course;
+use slipstick_model::model::{Method, course};
 use slipstick_model::problem::Problem;
 use slipstick_model::words::counted;
 
@@ -295,7 +295,17 @@ const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.m
 /// usually help.
 fn cures(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let own = conditions(kind, mesh, model).cures;
-    if own.is_empty() { usual_cures(kind) } else { own }
+    if own.is_empty() { usual_cures(kind).into_iter().filter(|cure| applies(cure, mesh, model)).collect() } else { own }
+}
+
+/// Whether the case has what a cure changes: a design, a slave that may be exchanged, multipliers.
+fn applies(cure: &str, mesh: &Mesh, model: Trial<'_>) -> bool {
+    let uses = |method: Method| model.interfaces().iter().any(|pair| pair.enforcement.method == method);
+    let designed = || (0..mesh.elements.len() as u32).any(|element| model.is_designed(element));
+    (!cure.contains("`design.simp.min`") || designed())
+        && (!cure.contains("`complementarity_parameter`") || uses(Method::Lagrange))
+        && (!cure.contains("`enforcement.augmented` or `penalty`") || uses(Method::Penalty) || uses(Method::Augmented))
+        && (!cure.contains("`contact.") || !model.interfaces().is_empty())
 }
 
 /// Changes that usually help against such a failure; keys of the case file are in backquotes.

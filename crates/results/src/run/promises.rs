@@ -17,15 +17,40 @@ pub struct Comparison {
     pub promised: f64,
     /// The value in this run.
     pub found: f64,
+    /// The largest value of its kind that the design promised, of forces, pressures or energies; 0
+    /// for a quantity of the case.
+    pub scale: f64,
 }
 
 impl Comparison {
-    /// The relative deviation from the promise; `None` if nothing or zero was promised.
+    /// The relative deviation from the promise; for a promise that is small among those of its kind,
+    /// relative to the largest of them. `None` if the promise is zero or round-off.
     pub fn deviation(&self) -> Option<f64> {
+        let own = self.promised.abs();
+        if own < SMALL * self.scale {
+            return Some((self.found - self.promised) / self.scale).filter(|deviation| deviation.is_finite());
+        }
         let deviation = self.found / self.promised - 1.0;
-        (self.promised != 0.0 && deviation.is_finite()).then_some(deviation)
+        (own > ROUND_OFF * self.found.abs() && deviation.is_finite()).then_some(deviation)
+    }
+
+    /// The kind of a quantity of which all cases have several: forces, pressures or energies.
+    fn kind(&self) -> Option<&'static str> {
+        match self.quantity.as_str() {
+            "strain_energy" | "friction_work" | "external_work" => Some("energy"),
+            name if name.starts_with("reaction_") => Some("force"),
+            name if name.ends_with("_normal_force") || name.ends_with("_friction_force") => Some("force"),
+            name if name.ends_with("_peak_pressure") => Some("pressure"),
+            _ => None,
+        }
     }
 }
+
+/// Promises smaller than this fraction of the largest one of their kind are compared with that one.
+const SMALL: f64 = 1e-3;
+
+/// Promises smaller than this fraction of the value of the part are round-off.
+const ROUND_OFF: f64 = 1e-6;
 
 /// Reactions smaller than this fraction of the largest one are round-off of a symmetric case.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -83,8 +108,14 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
         for (number, (row, &promised)) in rows.iter().zip(&promise.values).enumerate() {
             let Some(value) = row.get(column).and_then(|cell| cell.parse().ok()) else { continue };
             let (quantity, load_case) = (promise.quantity.clone(), names.get(number).cloned().unwrap_or_default());
-            found.push(Comparison { quantity, load_case, promised, found: value });
+            found.push(Comparison { quantity, load_case, promised, found: value, scale: 0.0 });
         }
+    }
+    for kind in ["energy", "force", "pressure"] {
+        let of_kind =
+            |of: &&Comparison| of.kind() == Some(kind) && case.quantities.iter().all(|q| q.name != of.quantity);
+        let scale = found.iter().filter(of_kind).map(|of| of.promised.abs()).fold(0.0, f64::max);
+        found.iter_mut().filter(|of| of_kind(&&**of)).for_each(|of| of.scale = scale);
     }
     Ok(found)
 }
@@ -114,4 +145,24 @@ fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<LastRows>, RunErr
     let ends = (1..=case.steps() / steps).map(|number| (number * steps).to_string());
     let rows: Option<Vec<Vec<String>>> = ends.map(|end| rows.iter().find(|row| row[0] == end).cloned()).collect();
     Ok(rows.map(|rows| LastRows { columns, rows }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Promises that vanish by symmetry are compared with the largest of their kind, and round-off not
+    /// at all.
+    #[test]
+    fn deviations_have_a_sensible_scale() {
+        let of = |quantity: &str, promised: f64, found: f64, scale: f64| {
+            let (quantity, load_case) = (quantity.to_owned(), String::new());
+            Comparison { quantity, load_case, promised, found, scale }.deviation()
+        };
+        assert_eq!(of("reaction_low_y", -100.0, -105.0, 100.0).map(|d| (1e9 * d).round()), Some(5e7));
+        assert_eq!(of("reaction_low_x", 1e-15, -0.5, 100.0).map(|d| (1e9 * d).round()), Some(-5e6));
+        assert_eq!(of("lift", 1e-15, -4.95e-3, 0.0), None);
+        assert_eq!(of("lift", 0.0, 1.0, 0.0), None);
+        assert_eq!(of("lift", 2.0, 1.0, 0.0), Some(-0.5));
+    }
 }

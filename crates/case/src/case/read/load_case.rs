@@ -33,12 +33,15 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
                 &table,
                 ("pairs", "slave"),
                 |pair: &PairInCase| &pair.slave,
-                |inner| PairInCase {
-                    slave: super::quantity::slave(inner, contacts),
-                    friction: {
-                        inner.require("friction", "the coefficient of friction in this load case");
-                        friction(inner).unwrap_or_default()
-                    },
+                |inner| {
+                    let slave = super::quantity::slave(inner, contacts);
+                    if contacts.iter().any(|pair| pair.slave == slave && pair.tied) {
+                        let message = format!("`{slave}` is tied, and has no friction in any load case");
+                        let path = inner.path_of("slave");
+                        inner.reader.error(&path, CaseCode::Friction, message, "omit the entry");
+                    }
+                    inner.require("friction", "the coefficient of friction in this load case");
+                    PairInCase { slave, friction: friction(inner).unwrap_or_default() }
                 },
             ),
             bodies: each(
@@ -76,6 +79,10 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
                 },
             ),
         };
+        if case.friction.is_some() && !contacts.is_empty() && contacts.iter().all(|pair| pair.tied) {
+            let message = "all contact pairs are tied: no coefficient of friction has an effect";
+            table.reader.warning(&table.path_of("friction"), CaseCode::Friction, message, "omit the key");
+        }
         table.finish();
         cases.push(case);
     }

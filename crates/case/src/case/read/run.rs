@@ -1,5 +1,7 @@
 //! Names of units, output, and solver settings: `[units]`, `[output]`, `[solver]`, `[adjoint]`.
 
+use std::path::{Component, Path};
+
 use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, PetscPreconditioner, Solver, Units};
 use super::super::typed::Table;
 use super::CaseCode;
@@ -24,6 +26,12 @@ pub(super) fn output(root: &Table<'_>) -> Output {
         let directory = table
             .string("directory")
             .check(CaseCode::Empty, |path| !path.is_empty(), "is empty", "omit the key")
+            .check(
+                CaseCode::OutOfRange,
+                |path| matches!(Path::new(path).components().next_back(), None | Some(Component::Normal(_))),
+                "is no folder of its own: results would lie among other files",
+                "name a folder for the results, for instance \"results\"",
+            )
             .optional();
         let every = table.integer("every").count(CaseCode::OutOfRange, 1).or(10);
         let pieces = table.boolean("pieces").or(false);

@@ -316,3 +316,28 @@ fn options_of_petsc() {
     one(41, "linear = \"auto\"", &with("petsc", "\"zone\""), UnknownWord, "\"zone\"");
     one(41, "linear = \"auto\"", &with("faer", "\"contact_zone\""), Unsupported, "\"contact_zone\"");
 }
+
+/// Results are kept in a folder of their own.
+#[test]
+fn directories_that_are_no_folder_of_their_own() {
+    let with = |path: &str| GOOD.replace("every = 10", &format!("directory = \"{path}\""));
+    for path in ["/", ".", "./", "..", "results/.."] {
+        let errors = parse_case(&with(path), "case.toml").expect_err(path).to_string();
+        assert!(errors.contains("is no folder of its own"), "{path}: {errors}");
+    }
+    for path in ["results", "./results", "/tmp/results/", "../results"] {
+        assert!(parse_case(&with(path), "case.toml").is_ok(), "{path}");
+    }
+}
+
+/// Tied surfaces have no friction, in any load case.
+#[test]
+fn friction_of_tied_pairs_in_load_cases() {
+    let tied = GOOD.replace("friction = 0.3\nenforcement = { lagrange = {} }", "tied = true");
+    let of_pair = format!("{tied}\n[[load_case]]\nname = 'a'\npairs = [{{ slave = 'ball_dome', friction = 0.1 }}]\n");
+    let error = parse_case(&of_pair, "case.toml").expect_err("tied").to_string();
+    assert!(error.contains("`ball_dome` is tied, and has no friction in any load case"), "{error}");
+    let of_all = parse_case(&format!("{tied}\n[[load_case]]\nname = 'a'\nfriction = 0.1\n"), "case.toml");
+    let warnings = of_all.unwrap_or_else(|errors| panic!("{errors}")).warnings;
+    assert!(warnings.iter().any(|warning| warning.to_string().contains("all contact pairs are tied")), "{warnings:?}");
+}
