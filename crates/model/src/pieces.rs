@@ -46,15 +46,16 @@ pub const CURE: &str = "only void holds them: a part made of this design would f
 const SOLID: f64 = 0.5;
 
 impl Problem {
-    /// Pieces of designed bodies that touch neither a support nor a contact surface. A piece consists of
+    /// Pieces of designed bodies that touch neither a support (a symmetry plane is none) nor a contact
+    /// surface. A piece consists of
     /// elements that are not void, share nodes, and include at least one of material. `None` if there is
     /// none.
     pub fn loose_pieces(&self, density: &ElementValues) -> Option<LoosePieces> {
         let (mesh, model) = (&self.mesh, self.analysis.model());
         let mut held = vec![false; mesh.nodes.len()];
-        for (held, fixed) in held.iter_mut().zip(model.prescribed().fixed().chunks_exact(3)) {
-            *held = fixed.contains(&true);
-        }
+        // a symmetry plane holds only one direction
+        let supported = model.prescribed().owned().into_iter().flat_map(|(_, unknowns)| unknowns);
+        supported.for_each(|unknown| held[unknown as usize / 3] = true);
         let facets = model.interfaces().iter().map(|of| &of.interface);
         let facets = facets.flat_map(|interface| interface.slave_facets().iter().chain(interface.master_facets()));
         facets.flat_map(|facet| facet.iter()).for_each(|&node| held[node as usize] = true);
