@@ -63,7 +63,7 @@ pub struct FailedAttempt {
 
 /// Newton iterations that failed attempts may take since the last accepted state before no other rung and
 /// no smaller increment is tried, in units of the costliest single solve: the maximum of an attempt, or the
-/// last state's own iterations if these were more.
+/// last state's own iterations or, up to twice that maximum, those of a failed attempt if these were more.
 const PATIENCE: usize = 15;
 
 /// What all failed attempts at a step may take besides, once most of the step is done; a part of the step
@@ -84,7 +84,9 @@ pub(crate) struct Progress {
 /// Whether attempts at a step have cost so much that no others are tried.
 pub(crate) fn is_exhausted(tried: &[FailedAttempt], progress: Progress, max_iterations: usize) -> bool {
     let Progress { done, before, neighbour } = progress;
-    let unit = max_iterations.max(neighbour);
+    let own = tried.iter().filter(|failed| !matches!(failed.rung, Rung::Penalty | Rung::Held(_)));
+    let solve = own.map(|failed| failed.iterations).max().unwrap_or(0).min(2 * max_iterations);
+    let unit = max_iterations.max(neighbour).max(solve);
     let all = (PATIENCE as f64 + PATIENCE_WITH_PROGRESS * done) * unit as f64;
     iterations_of(&tried[before..]) > PATIENCE * unit || iterations_of(tried) as f64 > all
 }
@@ -105,7 +107,8 @@ pub(crate) fn next_attempt<P: StepProblem>(
     rescue: bool,
 ) -> Option<Attempt> {
     // other settings of the iteration cannot avoid an inverted element, or forces that explode
-    let geometric = matches!(failure.kind, StepFailureKind::State(_) | StepFailureKind::Diverged);
+    let geometric = matches!(failure.kind, StepFailureKind::State(_) | StepFailureKind::Diverged)
+        && !matches!(last, Attempt::Penalty(_));
     // nor does a penalty determine multipliers that the step's own equations leave undetermined
     let determined = !matches!(failure.kind, StepFailureKind::Singular { .. });
     let others = match last {
@@ -147,22 +150,22 @@ mod tests {
     /// twenty-five times if half of the step is done and some of the attempts precede the last state.
     #[test]
     fn patience_is_counted_in_iterations() {
-        let tried = |iterations: usize| {
-            let failed = |iterations| FailedAttempt {
-                time: 1.0,
-                rung: Rung::LastState,
-                kind: StepFailureKind::Diverged,
-                iterations,
-            };
-            [failed(375), failed(iterations - 375)]
+        let tried = |iterations: usize, solve: usize| {
+            let failed =
+                |iterations, rung| FailedAttempt { time: 1.0, rung, kind: StepFailureKind::Diverged, iterations };
+            let others = iterations - 375 - solve;
+            [failed(375, Rung::Held(0)), failed(others, Rung::Penalty), failed(solve, Rung::LastState)]
         };
-        let verdicts = |done: f64, before: usize, neighbour: usize| {
+        let verdicts = |done: f64, before: usize, neighbour: usize, solve: usize| {
             let progress = Progress { done, before, neighbour };
-            [375, 376, 600, 601, 625, 626].map(|n| is_exhausted(&tried(n), progress, 25))
+            let sums = [375, 376, 600, 601, 625, 626].map(|n| n.max(375 + solve));
+            sums.map(|n| is_exhausted(&tried(n, solve), progress, 25))
         };
-        assert_eq!(verdicts(0.0, 0, 6), [false, true, true, true, true, true]);
-        assert_eq!(verdicts(0.5, 0, 6), [false, true, true, true, true, true]);
-        assert_eq!(verdicts(0.5, 1, 6), [false, false, false, false, false, true]);
-        assert_eq!(verdicts(0.0, 0, 40), [false, false, false, true, true, true]);
+        assert_eq!(verdicts(0.0, 0, 6, 0), [false, true, true, true, true, true]);
+        assert_eq!(verdicts(0.5, 0, 6, 0), [false, true, true, true, true, true]);
+        assert_eq!(verdicts(0.5, 1, 6, 0), [false, false, false, false, false, true]);
+        assert_eq!(verdicts(0.0, 0, 40, 0), [false, false, false, true, true, true]);
+        // a failed attempt of 40 iterations
+        assert_eq!(verdicts(0.0, 0, 6, 40), [false, false, false, true, true, true]);
     }
 }
