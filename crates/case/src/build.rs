@@ -17,6 +17,7 @@ mod variation;
 pub use mesh::build_mesh;
 pub use optimization::optimization;
 pub(crate) use regions::Regions;
+pub use surfaces::smooth_faces;
 
 use crate::case::{self, Case};
 use crate::machine::Machine;

@@ -3,6 +3,7 @@
 //! meshed and analysed as a part.
 
 mod closest;
+mod crossings;
 pub mod export;
 pub mod part;
 pub mod picture;

@@ -1,5 +1,7 @@
 //! The smooth surfaces for which the facets of contact pairs stand.
 
+use super::BuildError;
+use super::symmetry::mirrored;
 use crate::case::{self, Case};
 use nalgebra::{Matrix3, Vector3};
 use slipstick_contact::kinematics::height::FacetHeight;
@@ -18,11 +20,44 @@ pub(crate) fn smooth(
     if contact.tied || contact.surfaces == case::Surfaces::Faceted {
         return None;
     }
-    let known: Vec<Shape> = case.bodies.iter().flat_map(shapes).collect();
-    let smooth = smooth_surface(facets, &mesh.nodes, points, contact.feature_angle.to_radians(), &known, |node| {
-        mirrored[node as usize]
-    });
+    let smooth = on_facets(case, contact.feature_angle, mesh, points, facets, mirrored);
     (!smooth.patches.is_empty()).then_some(smooth)
+}
+
+/// The same with a feature angle in degrees.
+fn on_facets(
+    case: &Case,
+    feature_angle: f64,
+    mesh: &Mesh,
+    points: &[[f64; 3]],
+    facets: &[FacetNodes],
+    mirrored: &[[bool; 3]],
+) -> SmoothSurface {
+    let known: Vec<Shape> = case.bodies.iter().flat_map(shapes).collect();
+    let mirrored = |node: u32| mirrored[node as usize];
+    smooth_surface(facets, &mesh.nodes, points, feature_angle.to_radians(), &known, mirrored)
+}
+
+/// The outer facets of a body, and the smooth surface for which they stand: with the feature angle of
+/// the body's first contact pair, and only themselves if one of its pairs asks for facets.
+///
+/// # Errors
+/// [`BuildError`] of a symmetry plane.
+pub fn smooth_faces(case: &Case, mesh: &Mesh, body: usize) -> Result<(Vec<FacetNodes>, SmoothSurface), BuildError> {
+    let facets: Vec<FacetNodes> = mesh.boundary(body).facets.iter().map(|facet| facet.nodes).collect();
+    let nodes = &mesh.bodies[body].nodes;
+    let touches =
+        |name: &String| mesh.set_nodes(name).is_some_and(|set| set.iter().any(|&n| nodes.contains(&(n as usize))));
+    let mut pairs = case.contacts.iter().filter(|pair| !pair.tied && (touches(&pair.slave) || touches(&pair.master)));
+    let mirrored = mirrored(case, mesh)?;
+    let smooth = match pairs.clone().any(|pair| pair.surfaces == case::Surfaces::Faceted) {
+        true => None,
+        false => {
+            let angle = pairs.next().map_or(case::Contact::FEATURE_ANGLE, |pair| pair.feature_angle);
+            Some(on_facets(case, angle, mesh, &mesh.nodes, &facets, &mirrored))
+        }
+    };
+    Ok((facets, smooth.unwrap_or_default()))
 }
 
 /// The heights of a smooth surface above its facets, whose corners have the positions `points`.

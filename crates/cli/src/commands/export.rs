@@ -56,13 +56,15 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         format.write(file, &export.surface, &names, length)?;
     }
     let (surface, volume) = (&export.surface, export.surface.volume());
+    let crossings = surface.crossings();
     let pieces = surface.pieces();
     let paths: Vec<&PathBuf> = files.iter().map(|(_, file)| file).collect();
     context.console.event(
         "result",
         json!({
             "command": "export", "files": paths, "threshold": export.threshold, "triangles": surface.triangles.len(),
-            "points": surface.points.len(), "surfaces": pieces, "volume": volume,
+            "points": surface.points.len(), "surfaces": pieces, "crossings": crossings,
+            "volume": volume,
             "density_volume": export.density_volume,
         }),
     );
@@ -74,6 +76,13 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         counted(surface.triangles.len(), "triangle"),
         counted(pieces, "closed surface")
     ));
+    if crossings > 0 {
+        context.console.warning(&format!(
+            "{} of the surface cross each other: elements of the design are inverted or flat there; `slipstick check` \
+             names them",
+            counted(crossings, "pair") + " of triangles"
+        ));
+    }
     if pieces > 1 {
         context.console.text("several surfaces mean loose parts or internal cavities");
     }

@@ -109,7 +109,7 @@ fn a_part_and_its_promises() {
     let place = Place::new();
     place.write("start.csv", &layers(1.0, 0.9));
     place.good("solve case.toml --design start.csv --out case -q");
-    let ran = place.good("export case --case part --threshold 0.5 --measure --json");
+    let ran = place.good("export case --case part --threshold 0.5 --size 0.5 --measure --json");
     let part = ran.event("part");
     let body = &part["part"]["bodies"][0];
     assert_eq!((&body["name"], &body["pieces"]), (&"slab".into(), &1.into()));
@@ -184,4 +184,9 @@ fn what_is_no_part() {
     std::fs::remove_file(place.path("case/quantities.csv")).expect("there");
     let err = place.good("export case --case part --threshold 0.5").err;
     assert!(err.contains("no quantities of this design"), "{err}");
+    // nothing is removed, so the body keeps its mesh, and there is nothing to mesh
+    let told = place.good("export case --case whole --threshold 0.5").out;
+    assert!(told.contains("part slab: solid everywhere, so it keeps its mesh") && !told.contains("gmsh"), "{told}");
+    assert!(!place.path("whole/mesh.py").exists());
+    place.good("solve whole/case.toml");
 }

@@ -171,7 +171,7 @@ impl FacetHeight {
 
     /// The height at a point where the facet's shape functions, or weights of its corners that give the same
     /// coordinates, have these values. \[L\]
-    pub(crate) fn value(&self, corners: usize, shape: &[f64; 4]) -> f64 {
+    pub fn value(&self, corners: usize, shape: &[f64; 4]) -> f64 {
         self.in_facet(corners, shape).0
     }
 

@@ -6,19 +6,23 @@ use super::lattice::{Lattice, Tetrahedron};
 use super::surface::TriangleSurface;
 
 /// Smallest distance between a point of the surface and a vertex of the lattice, as a fraction of
-/// the edge, so that points stay distinct.
-const NEAREST: f64 = 0.02;
+/// the edge: between vertices of hexahedra or wedges, so that points stay distinct, and between those
+/// of tetrahedra. Closer points would make slivers and knife edges there, and smoothing removes the
+/// steps; layers of hexahedra would become thicker or thinner instead.
+pub(super) const NEAREST: [f64; 2] = [0.02, 0.12];
 
 /// Even permutations that put the one or two vertices above the threshold first.
 const ONE: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 0, 1, 3], [3, 0, 2, 1]];
 const TWO: [[usize; 4]; 6] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
 /// The closed, outward-oriented surface around everything above the threshold; without triangles if
-/// nothing is above it.
-pub(super) fn extract(lattice: &Lattice, threshold: f64) -> TriangleSurface {
+/// nothing is above it. Its points keep off the vertices of the lattice by fractions `nearest`
+/// of the edges, as [`NEAREST`].
+pub(super) fn extract(lattice: &Lattice, threshold: f64, nearest: [f64; 2]) -> TriangleSurface {
     let mut extraction = Extraction {
         lattice,
         threshold,
+        nearest,
         above: lattice.values.iter().map(|&value| value > threshold).collect(),
         points: HashMap::new(),
         surface: TriangleSurface::default(),
@@ -29,14 +33,16 @@ pub(super) fn extract(lattice: &Lattice, threshold: f64) -> TriangleSurface {
             extraction.crossing(&tetrahedron);
             let inside = extraction.surface.triangles.len() - before;
             extraction.surface.outer.extend(std::iter::repeat_n(false, inside));
-            if tetrahedron.outer {
-                extraction.cap(&tetrahedron);
+            extraction.surface.labels.extend(std::iter::repeat_n(0, inside));
+            for (triangle, label) in tetrahedron.outer.into_iter().flatten() {
+                let before = extraction.surface.triangles.len();
+                extraction.cap(triangle);
+                let added = extraction.surface.triangles.len() - before;
+                extraction.surface.outer.extend(std::iter::repeat_n(true, added));
+                extraction.surface.labels.extend(std::iter::repeat_n(label, added));
             }
             let added = extraction.surface.triangles.len() - before;
-            extraction.surface.outer.extend(std::iter::repeat_n(true, added - inside));
             extraction.surface.bodies.extend(std::iter::repeat_n(cell.body, added));
-            extraction.surface.labels.extend(std::iter::repeat_n(0, inside));
-            extraction.surface.labels.extend(std::iter::repeat_n(tetrahedron.label, added - inside));
         }
     }
     extraction.surface
@@ -45,6 +51,7 @@ pub(super) fn extract(lattice: &Lattice, threshold: f64) -> TriangleSurface {
 struct Extraction<'a> {
     lattice: &'a Lattice,
     threshold: f64,
+    nearest: [f64; 2],
     above: Vec<bool>,
     /// Points of the surface by the lattice edge on which they lie; (v, v) is the vertex v itself.
     points: HashMap<(u32, u32), u32>,
@@ -55,14 +62,15 @@ impl Extraction<'_> {
     /// The point on the edge from `a`, above the threshold, to `b`, not above; if both are the
     /// same, the vertex `a`.
     fn point(&mut self, a: u32, b: u32) -> u32 {
-        let Self { lattice, threshold, points, surface, .. } = self;
+        let Self { lattice, threshold, nearest, points, surface, .. } = self;
         *points.entry((a, b)).or_insert_with(|| {
             let (at, to) = (a as usize, b as usize);
             let along = if a == b {
                 0.0
             } else {
                 let (from, to) = (lattice.values[at], lattice.values[to]);
-                ((from - *threshold) / (from - to)).clamp(NEAREST, 1.0 - NEAREST)
+                let nearest = nearest[usize::from(lattice.tetrahedral[a as usize] && lattice.tetrahedral[b as usize])];
+                ((from - *threshold) / (from - to)).clamp(nearest, 1.0 - nearest)
             };
             let (p, q) = (lattice.points[at], lattice.points[to]);
             // The vertex itself, bit for bit.
@@ -105,8 +113,7 @@ impl Extraction<'_> {
     }
 
     /// The part of an outer triangle of the body that is above the threshold.
-    fn cap(&mut self, Tetrahedron { vertices: [_, a, b, c], .. }: &Tetrahedron) {
-        let triangle = [*a, *b, *c];
+    fn cap(&mut self, triangle: [u32; 3]) {
         let above = triangle.map(|v| self.above[v as usize]);
         let turned = |k: usize| [triangle[k], triangle[(k + 1) % 3], triangle[(k + 2) % 3]];
         match above.iter().filter(|&&is| is).count() {

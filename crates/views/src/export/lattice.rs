@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use slipstick_mesh::{FacetNodes, Mesh};
+use slipstick_mesh::{Element, FacetNodes, Mesh};
 
 /// Vertices (nodes, centres of faces, centres of elements) with densities, and the elements between
 /// them.
@@ -10,6 +10,8 @@ use slipstick_mesh::{FacetNodes, Mesh};
 pub(super) struct Lattice {
     pub points: Vec<[f64; 3]>,
     pub values: Vec<f64>,
+    /// Whether all elements at a vertex are tetrahedra.
+    pub tetrahedral: Vec<bool>,
     pub cells: Vec<Cell>,
 }
 
@@ -18,7 +20,8 @@ pub(super) struct Lattice {
 pub(super) struct Cell {
     pub body: u32,
     faces: Vec<CellFace>,
-    centre: u32,
+    /// None in a linear tetrahedron, which is not divided.
+    centre: Option<u32>,
 }
 
 /// A face of an element, or one of the triangles that it is divided into.
@@ -26,76 +29,129 @@ pub(super) struct Cell {
 struct CellFace {
     /// Counter-clockwise seen from outside.
     nodes: FacetNodes,
-    centre: u32,
+    /// The centre of a quadrilateral; triangles are not divided.
+    centre: Option<u32>,
     /// Whether no other element of the body has this face.
     outer: bool,
     label: u32,
 }
 
-/// A tetrahedron of positive orientation: its first triangle (vertices 1, 2, 3) is
-/// counter-clockwise seen from outside and lies in a face of the element, `outer` if that is on the
-/// outside of the body.
+/// A tetrahedron of positive orientation: its vertices 1, 2, 3 are counter-clockwise seen from the
+/// opposite side of vertex 0.
 pub(super) struct Tetrahedron {
     pub vertices: [u32; 4],
-    pub outer: bool,
-    /// The label of that face.
-    pub label: u32,
+    /// Its triangles on the outside of the body, counter-clockwise seen from there, with the labels
+    /// of their faces.
+    pub outer: [Option<([u32; 3], u32)>; 4],
 }
+
+/// Relative difference below which volumes are the same, and the smallest range of thresholds with
+/// the same volume whose middle is taken.
+const SAME: f64 = 1e-4;
+const WIDE: f64 = 0.1;
 
 /// Labels of outer faces by their sorted nodes; faces that are not listed have the label 0.
 pub type FaceLabels = HashMap<FacetNodes, u32>;
 
 impl Cell {
-    /// The tetrahedra: centre of the element, centre of a face, and two adjacent corners of that
-    /// face.
+    /// The tetrahedra between the centre of the element and the triangles of its faces: a triangular
+    /// face itself, or the centre of a quadrilateral and two adjacent corners. A linear tetrahedron
+    /// is itself the only one.
     pub fn tetrahedra(&self) -> impl Iterator<Item = Tetrahedron> + '_ {
-        self.faces.iter().flat_map(move |face| {
-            (0..face.nodes.len()).map(move |k| {
-                let next = (k + 1) % face.nodes.len();
-                let vertices = [self.centre, face.centre, face.nodes[k], face.nodes[next]];
-                Tetrahedron { vertices, outer: face.outer, label: face.label }
+        let whole = self.centre.is_none().then(|| self.whole());
+        let divided = self.centre.into_iter().flat_map(move |centre| {
+            self.faces.iter().flat_map(CellFace::triangles).map(move |(triangle, outer)| {
+                let [a, b, c] = triangle;
+                Tetrahedron {
+                    vertices: [centre, a, b, c],
+                    outer: [outer.map(|label| (triangle, label)), None, None, None],
+                }
             })
-        })
+        });
+        whole.into_iter().chain(divided)
+    }
+
+    fn whole(&self) -> Tetrahedron {
+        let mut outer = [None; 4];
+        for (at, face) in outer.iter_mut().zip(&self.faces) {
+            *at = face.outer.then(|| ([face.nodes[0], face.nodes[1], face.nodes[2]], face.label));
+        }
+        let base = self.faces[0].nodes;
+        let apex = self.faces[1].nodes.iter().copied().find(|n| !base.contains(n)).unwrap_or(base[0]);
+        Tetrahedron { vertices: [apex, base[0], base[1], base[2]], outer }
     }
 
     /// All vertices; those of several faces appear several times.
     fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
-        self.faces.iter().flat_map(|face| face.nodes.iter().copied().chain([face.centre])).chain([self.centre])
+        self.faces.iter().flat_map(|face| face.nodes.iter().copied().chain(face.centre)).chain(self.centre)
+    }
+}
+
+impl CellFace {
+    /// Its triangles; on the outside of the body with its label.
+    fn triangles(&self) -> impl Iterator<Item = ([u32; 3], Option<u32>)> + '_ {
+        let label = self.outer.then_some(self.label);
+        let count = if self.centre.is_some() { self.nodes.len() } else { 1 };
+        (0..count).map(move |k| {
+            let next = (k + 1) % self.nodes.len();
+            let triangle = match self.centre {
+                Some(centre) => [centre, self.nodes[k], self.nodes[next]],
+                None => [self.nodes[0], self.nodes[1], self.nodes[2]],
+            };
+            (triangle, label)
+        })
     }
 }
 
 impl Lattice {
-    /// The lattice of some bodies. The centre of an element gets the element's density, the centre
-    /// of a face the mean of its elements, a node the volume-weighted mean of its elements.
+    /// The lattice of some bodies. A node gets the volume-weighted mean of its elements, the centre
+    /// of a quadrilateral the mean of its elements, the centre of a hexahedron or a wedge the
+    /// element's own density. Tetrahedra have no values of their own, only those of their nodes:
+    /// there are five or six for each node, and their scatter would be ripples of the surface.
     pub fn new(mesh: &Mesh, bodies: &[usize], density: &[f64], labels: &FaceLabels) -> Self {
-        let mut lattice = Self { points: mesh.nodes.clone(), values: vec![0.0; mesh.nodes.len()], cells: Vec::new() };
+        let count = mesh.nodes.len();
+        let (values, tetrahedral) = (vec![0.0; count], vec![true; count]);
+        let mut lattice = Self { points: mesh.nodes.clone(), values, tetrahedral, cells: Vec::new() };
         let mut weights = vec![0.0; mesh.nodes.len()];
+        // Centres of quadratic tetrahedra, which get the mean of their nodes.
+        let mut between: Vec<(u32, usize)> = Vec::new();
         for &body in bodies {
             let divided: HashMap<FacetNodes, [FacetNodes; 2]> =
                 mesh.divided_quadrilaterals(body).into_iter().map(|[whole, a, b]| (whole.sorted(), [a, b])).collect();
             // Per face, by its nodes: its vertex and the first cell that has it.
-            let mut known: HashMap<FacetNodes, (u32, usize, usize)> = HashMap::new();
+            let mut known: HashMap<FacetNodes, (Option<u32>, usize, usize)> = HashMap::new();
             for number in mesh.bodies[body].elements.clone() {
                 let (element, value) = (&mesh.elements[number], density[number]);
                 let volume = mesh.element_volume(number);
+                let tetrahedron = matches!(element, Element::Tet4(_) | Element::Tet10(_));
                 for &node in element.nodes() {
+                    lattice.tetrahedral[node as usize] &= tetrahedron;
                     lattice.values[node as usize] += volume * value;
                     weights[node as usize] += volume;
                 }
-                let centre = lattice.add(mean(&mesh.nodes, element.nodes()), value);
+                let centre = match element {
+                    Element::Tet4(_) => None,
+                    _ => Some(lattice.add(mean(&mesh.nodes, element.nodes()), value, tetrahedron)),
+                };
+                if matches!(element, Element::Tet10(_)) {
+                    between.extend(centre.map(|centre| (centre, number)));
+                }
                 let mut cell = Cell { body: body as u32, faces: Vec::with_capacity(element.sides()), centre };
                 let whole = (0..element.sides()).map(|side| element.side(side));
                 for nodes in whole.flat_map(|side| parts(side, &divided)) {
                     let key = nodes.sorted();
                     let (centre, outer) = match known.remove(&key) {
                         Some((vertex, other, place)) => {
-                            let at = &mut lattice.values[vertex as usize];
-                            *at = 0.5 * (*at + value);
+                            if let Some(vertex) = vertex {
+                                let at = &mut lattice.values[vertex as usize];
+                                *at = 0.5 * (*at + value);
+                            }
                             lattice.cells[other].faces[place].outer = false;
                             (vertex, false)
                         }
                         None => {
-                            let vertex = lattice.add(mean(&mesh.nodes, &nodes), value);
+                            let vertex =
+                                (nodes.len() > 3).then(|| lattice.add(mean(&mesh.nodes, &nodes), value, false));
                             known.insert(key, (vertex, lattice.cells.len(), cell.faces.len()));
                             (vertex, true)
                         }
@@ -109,13 +165,25 @@ impl Lattice {
         for (value, weight) in lattice.values.iter_mut().zip(weights).filter(|(_, weight)| *weight > 0.0) {
             *value /= weight;
         }
+        for (centre, number) in between {
+            let nodes = mesh.elements[number].nodes();
+            let sum: f64 = nodes.iter().map(|&n| lattice.values[n as usize]).sum();
+            lattice.values[centre as usize] = sum / nodes.len() as f64;
+        }
         lattice
     }
 
-    fn add(&mut self, point: [f64; 3], value: f64) -> u32 {
+    fn add(&mut self, point: [f64; 3], value: f64, tetrahedral: bool) -> u32 {
+        self.tetrahedral.push(tetrahedral);
         self.points.push(point);
         self.values.push(value);
         (self.points.len() - 1) as u32
+    }
+
+    /// Mean volume of the elements. \[L³\]
+    pub fn mean_volume(&self) -> f64 {
+        let all = self.cells.iter().flat_map(Cell::tetrahedra).map(|t| self.volume(t.vertices));
+        all.sum::<f64>() / self.cells.len().max(1) as f64
     }
 
     /// The largest density of the cells.
@@ -127,14 +195,19 @@ impl Lattice {
     /// The threshold at which the part above it has this volume, as closely as the densities
     /// allow. \[L³\]
     ///
-    /// The volume decreases with the threshold, so bisection finds it.
+    /// The volume decreases with the threshold, so bisection finds it. Where it hardly changes over a
+    /// wide range of thresholds, as that of a solid body, this is the middle of the range.
     pub fn threshold_of_volume(&self, volume: f64) -> f64 {
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if self.volume_above(middle) > volume { low = middle } else { high = middle }
-        }
-        0.5 * (low + high)
+        let last = |above: f64| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..40 {
+                let middle = 0.5 * (low + high);
+                if self.volume_above(middle) > above { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        };
+        let [from, to] = [1.0 + SAME, 1.0 - SAME].map(|factor| last(volume * factor));
+        if to - from > WIDE { 0.5 * (from + to) } else { last(volume) }
     }
 
     /// Volume of the part where the density, linear in each tetrahedron, exceeds a

@@ -12,6 +12,9 @@
 //! than 20°. A gap is the same outside the body, with −n and −m, and between faces of the same body
 //! only: a slot, a hole, the space between two members.
 //!
+//! At a knife edge, where faces meet at less than 35°, the thickness tends to zero; within one
+//! element of such an edge (two edges of triangles) it is not measured, and neither is a gap.
+//!
 //! An extracted surface has slivers and folds far below the size of the elements; measure the regular
 //! surface of [`crate::part::regular_surface`] instead.
 //!
@@ -23,6 +26,8 @@
 //! Method: the balls of J. Ma, S. W. Bae, S. Choi, 3D medial axis point approximation using nearest
 //! neighbors and the normal field, The Visual Computer 28 (2012) 7–19, with opposite faces only.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::TriangleSurface;
@@ -31,6 +36,12 @@ use crate::vector::{area, dot, norm, subtract, unit_normal};
 
 /// Cosine of the angle by which opposite faces may deviate from parallel faces (20°).
 const OPPOSITE: f64 = 0.939_692_620_785_908_4;
+
+/// Cosine of the angle between the faces at a knife edge (35°).
+const KNIFE: f64 = 0.819_152_044_288_991_8;
+
+/// Distance from a knife edge within which nothing is measured, in mean edges.
+const BESIDE: f64 = 2.0;
 
 /// Number of times a ball may shrink.
 const SHRINKS: usize = 60;
@@ -97,9 +108,35 @@ fn mirrored(mut triangles: Vec<[[f64; 3]; 3]>, mirrors: &[MirrorPlane]) -> Vec<[
     triangles
 }
 
+/// The edges at which faces meet at a small angle, inside or outside, and their reach.
+fn knives(simplices: &[Simplex]) -> (ClosestPoint, f64) {
+    let bits = |p: [f64; 3]| p.map(|c| (c + 0.0).to_bits());
+    let mut edges: BTreeMap<[[u64; 3]; 2], [f64; 3]> = BTreeMap::new();
+    let (mut found, mut total, mut count) = (Vec::new(), 0.0, 0);
+    for simplex in simplices {
+        for k in 0..3 {
+            let (a, b) = (simplex.corners[k], simplex.corners[(k + 1) % 3]);
+            (total, count) = (total + norm(subtract(b, a)), count + 1);
+            let (p, q) = (bits(a), bits(b));
+            match edges.remove(&[p.min(q), p.max(q)]) {
+                Some(other) if dot(other, simplex.normal) < -KNIFE => {
+                    found.push(Simplex { corners: [a, b, b], normal: [0.0; 3] });
+                }
+                Some(_) => {}
+                None => {
+                    edges.insert([p.min(q), p.max(q)], simplex.normal);
+                }
+            }
+        }
+    }
+    (ClosestPoint::new(found), BESIDE * total / f64::from(count.max(1)))
+}
+
 struct Faces {
     simplices: Vec<Simplex>,
     tree: ClosestPoint,
+    /// Knife edges, and how far from them to measure. \[L\]
+    knives: (ClosestPoint, f64),
     /// Diameter of the largest ball to start from. \[L\]
     largest: f64,
 }
@@ -112,7 +149,12 @@ impl Faces {
         }
         let whole = triangles.into_iter().filter(|corners| norm(area(*corners)) > 0.0);
         let simplices: Vec<Simplex> = whole.map(|corners| Simplex { corners, normal: unit_normal(corners) }).collect();
-        Self { tree: ClosestPoint::new(simplices.clone()), simplices, largest: 2.0 * norm(subtract(max, min)) }
+        Self {
+            tree: ClosestPoint::new(simplices.clone()),
+            knives: knives(&simplices),
+            simplices,
+            largest: 2.0 * norm(subtract(max, min)),
+        }
     }
 
     /// The smallest distance inside (`side` 1) or outside (−1) the body, and the point halfway; only
@@ -121,6 +163,9 @@ impl Faces {
         let mut best: Option<(f64, [f64; 3])> = None;
         for simplex in &self.simplices {
             let centroid = std::array::from_fn(|c| simplex.corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
+            if self.knives.0.of(centroid, ([0.0; 3], 0.0), self.knives.1).is_some() {
+                continue;
+            }
             let limit = best.map_or(self.largest, |(length, _)| length);
             let found = self.smaller(centroid, simplex.normal.map(|c| side * c), simplex.normal, limit);
             best = found.or(best);

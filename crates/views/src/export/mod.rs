@@ -4,19 +4,23 @@
 //! densities ──means──▶ values on tetrahedra ──threshold──▶ closed surface ──Taubin──▶ TriangleSurface ──▶ STL, 3MF, OBJ, VTU
 //! ```
 //!
-//! Each element is divided into tetrahedra between its centre, the centres of its faces and its
-//! corners, 24 for a hexahedron, 18 for a wedge and 12 for a tetrahedron, so that neighbours
-//! conform; if two triangles cover a quadrilateral, it is divided along them. The density is linear
-//! on each tetrahedron: the element's own value at its centre, and means of the surrounding
-//! elements elsewhere. The surface bounds the part of the bodies where this function exceeds the
-//! threshold: it crosses the tetrahedra inside a body and follows the body's outer faces where
-//! these are solid.
+//! Each element but a linear tetrahedron is divided into tetrahedra between its centre, the centres of
+//! its quadrilateral faces and its corners, 24 for a hexahedron, so that neighbours conform; if two
+//! triangles cover a quadrilateral, it is divided along them. The density is linear on each
+//! tetrahedron: the element's own value at the centre of a hexahedron or a wedge, and means of the
+//! surrounding elements elsewhere. The surface bounds the part of the bodies where this function
+//! exceeds the threshold: it crosses the tetrahedra inside a body and follows the body's outer faces
+//! where these are solid.
 //!
 //! **Why it is closed.** The tetrahedra of a body are a conforming triangulation of it. Points are
 //! either above the threshold or not, and each edge between the two kinds has one point of the
 //! surface in its interior, so the part above is itself a solid, and its boundary is a closed
 //! surface: every edge belongs to exactly two triangles, which traverse it in opposite directions.
 //! This holds for any densities; smoothing moves points and keeps the triangles.
+//!
+//! **Why it does not cross itself.** The extracted triangles lie in different tetrahedra, so they only
+//! meet at common edges and corners. Smoothing moves the points of triangles that would cross others
+//! back; exact predicates decide.
 //! Test: `any_densities_give_closed_surfaces`.
 //!
 //! ```
@@ -49,7 +53,7 @@ pub use threemf::{unit_of_3mf, write_3mf};
 
 use slipstick_mesh::Mesh;
 
-use extract::extract;
+use extract::{NEAREST, extract};
 pub use lattice::FaceLabels;
 
 use lattice::Lattice;
@@ -89,6 +93,9 @@ pub struct Export {
 /// Target for the relative difference of volumes in the search for a threshold.
 const VOLUME_TOLERANCE: f64 = 1e-3;
 
+/// Volume below which a piece or a cavity is left out, relative to the mean element.
+const CRUMB: f64 = 0.05;
+
 /// Relative difference of volumes above which a threshold does not represent the densities.
 const VOLUME_LIMIT: f64 = 0.05;
 
@@ -122,7 +129,8 @@ pub fn labelled_surface(
         bodies.iter().flat_map(|&b| mesh.bodies[b].elements.clone()).map(|e| density[e] * mesh.element_volume(e)).sum();
     let lattice = Lattice::new(mesh, &bodies, density, labels);
     let rules = Rules { passes: options.smoothing, keep_outer: options.keep_surfaces };
-    let at = |threshold: f64| smoothed(extract(&lattice, threshold), &rules);
+    let crumb = CRUMB * lattice.mean_volume();
+    let at = |threshold: f64| smoothed(extract(&lattice, threshold, NEAREST).without_shells_below(crumb), &rules);
     if let Some(threshold) = options.threshold {
         let surface = at(threshold);
         if surface.triangles.is_empty() {

@@ -4,6 +4,7 @@
 //! Method: G. Taubin, A signal processing approach to fair surface design, SIGGRAPH 1995.
 
 use super::surface::TriangleSurface;
+use crate::crossings::{Near, cross};
 use crate::vector::{dot, unit};
 
 /// Step towards the mean of the neighbours, and step away from it: ripples are damped by
@@ -12,6 +13,9 @@ const STEPS: [f64; 2] = [0.5, -0.53];
 
 /// Cosine of the largest angle between triangles of the same plane (about a hundredth of a degree).
 const PLANE: f64 = 1.0 - 1e-8;
+
+/// Smallest share of its move that a point keeps if its triangles would cross others.
+const LEAST: f64 = 0.125;
 
 /// Options of smoothing.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +46,50 @@ pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules) -> TriangleS
             neighbours[n as usize].clear();
         }
         if held == 0 {
+            separate(&mut surface, &before);
             return surface;
+        }
+    }
+}
+
+/// Moves the points of triangles that cross others back towards their places before, where none do.
+fn separate(surface: &mut TriangleSurface, before: &[[f64; 3]]) {
+    let after = surface.points.clone();
+    let mut share = vec![1.0; after.len()];
+    let mut near = Near::of(&surface.points, &surface.triangles);
+    let mut open: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+    let mut around: Vec<Vec<u32>> = vec![Vec::new(); after.len()];
+    for (t, triangle) in (0..).zip(&surface.triangles) {
+        triangle.iter().for_each(|&n| around[n as usize].push(t));
+    }
+    while !open.is_empty() {
+        let mut crossing: Vec<u32> = Vec::new();
+        for &t in &open {
+            let triangle = surface.triangles[t as usize];
+            let body = surface.bodies[t as usize];
+            let same = |other: &&u32| **other != t && surface.bodies[**other as usize] == body;
+            for &other in near.around(&surface.points, &triangle).iter().filter(same) {
+                let corners = surface.triangles[other as usize];
+                if cross(&surface.points, &triangle, &corners) {
+                    crossing.extend(triangle.into_iter().chain(corners));
+                }
+            }
+        }
+        crossing.sort_unstable();
+        crossing.dedup();
+        // Each pass moves points back by a share of at least LEAST, so there is a last one.
+        crossing.retain(|&n| share[n as usize] > 0.0);
+        open.clear();
+        for n in crossing.into_iter().map(|n| n as usize) {
+            share[n] = if share[n] > LEAST { 0.5 * share[n] } else { 0.0 };
+            let point = |c: usize| before[n][c] + share[n] * (after[n][c] - before[n][c]);
+            surface.points[n] = if share[n] > 0.0 { std::array::from_fn(point) } else { before[n] };
+            open.extend(&around[n]);
+        }
+        open.sort_unstable();
+        open.dedup();
+        for &t in &open {
+            near.insert(&surface.points, t, &surface.triangles[t as usize]);
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::crossings;
 use crate::vector::area;
 
 /// A surface of triangles with shared points.
@@ -72,8 +73,19 @@ impl TriangleSurface {
         directed.iter().filter(|((a, b), count)| **count != 1 || directed.get(&(*b, *a)) != Some(&1)).count()
     }
 
+    /// Number of pairs of triangles of the same body that cross or touch each other beyond their common corners and
+    /// edge, by exact predicates: 0 for a surface that bounds a solid.
+    pub fn crossings(&self) -> usize {
+        crossings::count(&self.points, &self.triangles, &self.bodies)
+    }
+
     /// Number of connected surfaces: 1 for a single piece without cavities.
     pub fn pieces(&self) -> usize {
+        self.shells().1
+    }
+
+    /// The number of the connected surface to which each triangle belongs, and how many there are.
+    fn shells(&self) -> (Vec<u32>, usize) {
         let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
         fn root(parent: &mut [u32], mut n: u32) -> u32 {
             while parent[n as usize] != n {
@@ -82,15 +94,36 @@ impl TriangleSurface {
             }
             n
         }
-        let mut used = vec![false; self.points.len()];
         for t in &self.triangles {
             let first = root(&mut parent, t[0]);
             for &n in t {
-                used[n as usize] = true;
                 let other = root(&mut parent, n);
                 parent[other as usize] = first;
             }
         }
-        (0..self.points.len()).filter(|&n| used[n] && parent[n] == n as u32).count()
+        let mut numbers: HashMap<u32, u32> = HashMap::new();
+        let mut number = |t: &[u32; 3]| {
+            let next = numbers.len() as u32;
+            *numbers.entry(root(&mut parent, t[0])).or_insert(next)
+        };
+        let of: Vec<u32> = self.triangles.iter().map(&mut number).collect();
+        (of, numbers.len())
+    }
+
+    /// The surface without connected surfaces that enclose less than a volume \[L³\], be they around
+    /// material or around cavities.
+    pub(super) fn without_shells_below(self, volume: f64) -> Self {
+        let (shell, count) = self.shells();
+        let mut volumes = vec![0.0; count];
+        let mut origins = vec![None; count];
+        for (t, &number) in shell.iter().enumerate() {
+            let (corner, area) = (self.corners(t)[0], self.area_vector(t));
+            let origin: &[f64; 3] = origins[number as usize].get_or_insert(corner);
+            volumes[number as usize] += (0..3).map(|c| (corner[c] - origin[c]) * area[c]).sum::<f64>() / 6.0;
+        }
+        if volumes.iter().all(|v| v.abs() >= volume) {
+            return self;
+        }
+        self.restricted(|t| volumes[shell[t] as usize].abs() >= volume)
     }
 }

@@ -94,13 +94,15 @@ fn closed_surfaces(mesh: &Mesh) {
             density.iter_mut().for_each(|value| *value = value.round());
         }
         let lattice = Lattice::new(mesh, &bodies, &density, &FaceLabels::default());
-        for threshold in [0.1, 0.25, 0.5, 0.75] {
-            let raw = extract(&lattice, threshold);
-            assert!(raw.triangles.len() > 1000);
+        for threshold in [0.25, 0.45, 0.5, 0.6] {
+            let raw = extract(&lattice, threshold, NEAREST);
+            assert!(raw.triangles.len() > 200, "{}", raw.triangles.len());
             assert_closed(&raw);
+            assert_eq!(raw.crossings(), 0);
             for keep_outer in [true, false] {
                 let smooth = smoothed(raw.clone(), &Rules { passes: 10, keep_outer });
                 assert_eq!(smooth.triangles, raw.triangles);
+                assert_eq!(smooth.crossings(), 0, "{} at {threshold}", mesh.bodies[0].name);
                 assert!(smooth.points.as_flattened().iter().all(|c| c.is_finite()));
             }
         }
@@ -116,8 +118,8 @@ fn enclosed_volume_is_the_volume_above() {
     let density = random(mesh.elements.len(), 7);
     let lattice = Lattice::new(&mesh, &bodies, &density, &FaceLabels::default());
     for target in [2.0, 10.0, 25.0, 45.0] {
-        let surface = extract(&lattice, lattice.threshold_of_volume(target));
-        assert!((surface.volume() / target - 1.0).abs() < 2e-3, "{} of {target}", surface.volume());
+        let surface = extract(&lattice, lattice.threshold_of_volume(target), [1e-9; 2]);
+        assert!((surface.volume() / target - 1.0).abs() < 1e-6, "{} of {target}", surface.volume());
     }
     // All of it: the bodies themselves. Plane faces and straight edges: their own volume to
     // round-off.
@@ -125,7 +127,8 @@ fn enclosed_volume_is_the_volume_above() {
     let wedges = mesh.divided_into_wedges(|_| Some(1));
     let all = mesh.divided_into_wedges(|element| (element % 3 == 0).then_some(2)).divided(|element| element % 2 == 0);
     for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0), wedges, all] {
-        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()], &FaceLabels::default()), 0.5);
+        let whole =
+            extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()], &FaceLabels::default()), 0.5, NEAREST);
         assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
         assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));
     }

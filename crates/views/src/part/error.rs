@@ -1,5 +1,7 @@
 //! Errors of preparing a part.
 
+use slipstick_case::build::BuildError;
+
 use crate::export::ExportError;
 
 /// Why a design cannot become a part; [`PartError::cure`] is the remedy.
@@ -39,6 +41,9 @@ pub enum PartError {
         /// The set.
         name: String,
     },
+    /// The smooth surface of the faces cannot be found.
+    #[error(transparent)]
+    Build(#[from] BuildError),
     /// The surface of the design cannot be extracted.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -58,6 +63,7 @@ impl PartError {
                                    optimization again"
                 .into(),
             Self::NotFaces { .. } => "select its nodes by position with a [[set]] in the case of the design".into(),
+            Self::Build(error) => error.help.clone(),
             Self::Export(error) => error.cure(),
         }
     }

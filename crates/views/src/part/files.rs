@@ -32,6 +32,17 @@ pub fn write_surface(path: &Path, body: &PartBody) -> Result<(), OutputError> {
     })
 }
 
+/// Writes the points of the curved faces of a body between those of its surface: pairs of the middle
+/// of an edge or a triangle, and its place on the smooth surface. \[L\]
+///
+/// # Errors
+/// [`OutputError::Io`].
+pub fn write_moves(path: &Path, body: &PartBody) -> Result<(), OutputError> {
+    let lines: Vec<String> = body.moves.iter().map(|[from, to]| json!([from, to]).to_string()).collect();
+    let text = format!("[{}]\n", lines.join(",\n"));
+    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+}
+
 /// Writes the script that meshes all bodies.
 ///
 /// # Errors
@@ -43,7 +54,7 @@ pub fn write_script(path: &Path, bodies: &[PartBody]) -> Result<(), OutputError>
             faces.map(|face| (face.group.clone(), json!(face.patches))).collect();
         json!({
             "name": body.name, "surface": body.surface_file(), "mesh": body.mesh_file(), "size": body.size,
-            "pieces": body.pieces, "groups": groups,
+            "curved": body.curved_file(), "pieces": body.pieces, "groups": groups,
         })
     };
     let list: Vec<serde_json::Value> = bodies.iter().map(of_body).collect();

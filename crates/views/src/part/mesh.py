@@ -5,20 +5,26 @@
     python3 mesh.py                  # hexahedra, four in each tetrahedron
     python3 mesh.py --tetrahedra     # linear tetrahedra: faster to solve, but too stiff
 
-The surfaces stay as they are, so contact faces, supports and loads keep their places and names. For
+The surfaces stay as they are, and new points of curved faces lie on the true curve, so contact faces, supports and loads keep their places and names. For
 a finer or coarser mesh, run `slipstick export --case` with another --size.
 """
+import json
 import os
 import sys
 
 import gmsh
 
-# For each body: its surface, the mesh to write, the length of the edges, the surfaces around each
-# piece of material, and the surfaces of each named face.
+# For each body: its surface, the points of its curved faces between those of the surface, the mesh
+# to write, the length of the edges, the surfaces around each piece of material, and the surfaces of
+# each named face.
 BODIES = []
 
+# Gmsh's algorithms for the interior, in the order in which they are tried.
+ALGORITHMS = {"Delaunay": 1, "HXT": 10, "Frontal": 4}
 
-def mesh(body, hexahedra):
+
+def load(body):
+    """The surface of a body, its volumes and its groups."""
     gmsh.clear()
     gmsh.model.add(body["name"])
     gmsh.merge(body["surface"])
@@ -31,13 +37,107 @@ def mesh(body, hexahedra):
     for name, surfaces in body["groups"].items():
         gmsh.model.addPhysicalGroup(2, surfaces, name=name)
     gmsh.option.setNumber("Mesh.MeshSizeMax", body["size"])
-    gmsh.model.mesh.generate(3)
+
+
+def fill(body):
+    """Fills the surface with tetrahedra by the first algorithm that can."""
+    said = []
+    for name, number in ALGORITHMS.items():
+        load(body)
+        gmsh.option.setNumber("Mesh.Algorithm3D", number)
+        try:
+            gmsh.model.mesh.generate(3)
+            if len(gmsh.model.mesh.getElements(3)[0]) > 0:
+                return
+            said.append(f"{name}: no elements")
+        except Exception as error:
+            said.append(f"{name}: {error}")
+    sys.exit(
+        f"error: Gmsh cannot fill {body['surface']} ({'; '.join(said)})\n"
+        "    help: export again with another --size (0.7 of this one, for instance) or --threshold"
+    )
+
+
+def round_off(body, point):
+    return tuple(round(c / (1e-6 * body["size"])) for c in point)
+
+
+# Edges of a hexahedron between its nodes.
+EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+
+# Worst quality that curved faces may cause.
+QUALITY = 0.05
+
+
+def lift(body):
+    """Moves new points of curved faces onto the smooth surface, and points inside with them."""
+    with open(body["curved"]) as file:
+        moves = {round_off(body, start): end for start, end in json.load(file)}
+    if not moves:
+        return
+    points, moved = {}, {}
+    for _, surface in gmsh.model.getEntities(2):
+        tags, all_points, _ = gmsh.model.mesh.getNodes(2, surface, includeBoundary=True)
+        for place, tag in enumerate(tags):
+            point = [float(c) for c in all_points[3 * place : 3 * place + 3]]
+            end = moves.get(round_off(body, point), point)
+            points[tag], moved[tag] = point, [b - a for a, b in zip(point, end)]
+    tags, all_points, _ = gmsh.model.mesh.getNodes()
+    for place, tag in enumerate(tags):
+        points.setdefault(tag, [float(c) for c in all_points[3 * place : 3 * place + 3]])
+    elements, nodes = [], []
+    for kind, some, of in zip(*gmsh.model.mesh.getElements(3)):
+        elements += list(some)
+        nodes += [list(of[8 * place : 8 * place + 8]) for place in range(len(some))]
+    on_surface = set(moved)
+    neighbours = {}
+    near = {tag for tag, move in moved.items() if any(move)}
+    for _ in range(3):  # the elements around the moved points, and those around these
+        touched = [own for own in nodes if not near.isdisjoint(own)]
+        near.update(tag for own in touched for tag in own)
+    for own in touched:
+        for a, b in EDGES:
+            neighbours.setdefault(own[a], set()).add(own[b])
+            neighbours.setdefault(own[b], set()).add(own[a])
+    inside = sorted(tag for tag in neighbours if tag not in on_surface)
+    full = dict(moved)
+    shares = {tag: 1.0 for tag, move in full.items() if any(move)}
+    limits = [min(QUALITY, 0.7 * quality) for quality in gmsh.model.mesh.getElementQualities(elements, "minSICN")]
+    for attempt in range(12):
+        for tag, share in shares.items():
+            moved[tag] = [share * c for c in full[tag]]
+        for _ in range(20):  # each point inside moves by the mean of its neighbours
+            for tag in inside:
+                around = [moved.get(other, (0.0, 0.0, 0.0)) for other in neighbours[tag]]
+                moved[tag] = [sum(move[c] for move in around) / len(around) for c in range(3)]
+        for tag, move in moved.items():
+            if tag in neighbours:
+                gmsh.model.mesh.setNode(tag, [a + b for a, b in zip(points[tag], move)], [])
+        qualities = gmsh.model.mesh.getElementQualities(elements, "minSICN")
+        poor = {tag for own, quality, limit in zip(nodes, qualities, limits) if quality < limit for tag in own}
+        if not poor:
+            break
+        for tag in poor:  # half way, then not at all
+            if shares.get(tag, 0.0) > 0.0:
+                shares[tag] = 0.5 * shares[tag] if attempt < 4 else 0.0
+            elif attempt >= 4 and tag not in on_surface:
+                moved[tag] = (0.0, 0.0, 0.0)
+        if attempt >= 4:
+            inside = [tag for tag in inside if tag not in poor]
+    short = [(1.0 - share) * sum(c * c for c in full[tag]) ** 0.5 for tag, share in shares.items() if share < 1.0]
+    if short:
+        print(f"{body['mesh']}: {len(short)} points of curved faces lie up to {max(short):.2g} off, for better elements")
+
+
+def mesh(body, hexahedra):
+    fill(body)
     gmsh.model.mesh.optimize("")
     gmsh.model.mesh.optimize("Netgen")
     if hexahedra:
         gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
         gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)
         gmsh.model.mesh.refine()
+        lift(body)
     gmsh.write(body["mesh"])
     kinds, tags, _ = gmsh.model.mesh.getElements(3)
     for kind, elements in zip(kinds, tags):

@@ -5,12 +5,16 @@
 //! case      ─────────────────────────────────────────▶ the same bodies, contact and path, without design
 //! ```
 //!
-//! The faces of the design domain stay in place. A patch is a connected part of the surface that
+//! The faces of the design domain stay in place: curved ones keep their nodes, and points between
+//! these lie on the smooth surface for which the facets stand. A patch is a connected part of the surface that
 //! belongs to the same surfaces and node sets of the case everywhere. Patch borders are preserved,
 //! so the script can name contact faces, supports and loads in Gmsh's mesh. The triangles of the
-//! surface become almost equilateral; Gmsh fills the surface with elements without changing it.
+//! surface become almost equilateral and never cross; Gmsh fills the surface with elements without
+//! changing it.
 
 mod carry;
+mod compare;
+mod curved;
 mod error;
 mod files;
 mod patches;
@@ -20,15 +24,17 @@ mod remesh;
 mod tests;
 
 pub use error::PartError;
-pub use files::{SCRIPT, write_script, write_surface};
+pub use files::{SCRIPT, write_moves, write_script, write_surface};
 pub use pieces::LoosePiece;
 
 use std::collections::BTreeSet;
 
+use slipstick_case::build::smooth_faces;
 use slipstick_case::case::Case;
 use slipstick_mesh::Mesh;
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
+use curved::Curved;
 use patches::{NamedFaces, Patch, patches};
 use pieces::pieces;
 use remesh::{PatchedSurface, remeshed};
@@ -36,8 +42,10 @@ use remesh::{PatchedSurface, remeshed};
 /// A part: the designed bodies as surfaces to be meshed, and the case in which they are analysed.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// The designed bodies.
+    /// The designed bodies that lose material.
     pub bodies: Vec<PartBody>,
+    /// The designed bodies that are solid everywhere: they keep their shapes and meshes.
+    pub whole: Vec<String>,
     /// The case of the part; its designed bodies come from the files that Gmsh writes.
     pub case: Case,
     /// Mesh files that other bodies use: their names in the design's case and in the part's.
@@ -79,7 +87,11 @@ pub struct PartBody {
     pub pieces: Vec<Vec<u32>>,
     /// Names of the faces with material on loose pieces.
     left_out: BTreeSet<String>,
+    /// Number of pairs of its triangles that cross each other; 0 unless elements are inverted.
+    pub crossings: usize,
     surface: PatchedSurface,
+    /// Where elements get points between those of the surface.
+    moves: curved::Moves,
 }
 
 /// A surface or a node set of a designed body.
@@ -91,6 +103,11 @@ pub struct NamedFace {
     pub group: String,
     /// Area on the part divided by area on the design domain, 0 … 1.
     pub share: f64,
+    /// Relative difference of its area from that on the design's surface, on facets.
+    pub area_change: f64,
+    /// Largest distance of its triangles from the face of the design domain, before points of curved
+    /// faces moved onto the smooth surface. \[L\]
+    pub distance: f64,
     /// Its patches, counted from 1.
     pub patches: Vec<u32>,
 }
@@ -106,6 +123,17 @@ impl PartBody {
         format!("{}_part.msh", self.name)
     }
 
+    /// Whether a face lies where the design's does: its area within 2 % of the whole face, its distance
+    /// within 2 % of the edges.
+    pub fn keeps(&self, face: &NamedFace) -> bool {
+        (face.share * face.area_change).abs() < 0.02 && face.distance < 0.02 * self.size
+    }
+
+    /// The file with the points of curved faces between those of the surface.
+    pub fn curved_file(&self) -> String {
+        format!("{}_curved.json", self.name)
+    }
+
     /// The file with its surface.
     pub fn surface_file(&self) -> String {
         format!("{}_surface.msh", self.name)
@@ -113,7 +141,8 @@ impl PartBody {
 }
 
 /// Prepares the part for a design. `size` is the edge length \[L\]; its default, for each body, is
-/// the mean shortest edge of the body's elements.
+/// the mean shortest edge of the body's elements. Without it, a body that is solid everywhere keeps
+/// its mesh.
 ///
 /// # Errors
 /// [`PartError`]: the case has no design, the design has no surface, or no material is left on a
@@ -131,16 +160,19 @@ pub fn part(
     let faces = NamedFaces::new(mesh, &designed);
     let options = ExportOptions { bodies: design.bodies.clone(), keep_surfaces: true, ..options.clone() };
     let export = labelled_surface(mesh, density, &options, &faces.labels)?;
-    let bodies = designed
-        .iter()
-        .map(|&body| {
-            let own = export.surface.restricted(|t| export.surface.bodies[t] as usize == body);
-            part_body(case, mesh, &faces, &own, body, size)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    let (mut bodies, mut whole) = (Vec::new(), Vec::new());
+    for body in designed {
+        let own = export.surface.restricted(|t| export.surface.bodies[t] as usize == body);
+        if size.is_none() && !own.triangles.is_empty() && own.outer.iter().all(|&outer| outer) {
+            whole.push(mesh.bodies[body].name.clone());
+        } else {
+            bodies.push(part_body(case, mesh, &faces, &own, body, size)?);
+        }
+    }
     let carried = carry::carried(case, mesh, &faces, &bodies)?;
     Ok(Part {
         bodies,
+        whole,
         case: carried.case,
         copies: carried.copies,
         reselected: carried.reselected,
@@ -185,9 +217,20 @@ fn part_body(
         patches.sort_unstable();
         patches.dedup();
     }
-    let fine = remeshed(&patched, size, |patch| !list[patch as usize].outer);
+    let (facets, smooth) = smooth_faces(case, mesh, body)?;
+    let mut curved = Curved::new(mesh, facets, smooth);
+    let nodes = curved.nodes();
+    let outer = |patch: u32| list[patch as usize].outer;
+    let fixed = |point| nodes.contains(&curved::bits(point));
+    let mut fine = remeshed(&patched, size, |patch| !outer(patch), fixed);
+    let flat = fine.clone();
+    let moves = curved.lift(&mut fine, |t| outer(flat.patch[t]));
+    let mut found = named_faces(mesh, faces, &fine, &list, body);
+    compare::compare(&mut found, (mesh, body, faces), &patched, &flat);
     Ok(PartBody {
-        faces: named_faces(mesh, faces, &fine, &list, body),
+        faces: found,
+        crossings: fine.crossings(),
+        moves,
         name,
         size,
         volume: fine.volume(),
@@ -212,7 +255,8 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
             continue;
         }
         let (patched, list) = patches(&own);
-        let fine = remeshed(&patched, MEASURED * element_size(mesh, body), |patch| !list[patch as usize].outer);
+        let fine =
+            remeshed(&patched, MEASURED * element_size(mesh, body), |patch| !list[patch as usize].outer, |_| false);
         let first = all.points.len() as u32;
         all.points.extend(fine.points);
         all.triangles.extend(fine.triangles.iter().map(|t| t.map(|n| first + n)));
@@ -261,6 +305,8 @@ fn named_faces(
         found.push(NamedFace {
             name: name.clone(),
             group: name.clone(),
+            area_change: 0.0,
+            distance: 0.0,
             share: (own.iter().fold(0.0, |sum, &k| sum + areas[k]) / whole).min(1.0),
             patches: own.iter().map(|&k| k as u32 + 1).collect(),
         });

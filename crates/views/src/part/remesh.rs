@@ -3,7 +3,9 @@
 //! The corners where patches meet stay in place, bit for bit. Points on the border between two
 //! patches move along this border; all other points move within their patch. Each pass splits long
 //! edges, collapses short ones, flips edges to enlarge the smallest angle, and moves points to the
-//! centroid of their triangles; moved points are projected onto the original surface.
+//! centroid of their triangles; moved points are projected onto the original surface. A change that
+//! would make triangles cross is not made, so an embedded surface stays embedded. Bends between points
+//! that are to stay, as those between the facets of a curved face, stay too.
 //!
 //! Method: M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004.
 
@@ -14,7 +16,8 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::closest::{ClosestPoint, Simplex};
-use crate::vector::{area, cross, dot, norm, subtract, unit, unit_normal};
+use crate::crossings::{self, Near, cross};
+use crate::vector::{self, area, dot, norm, subtract, unit, unit_normal};
 
 /// Edges longer than `LONGEST` or shorter than `SHORTEST` times the mesh size are split or
 /// collapsed.
@@ -26,6 +29,9 @@ const PASSES: usize = 8;
 
 /// Cosine of the largest angle between the normals of a triangle before and after a change (60°).
 const TURN: f64 = 0.5;
+
+/// One minus the cosine of the largest angle between triangles in one plane (0.01°).
+const FLAT: f64 = 1e-8;
 
 /// Angle between two segments of a border between outer faces above which their common point is a
 /// corner (30°).
@@ -45,6 +51,11 @@ pub(super) struct PatchedSurface {
 impl PatchedSurface {
     pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
         self.triangles[triangle].map(|n| self.points[n as usize])
+    }
+
+    /// Number of pairs of triangles that cross each other.
+    pub fn crossings(&self) -> usize {
+        crossings::count(&self.points, &self.triangles, &vec![0; self.triangles.len()])
     }
 
     /// The volume that the surface encloses. \[L³\]
@@ -77,6 +88,7 @@ struct Remesh<'a> {
     patch: Vec<u32>,
     /// The triangles at each point.
     around: Vec<Vec<u32>>,
+    near: Near,
     original: &'a Original,
 }
 
@@ -87,25 +99,43 @@ struct Original {
 }
 
 /// The surface with edges of about this length \[L\]; `free` returns whether a patch is not an
-/// outer face; bends of the borders of such patches are not corners.
-pub(super) fn remeshed(surface: &PatchedSurface, size: f64, free: impl Fn(u32) -> bool) -> PatchedSurface {
+/// outer face; bends of the borders of such patches are not corners. Points that `fixed` accepts stay,
+/// except beside the rim of the material on an outer face.
+pub(super) fn remeshed(
+    surface: &PatchedSurface,
+    size: f64,
+    free: impl Fn(u32) -> bool,
+    fixed: impl Fn([f64; 3]) -> bool,
+) -> PatchedSurface {
     let borders = borders(surface);
     let original = Original::new(surface, &borders);
     let mut around = vec![Vec::new(); surface.points.len()];
     for (t, triangle) in (0..).zip(&surface.triangles) {
         triangle.iter().for_each(|&n| around[n as usize].push(t));
     }
+    let mut places = places(surface, &borders, &free);
+    // Points beside the rim of the material would leave slivers if they could not move.
+    let rim: BTreeSet<u32> =
+        borders.iter().filter(|(_, pair)| free(pair.0) != free(pair.1)).flat_map(|(edge, _)| *edge).collect();
+    for (n, &point) in (0..).zip(&surface.points) {
+        let beside = |t: &u32| surface.triangles[*t as usize].iter().any(|m| rim.contains(m));
+        if fixed(point) && !around[n as usize].iter().any(beside) {
+            places[n as usize] = Place::Corner;
+        }
+    }
     let mut remesh = Remesh {
         size,
         points: surface.points.clone(),
-        places: places(surface, &borders, free),
+        places,
         triangles: surface.triangles.clone(),
         patch: surface.patch.clone(),
         around,
+        near: Near::default(),
         original: &original,
     };
     for _ in 0..PASSES {
         remesh.split_long();
+        remesh.near = Near::of(&remesh.points, &remesh.alive());
         remesh.collapse_short();
         remesh.flip();
         remesh.relax();
@@ -136,7 +166,7 @@ fn borders(surface: &PatchedSurface) -> BTreeMap<[u32; 2], Pair> {
     borders
 }
 
-fn places(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>, free: impl Fn(u32) -> bool) -> Vec<Place> {
+fn places(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>, free: &impl Fn(u32) -> bool) -> Vec<Place> {
     let mut places = vec![Place::Corner; surface.points.len()];
     for (t, &patch) in surface.triangles.iter().zip(&surface.patch) {
         t.iter().for_each(|&n| places[n as usize] = Place::Patch(patch));
@@ -217,6 +247,13 @@ impl Remesh<'_> {
         self.patch[s as usize] != self.patch[t as usize]
     }
 
+    /// Whether an edge between fixed points is a bend, as those between the facets of a curved face.
+    fn is_crease(&self, [a, b]: [u32; 2], [s, t]: [u32; 2]) -> bool {
+        let fixed = |n: u32| self.places[n as usize] == Place::Corner;
+        let normal = |t: u32| unit_normal(self.corners(t));
+        fixed(a) && fixed(b) && dot(normal(s), normal(t)) < 1.0 - FLAT
+    }
+
     /// Whether points `a` and `b` have an edge that lies between patches.
     fn joined_by_border(&self, a: u32, b: u32) -> bool {
         self.at_edge(a, b).is_some_and(|pair| self.is_border(pair))
@@ -232,6 +269,35 @@ impl Remesh<'_> {
     fn is_alive(&self, t: u32) -> bool {
         let [a, b, _] = self.triangles[t as usize];
         a != b
+    }
+
+    /// The triangles; those that were removed are replaced by the first one.
+    fn alive(&self) -> Vec<[u32; 3]> {
+        let some = (0..self.triangles.len()).find(|&t| self.is_alive(t as u32)).unwrap_or(0);
+        let of = |t: usize| self.triangles[if self.is_alive(t as u32) { t } else { some }];
+        (0..self.triangles.len()).map(of).collect()
+    }
+
+    /// Whether triangles with these numbers and corners would cross others, or each other. The
+    /// triangles of `removed` will not exist.
+    fn would_cross(&mut self, changed: &[(u32, [u32; 3])], removed: &[u32]) -> bool {
+        let Self { near, points, triangles, .. } = self;
+        changed.iter().any(|(t, corners)| {
+            near.around(points, corners).iter().any(|other| {
+                if other == t || removed.contains(other) {
+                    return false;
+                }
+                let with = changed.iter().find(|(k, _)| k == other).map_or(triangles[*other as usize], |(_, c)| *c);
+                with[0] != with[1] && cross(points, corners, &with)
+            })
+        })
+    }
+
+    /// Finds changed triangles at their new places.
+    fn found_again(&mut self, triangles: &[u32]) {
+        for &t in triangles {
+            self.near.insert(&self.points, t, &self.triangles[t as usize]);
+        }
     }
 
     /// Points adjacent to a point, ascending.
@@ -253,7 +319,8 @@ impl Remesh<'_> {
         unit(sum)
     }
 
-    /// Moves a point, unless this would flip one of its triangles or make it much thinner.
+    /// Moves a point, unless this would flip one of its triangles, make it much thinner, or make it
+    /// cross others.
     fn try_move(&mut self, n: u32, to: [f64; 3]) {
         let from = self.points[n as usize];
         let before: Vec<([f64; 3], f64)> = self.around[n as usize].iter().map(|&t| shape(self.corners(t))).collect();
@@ -263,8 +330,12 @@ impl Remesh<'_> {
             let (now, quality) = shape(self.corners(t));
             dot(now, *normal) > TURN && quality >= worst.min(0.3)
         });
-        if !good {
+        let around = self.around[n as usize].clone();
+        let changed: Vec<(u32, [u32; 3])> = around.iter().map(|&t| (t, self.triangles[t as usize])).collect();
+        if !good || self.would_cross(&changed, &[]) {
             self.points[n as usize] = from;
+        } else {
+            self.found_again(&around);
         }
     }
 
@@ -291,7 +362,7 @@ impl Remesh<'_> {
 /// Unit normal of a triangle and its quality, 4√3 A / Σ l²: 1 if it is equilateral, 0 if it is flat.
 fn shape(corners: [[f64; 3]; 3]) -> ([f64; 3], f64) {
     let [a, b, c] = corners;
-    let twice = cross(subtract(b, a), subtract(c, a));
+    let twice = vector::cross(subtract(b, a), subtract(c, a));
     let squares: f64 = [subtract(b, a), subtract(c, b), subtract(a, c)].iter().map(|&e| dot(e, e)).sum();
     let quality = if squares > 0.0 { 2.0 * 3f64.sqrt() * norm(twice) / squares } else { 0.0 };
     (unit(twice), quality)

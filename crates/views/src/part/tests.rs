@@ -47,13 +47,17 @@ contact_force = { steps = "last" }
 iterations = 4
 "#;
 
-/// The part of a design that is solid where `solid` says so.
+/// The part of a design that is solid where `solid` says so, with edges of 0.25.
 fn part_of(text: &str, solid: impl Fn([f64; 3]) -> bool) -> Result<Part, PartError> {
+    sized(text, solid, Some(0.25))
+}
+
+fn sized(text: &str, solid: impl Fn([f64; 3]) -> bool, size: Option<f64>) -> Result<Part, PartError> {
     let case = parse_case(text, "case.toml").expect("a case").case;
     let mesh = build_mesh(&case).expect("a mesh");
     let filled = |e: usize| !mesh.bodies[0].elements.contains(&e) || solid(mesh.centroid(e));
     let density: Vec<f64> = (0..mesh.elements.len()).map(|e| f64::from(u8::from(filled(e)))).collect();
-    part(&case, &mesh, &density, &ExportOptions { threshold: Some(0.5), ..ExportOptions::default() }, None)
+    part(&case, &mesh, &density, &ExportOptions { threshold: Some(0.5), ..ExportOptions::default() }, size)
 }
 
 /// A full slab keeps its volume. Its faces, the pad of 2 × 2 and the feet of 1 × 2 keep their areas
@@ -128,6 +132,62 @@ fn contact_holds_a_loose_piece() {
     );
 }
 
+/// A body that loses nothing keeps its shape, surfaces and sets; one that does gets a mesh.
+#[test]
+fn a_solid_body_keeps_its_mesh() {
+    let part = sized(CASE, |_| true, None).expect("a part");
+    assert_eq!((part.whole.as_slice(), part.bodies.len()), (["slab".to_owned()].as_slice(), 0));
+    let case = parse_case(CASE, "case.toml").expect("a case").case;
+    assert_eq!((&part.case.bodies, &part.case.surfaces, &part.case.sets), (&case.bodies, &case.surfaces, &case.sets));
+    assert!(part.case.design.is_none() && part.reselected.is_empty());
+    let part = sized(CASE, |[x, y, z]| x < 2.0 || y > 0.5 || z < 1.0, None).expect("a part");
+    assert_eq!((part.whole.len(), part.bodies.len(), part.bodies[0].size), (0, 1, 0.25));
+}
+
+/// A quarter of a press-fit hub, cut beside its bore: the bore keeps its nodes, other points of it lie
+/// on the cylinder, and so do those of the elements between them, so that the part's bore has the area
+/// of the cylinder up to the sagitta of its triangles.
+#[test]
+fn curved_faces_stay_on_their_shape() {
+    let text = CASE
+        .replace(
+            "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [16, 4, 8] }",
+            "hollow_cylinder = { inner_radius = 2.0, outer_radius = 4.0, height = 1.0, elements = [6, 24, 2] }",
+        )
+        .replace("[1.5, 1.0, 0.5], max = [2.5, 1.5, 1.5]", "[2.5, 1.0, -0.5], max = [3.5, 1.5, 0.5]")
+        .replace("place = { translate = [0.5, 0, 0] }\n", "")
+        .replace("slab_ymin", "slab_outer")
+        .replace("boxes = [{ min = [0.5, 0, 0], max = [1.5, 0, 2] }]\n", "")
+        .replace("boxes = [{ min = [1.5, 1, 0], max = [3.5, 1, 2] }]", "within = \"slab_top\"")
+        .replace("nearest = [4.5, 1, 1]", "nearest = [4.0, 1, 0]");
+    let solid = |[x, _, z]: [f64; 3]| (x - 3.0).hypot(z) > 0.5;
+    for size in [None, Some(0.3), Some(2.0)] {
+        let part = sized(&text, solid, size).expect("a part");
+        let (body, mesh) =
+            (&part.bodies[0], build_mesh(&parse_case(&text, "case.toml").expect("a case").case).expect("a mesh"));
+        assert_eq!((body.crossings, body.pieces.len()), (0, 1));
+        let inner = body.faces.iter().find(|face| face.name == "slab_inner").expect("the bore");
+        assert!((inner.share - 1.0).abs() < 1e-9 && body.keeps(inner), "{inner:?}");
+        let own: Vec<usize> = (0..body.surface.triangles.len())
+            .filter(|&t| inner.patches.contains(&(body.surface.patch[t] + 1)))
+            .collect();
+        let at = |n: u32| body.surface.points[n as usize];
+        let points: Vec<[f64; 3]> = own.iter().flat_map(|&t| body.surface.triangles[t]).map(at).collect();
+        for [x, _, z] in &points {
+            assert!((x.hypot(*z) - 2.0).abs() < 1e-12);
+        }
+        for n in mesh.surfaces["slab_inner"].nodes() {
+            assert!(points.contains(&mesh.nodes[n as usize]), "a node of the bore is gone");
+        }
+        // The bends between the facets stay, so no triangle leaves them.
+        assert!(inner.distance < 1e-12 && inner.area_change.abs() < 1e-12, "{inner:?}");
+        let on_bore = |p: [f64; 3]| (p[0].hypot(p[2]) - 2.0).abs() < 1e-12;
+        let lifted = body.moves.iter().filter(|[_, to]| on_bore(*to)).count();
+        // Edges and triangles: 3/2 and 1 for each triangle, and half of those on the rims.
+        assert!(lifted > 5 * own.len() / 2 && lifted < 3 * own.len(), "{lifted} of {}", own.len());
+    }
+}
+
 #[test]
 fn what_is_no_part() {
     let error = part_of(CASE, |[x, ..]| x > 1.6).expect_err("no feet");
@@ -148,7 +208,7 @@ fn files_for_gmsh() {
     write_script(&script, &part.bodies).expect("written");
     write_surface(&surface, &part.bodies[0]).expect("written");
     let text = std::fs::read_to_string(script).expect("text");
-    let list = text.split("BODIES = ").nth(1).and_then(|rest| rest.split("\n\n\n").next()).expect("the list");
+    let list = text.split("BODIES = ").nth(1).and_then(|rest| rest.split("\n\n#").next()).expect("the list");
     let list: serde_json::Value = serde_json::from_str(list).expect("JSON");
     let face = part.bodies[0].faces.iter().find(|face| face.name == "pad").expect("the pad");
     assert_eq!(list[0]["groups"]["slab_pad"], serde_json::json!(face.patches));

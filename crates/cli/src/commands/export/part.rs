@@ -6,7 +6,9 @@ use std::path::Path;
 use serde_json::{Value, json};
 use slipstick::case::{Case, Promise};
 use slipstick::output::write_atomically;
-use slipstick::part::{LoosePiece, Part, PartBody, SCRIPT, Scarce, write_script, write_surface};
+use slipstick::part::{
+    LoosePiece, NamedFace, Part, PartBody, SCRIPT, Scarce, write_moves, write_script, write_surface,
+};
 use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::counted;
 
@@ -64,11 +66,14 @@ pub(super) fn write(
     }
     for body in &part.bodies {
         write_surface(&folder.join(body.surface_file()), body)?;
+        write_moves(&folder.join(body.curved_file()), body)?;
     }
-    write_script(&folder.join(SCRIPT), &part.bodies)?;
+    if !part.bodies.is_empty() {
+        write_script(&folder.join(SCRIPT), &part.bodies)?;
+    }
     let record = json!({
         "threshold": part.export.threshold, "density_volume": part.export.density_volume,
-        "bodies": part.bodies.iter().map(of_body).collect::<Vec<_>>(), "promises": promised,
+        "crossings": part.export.surface.crossings(), "whole": part.whole, "bodies": part.bodies.iter().map(of_body).collect::<Vec<_>>(), "promises": promised,
         "measures": measures,
     });
     let text = format!("{record:#}\n");
@@ -90,10 +95,9 @@ fn case_text(part: &Part, promised: &[Promise]) -> Outcome<String> {
     } else {
         " `solve` and `report` compare\n# the part with the values that the design promised."
     };
-    Ok(format!(
-        "# The part of a design, of solid material. `python3 {SCRIPT}` makes {}.{promise}\n{text}",
-        files.join(", ")
-    ))
+    let made =
+        if files.is_empty() { String::new() } else { format!(" `python3 {SCRIPT}` makes {}.", files.join(", ")) };
+    Ok(format!("# The part of a design, of solid material.{made}{promise}\n{text}"))
 }
 
 fn of_body(body: &PartBody) -> Value {
@@ -101,23 +105,63 @@ fn of_body(body: &PartBody) -> Value {
     let faces: serde_json::Map<String, Value> = body
         .faces
         .iter()
-        .map(|face| (face.name.clone(), json!({ "group": face.group, "share": face.share })))
+        .map(|face| {
+            let NamedFace { group, share, area_change, distance, .. } = face;
+            (
+                face.name.clone(),
+                json!({ "group": group, "share": share, "area_change": area_change, "distance": distance }),
+            )
+        })
         .collect();
     json!({
         "name": body.name, "size": body.size, "triangles": body.triangles(), "volume": body.volume,
-        "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
+        "crossings": body.crossings, "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
     })
 }
 
 fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
     let console = &context.console;
+    for name in &part.whole {
+        console.text(&format!("part {name}: solid everywhere, so it keeps its mesh (--size remeshes it)"));
+    }
     for body in &part.bodies {
         let (name, size, volume) = (&body.name, digits(body.size), digits(body.volume));
         let triangles = counted(body.triangles(), "triangle");
         console.text(&format!("part {name}: {triangles} with edges of {size}; volume {volume}"));
-        let rows: Vec<Vec<String>> =
-            body.faces.iter().map(|face| vec![face.name.clone(), format!("{:.1} %", 100.0 * face.share)]).collect();
-        console.lines(&lines(&["face", "solid"], &rows));
+        let row = |face: &NamedFace| {
+            let solid = format!("{:.1} %", 100.0 * face.share);
+            match face.patches.is_empty() {
+                true => vec![face.name.clone(), solid, String::new(), String::new()],
+                // no negative zero
+                false => {
+                    let change = format!("{:+.2} %", (1e4 * face.area_change).round() / 100.0 + 0.0);
+                    vec![
+                        face.name.clone(),
+                        solid,
+                        change,
+                        if face.distance < 1e-9 * body.size { "0".into() } else { format!("{:.1e}", face.distance) },
+                    ]
+                }
+            }
+        };
+        let rows: Vec<Vec<String>> = body.faces.iter().map(row).collect();
+        console.lines(&lines(&["face", "solid", "area", "distance"], &rows));
+        for face in body.faces.iter().filter(|face| !body.keeps(face)) {
+            console.warning(&format!(
+                "`{}` of the part lies up to {} from that of the design, and its area differs by {:+.2} %: contact and \
+                 supports there may differ; a smaller --size follows the face more closely",
+                face.name,
+                digits(face.distance),
+                100.0 * face.area_change
+            ));
+        }
+        if body.crossings > 0 {
+            console.warning(&format!(
+                "{} of `{name}` cross each other: elements of the design are inverted or flat there; `slipstick check` \
+                 names them",
+                counted(body.crossings, "pair") + " of triangles"
+            ));
+        }
         if let Some(largest) = body.loose.first() {
             let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
             let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
@@ -146,6 +190,12 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         console.warning("there are no quantities of this design to compare with: solve it, and export that run");
     }
     let shown = folder.display();
-    console.text(&format!("written: {shown}/case.toml, {SCRIPT}, {RECORD} and the surfaces"));
-    console.text(&format!("next: pip install gmsh; python3 {shown}/{SCRIPT}; slipstick solve {shown}/case.toml"));
+    let solve = format!("slipstick solve {shown}/case.toml");
+    if part.bodies.is_empty() {
+        console.text(&format!("written: {shown}/case.toml, {RECORD}"));
+        console.text(&format!("next: {solve}"));
+    } else {
+        console.text(&format!("written: {shown}/case.toml, {SCRIPT}, {RECORD} and the surfaces"));
+        console.text(&format!("next: pip install gmsh; python3 {shown}/{SCRIPT}; {solve}"));
+    }
 }

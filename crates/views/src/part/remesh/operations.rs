@@ -27,7 +27,11 @@ impl Remesh<'_> {
     /// Inserts a point in the middle of an edge; returns its number.
     fn split(&mut self, a: u32, b: u32, pair: [u32; 2]) -> u32 {
         let [p, q] = pair.map(|t| self.patch[t as usize]);
-        let place = if p == q { Place::Patch(p) } else { Place::Border(p.min(q), p.max(q)) };
+        let place = match p == q {
+            true if self.is_crease([a, b], pair) => Place::Corner,
+            true => Place::Patch(p),
+            false => Place::Border(p.min(q), p.max(q)),
+        };
         let (from, to) = (self.points[a as usize], self.points[b as usize]);
         let middle = self.points.len() as u32;
         self.points.push(std::array::from_fn(|c| from[c] + 0.5 * (to[c] - from[c])));
@@ -49,7 +53,7 @@ impl Remesh<'_> {
         middle
     }
 
-    /// Collapses short edges where this keeps patches, borders and orientation.
+    /// Collapses short edges where this keeps patches, borders and orientation, and crosses nothing.
     pub(super) fn collapse_short(&mut self) {
         let mut edges: Vec<(f64, [u32; 2])> = self.edges().into_iter().map(|e| (self.length(e[0], e[1]), e)).collect();
         edges.retain(|(length, _)| *length < SHORTEST * self.size);
@@ -101,10 +105,17 @@ impl Remesh<'_> {
                 return false;
             }
         }
-        for t in staying {
+        let onto = |n: u32| if n == gone { kept } else { n };
+        let changed: Vec<(u32, [u32; 3])> =
+            staying.iter().map(|&t| (t, self.triangles[t as usize].map(onto))).collect();
+        if self.would_cross(&changed, &pair) {
+            return false;
+        }
+        for &t in &staying {
             self.triangles[t as usize] = self.triangles[t as usize].map(|n| if n == gone { kept } else { n });
             self.around[kept as usize].push(t);
         }
+        self.found_again(&staying);
         for t in pair {
             self.triangles[t as usize] = [u32::MAX; 3];
             for n in opposite.into_iter().chain([kept]) {
@@ -120,7 +131,7 @@ impl Remesh<'_> {
     pub(super) fn flip(&mut self) {
         for [a, b] in self.edges() {
             let Some(pair) = self.at_edge(a, b) else { continue };
-            if self.is_border(pair) {
+            if self.is_border(pair) || self.is_crease([a, b], pair) {
                 continue;
             }
             let [s, t] = pair;
@@ -138,13 +149,14 @@ impl Remesh<'_> {
             };
             let length = norm(sum);
             let upright = after.iter().all(|(normal, _)| dot(*normal, sum) > 0.866 * length);
-            if least(after) > least(before) * 1.001 && upright {
+            if least(after) > least(before) * 1.001 && upright && !self.would_cross(&[(s, new[0]), (t, new[1])], &[]) {
                 self.triangles[s as usize] = new[0];
                 self.triangles[t as usize] = new[1];
                 self.around[b as usize].retain(|&other| other != s);
                 self.around[a as usize].retain(|&other| other != t);
                 self.around[c as usize].push(t);
                 self.around[d as usize].push(s);
+                self.found_again(&pair);
             }
         }
     }

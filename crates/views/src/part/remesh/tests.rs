@@ -35,7 +35,7 @@ fn a_block_keeps_its_faces() {
     let size = [3.0, 1.0, 2.0];
     let surface = block(size, [6, 2, 4]);
     for edge in [0.12, 0.3] {
-        let fine = remeshed(&surface, edge, |_| false);
+        let fine = remeshed(&surface, edge, |_| false, |_| false);
         assert_eq!(open_edges(&fine), 0);
         assert!((fine.volume() / 6.0 - 1.0).abs() < 1e-12, "{}", fine.volume());
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
@@ -75,7 +75,7 @@ fn a_ball_stays_round() {
     surface.patch = (0..surface.triangles.len())
         .map(|t| if surface.corners(t).iter().map(|p| p[1]).sum::<f64>() > 0.0 { 1 } else { 2 })
         .collect();
-    let fine = remeshed(&surface, 0.15, |_| true);
+    let fine = remeshed(&surface, 0.15, |_| true, |_| false);
     assert_eq!(open_edges(&fine), 0);
     // points on chords: each edge of length h lies up to h²/8 below the sphere
     let ratio = fine.volume() / surface.volume();
@@ -89,9 +89,35 @@ fn a_ball_stays_round() {
     assert!(borders(&fine).keys().all(|&[a, b]| on_border(a, b) < 0.2));
 }
 
+/// Random densities give surfaces with members, slots and skins thinner than the edges: without a check
+/// of each change, hundreds of pairs of triangles would cross.
+#[test]
+fn remeshed_surfaces_do_not_cross_themselves() {
+    let shape = BoxShape { min: [0.0; 3], max: [4.0, 3.0, 2.0], elements: [8, 6, 4], grading: [1.0; 3] };
+    let whole = box_mesh("block", &shape).expect("a box");
+    for (mesh, seed) in [(whole.clone(), 1u64), (whole.divided(|_| true), 2)] {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let density: Vec<f64> = mesh.elements.iter().map(|_| next()).collect();
+        let options = ExportOptions { threshold: Some(0.5), ..ExportOptions::default() };
+        let surface = labelled_surface(&mesh, &density, &options, &FaceLabels::default()).expect("a surface").surface;
+        let patch = surface.outer.iter().map(|&outer| u32::from(outer)).collect();
+        let surface = PatchedSurface { points: surface.points, triangles: surface.triangles, patch };
+        assert_eq!(surface.crossings(), 0);
+        for edge in [0.25, 0.6] {
+            let fine = remeshed(&surface, edge, |patch| patch == 0, |_| false);
+            assert_eq!((fine.crossings(), open_edges(&fine)), (0, 0), "{edge}");
+            assert!(fine.triangles.len() > 300, "{}", fine.triangles.len());
+        }
+    }
+}
+
 /// Each pass is the same from run to run.
 #[test]
 fn results_are_reproducible() {
     let surface = block([2.0, 1.0, 1.0], [4, 2, 2]);
-    assert_eq!(remeshed(&surface, 0.2, |_| false), remeshed(&surface, 0.2, |_| false));
+    assert_eq!(remeshed(&surface, 0.2, |_| false, |_| false), remeshed(&surface, 0.2, |_| false, |_| false));
 }
