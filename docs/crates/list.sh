@@ -69,6 +69,7 @@ TEXT
     row pulp "SIMD for the instruction set detected at run time"
     row quick-xml "VTU and 3MF files"
     row rayon "parallel loops"
+    row robust "exact predicates: whether triangles of exported surfaces cross"
     row schemars "the JSON schema of case files"
     row serde "case files, checkpoints, JSON"
     row serde_json "checkpoints, records of runs, \`--json\`"

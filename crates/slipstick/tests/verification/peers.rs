@@ -97,7 +97,7 @@ fn block(friction: f64, shape: &str, finer_die: usize, more_steps: usize) -> Sol
         "[[body]]\nname = 'block'\nbox = {{ min = [0, -3, 0], max = [9, 0, 4], elements = [30, 8, 10] }}\n{}\n\
          [[body]]\nname = 'die'\nhalf_ring = {{ inner_radius = 0.6, outer_radius = 1.0, width = 3.0, elements = {die:?} }}\n\
          place = {{ translate = [2, 1, 2] }}\n{}\n\
-         [[contact]]\nslave = 'die_outer'\nmaster = 'block_ymax'\nfriction = {friction:?}\nmultiplier_shape = '{shape}'\n\
+         [[contact]]\nslave = 'die_outer'\nmaster = 'block_ymax'\nfriction = {friction:?}\nmultiplier_shape = '{shape}'\nsurfaces = 'faceted'\n\
          [[dirichlet]]\nset = 'block_ymin'\n\
          [[dirichlet]]\nset = 'die_ends'\n\
          motion = [{{ t = 0.5, u = [0, -0.3, 0] }}, {{ t = 1.0, u = [2, -0.3, 0] }}]\n\

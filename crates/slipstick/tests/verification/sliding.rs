@@ -106,7 +106,7 @@ pub fn plane_ironing(friction: f64, shape: &str, fine: usize, slides: usize) -> 
          [[body]]\nname = 'die'\nhalf_ring = {{ inner_radius = 0.6, outer_radius = 1, width = {width:?}, elements = [{}, {}, 1] }}\n\
          place = {{ translate = [3.5, 1, {:?}] }}\n{}\n\
          [[set]]\nname = 'all'\nboxes = [{{ min = [-10, -10, -10], max = [10, 10, 10] }}]\n\
-         [[contact]]\nslave = 'die_outer'\nmaster = 'block_ymax'\nfriction = {friction:?}\nmultiplier_shape = '{shape}'\nsurfaces = 'faceted'\nenforcement = {{ augmented = {{}} }}\n\
+         [[contact]]\nslave = 'die_outer'\nmaster = 'block_ymax'\nfriction = {friction:?}\nmultiplier_shape = '{shape}'\nenforcement = {{ augmented = {{}} }}\n\
          [[dirichlet]]\nset = 'all'\ncomponents = ['z']\n\
          [[dirichlet]]\nset = 'block_ymin'\ncomponents = ['x', 'y']\n\
          [[dirichlet]]\nset = 'die_ends'\ncomponents = ['x', 'y']\n\
