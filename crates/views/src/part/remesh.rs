@@ -4,7 +4,7 @@
 //! patches move along this border; all other points move within their patch. Each pass splits long
 //! edges, collapses short ones, flips edges to enlarge the smallest angle, and moves points to the
 //! centroid of their triangles; moved points are projected onto the original surface. A change that
-//! would make triangles cross is not made, so an embedded surface stays embedded. Bends between points
+//! would make triangles cross or fold is not made, so an embedded surface stays embedded. Bends between points
 //! that are to stay, as those between the facets of a curved face, stay too.
 //!
 //! Method: M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004.
@@ -29,6 +29,10 @@ const PASSES: usize = 8;
 
 /// Cosine of the largest angle between the normals of a triangle before and after a change (60°).
 const TURN: f64 = 0.5;
+
+/// Cosine of the angle between the normals of triangles that are folded onto each other (15° between
+/// the triangles).
+const FOLDED: f64 = -0.966;
 
 /// One minus the cosine of the largest angle between triangles in one plane (0.01°).
 const FLAT: f64 = 1e-8;
@@ -293,6 +297,31 @@ impl Remesh<'_> {
         })
     }
 
+    /// The number of edges at which triangles with these numbers and corners, and those next to them
+    /// that are not `removed`, are folded onto each other.
+    fn folds(&self, changed: &[(u32, [u32; 3])], removed: &[u32]) -> usize {
+        let normal = |corners: &[u32; 3]| unit_normal(corners.map(|n| self.points[n as usize]));
+        let has = |corners: &[u32; 3], n: u32| corners.contains(&n);
+        let mut found = 0;
+        for (t, corners) in changed {
+            for k in 0..3 {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                let across = |(other, of): &&(u32, [u32; 3])| other != t && has(of, a) && has(of, b);
+                let unchanged = |other: &&u32| {
+                    let of = &self.triangles[**other as usize];
+                    has(of, a) && has(of, b) && !removed.contains(other) && changed.iter().all(|(c, _)| c != *other)
+                };
+                let next = changed.iter().find(across).map(|(_, of)| *of);
+                let next = next.or_else(|| {
+                    let mut around = self.around[a as usize].iter();
+                    around.find(unchanged).map(|&other| self.triangles[other as usize])
+                });
+                found += usize::from(next.is_some_and(|next| dot(normal(corners), normal(&next)) < FOLDED));
+            }
+        }
+        found
+    }
+
     /// Finds changed triangles at their new places.
     fn found_again(&mut self, triangles: &[u32]) {
         for &t in triangles {
@@ -319,10 +348,13 @@ impl Remesh<'_> {
         unit(sum)
     }
 
-    /// Moves a point, unless this would flip one of its triangles, make it much thinner, or make it
-    /// cross others.
+    /// Moves a point, unless this would flip one of its triangles, make it much thinner, fold it
+    /// onto another, or make it cross others.
     fn try_move(&mut self, n: u32, to: [f64; 3]) {
         let from = self.points[n as usize];
+        let around = self.around[n as usize].clone();
+        let changed: Vec<(u32, [u32; 3])> = around.iter().map(|&t| (t, self.triangles[t as usize])).collect();
+        let folds = self.folds(&changed, &[]);
         let before: Vec<([f64; 3], f64)> = self.around[n as usize].iter().map(|&t| shape(self.corners(t))).collect();
         self.points[n as usize] = to;
         let worst = before.iter().map(|(_, quality)| *quality).fold(1.0, f64::min);
@@ -330,9 +362,7 @@ impl Remesh<'_> {
             let (now, quality) = shape(self.corners(t));
             dot(now, *normal) > TURN && quality >= worst.min(0.3)
         });
-        let around = self.around[n as usize].clone();
-        let changed: Vec<(u32, [u32; 3])> = around.iter().map(|&t| (t, self.triangles[t as usize])).collect();
-        if !good || self.would_cross(&changed, &[]) {
+        if !good || self.folds(&changed, &[]) > folds || self.would_cross(&changed, &[]) {
             self.points[n as usize] = from;
         } else {
             self.found_again(&around);

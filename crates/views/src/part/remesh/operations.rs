@@ -108,7 +108,9 @@ impl Remesh<'_> {
         let onto = |n: u32| if n == gone { kept } else { n };
         let changed: Vec<(u32, [u32; 3])> =
             staying.iter().map(|&t| (t, self.triangles[t as usize].map(onto))).collect();
-        if self.would_cross(&changed, &pair) {
+        let whole: Vec<(u32, [u32; 3])> =
+            self.around[gone as usize].iter().map(|&t| (t, self.triangles[t as usize])).collect();
+        if self.folds(&changed, &pair) > self.folds(&whole, &[]) || self.would_cross(&changed, &pair) {
             return false;
         }
         for &t in &staying {
@@ -149,7 +151,10 @@ impl Remesh<'_> {
             };
             let length = norm(sum);
             let upright = after.iter().all(|(normal, _)| dot(*normal, sum) > 0.866 * length);
-            if least(after) > least(before) * 1.001 && upright && !self.would_cross(&[(s, new[0]), (t, new[1])], &[]) {
+            let changed = [(s, new[0]), (t, new[1])];
+            let folds = self.folds(&[(s, self.triangles[s as usize]), (t, self.triangles[t as usize])], &[]);
+            let better = least(after) > least(before) * 1.001;
+            if better && upright && self.folds(&changed, &[]) <= folds && !self.would_cross(&changed, &[]) {
                 self.triangles[s as usize] = new[0];
                 self.triangles[t as usize] = new[1];
                 self.around[b as usize].retain(|&other| other != s);
