@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Takes twenty designs to parts and puts the table between the marks of docs/tutorials/part.md; eight
-# minutes on two cores.
+# Takes a hub and twenty designs to parts, and puts the tables between the marks of docs/tutorials/part.md;
+# ten minutes on two cores. `measure.sh hub` or `measure.sh designs` repeats one table.
 #
 #   docs/parts/measure.sh
 #
@@ -9,5 +9,42 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 source docs/tables.sh
-python3 docs/parts/designs.py --slipstick "$programs/slipstick" --out "$work/designs" > "$work/designs.md"
-put docs/tutorials/part.md designs "$work/designs.md"
+
+# hub_row LABEL RESULTS: a line of the table, from the last row of the run's quantities.
+hub_row() {
+    python3 - "$1" "$2/quantities.csv" <<'PYTHON'
+import csv, sys
+last = list(csv.DictReader(open(sys.argv[2])))[-1]
+names = ["hub_inner_normal_force", "hub_inner_peak_pressure", "strain_energy", "external_work"]
+print(f"| {sys.argv[1]} | " + " | ".join(f"{float(last[name]):.6g}" for name in names) + " |")
+PYTHON
+}
+
+hub() {
+    local solve=("$programs/slipstick" solve docs/parts/hub.toml -q --out)
+    "${solve[@]}" "$work/hub"
+    "${solve[@]}" "$work/fine" --set 'body[0].hollow_cylinder.elements=[24, 144, 4]'
+    "$programs/slipstick" export "$work/hub" --case "$work/whole" -q
+    "$programs/slipstick" solve "$work/whole/case.toml" --out "$work/whole_run" -q
+    "$programs/slipstick" export "$work/hub" --case "$work/part" --size 1.87 -q
+    python3 "$work/part/mesh.py" >&2
+    "$programs/slipstick" solve "$work/part/case.toml" --out "$work/part_run" -q
+    {
+        echo '| hub | normal force [N] | peak pressure [MPa] | strain energy [N mm] | external work [N mm] |'
+        echo '|---|--:|--:|--:|--:|'
+        hub_row 'design, 10 × 48 × 1 elements' "$work/hub"
+        hub_row 'part with its own mesh' "$work/whole_run"
+        hub_row 'part, remeshed' "$work/part_run"
+        hub_row 'design, 24 × 144 × 4 elements' "$work/fine"
+    } > "$work/hub.md"
+    put docs/tutorials/part.md hub "$work/hub.md"
+}
+
+designs() {
+    python3 docs/parts/designs.py --slipstick "$programs/slipstick" --out "$work/designs" > "$work/designs.md"
+    put docs/tutorials/part.md designs "$work/designs.md"
+}
+
+for table in "${@:-hub designs}"; do
+    for name in $table; do "$name"; done
+done

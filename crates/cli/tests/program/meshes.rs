@@ -211,8 +211,11 @@ fn go_through_all_commands(mesh: &str, least: usize) {
     place.good("render run");
     place.good("report run");
     assert!(place.read("run/report.html").contains("slab"));
-    place.good("export run");
-    assert!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len() > 5_000);
+    let result = place.good("export run --json").event("result");
+    let triangles = result["triangles"].as_u64().expect("a number");
+    assert!(triangles > 100 && result["crossings"] == 0, "{result}");
+    // a heading of 84 bytes, and 50 for each triangle
+    assert_eq!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len(), 84 + 50 * triangles);
 }
 
 /// `new my-mesh` finds or makes names for bodies and surfaces of files of all formats, and `check`

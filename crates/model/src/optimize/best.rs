@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_best_design_that_meets_the_constraints_is_the_result() {
-        // the last one, if it meets them and is no worse than by a thousandth
+        // the last one, if it meets them and is at most 0.1 % worse
         assert_eq!(result(&[(3.0, 0.0), (2.0, 0.0), (1.9995, 0.0), (2.0, 0.0009)]), 3);
         assert_eq!(result(&[(-3.0, 0.0), (-3.002, 0.0), (-3.0, 0.0)]), 2);
         // a better one

@@ -92,10 +92,10 @@ fn loose_pieces_are_found() {
     assert_eq!((found.pieces, found.elements, found.body.as_str()), (1, 4, "block"));
     assert!(found.at[1] > 1.0, "{found}");
     assert_eq!(free.loose_pieces(&layered([1.0, 0.35, 1.0])), None);
-    // a symmetry plane is no support
+    // a symmetry plane does not count as a support
     let half = problem(&(bottom + "[[symmetry]]\nnormal = \"z\"\nat = 0\n"));
     assert_eq!(half.loose_pieces(&layered([1.0, 0.1, 1.0])).map(|found| found.elements), Some(4));
-    // grey without any material is no piece
+    // grey elements alone do not count as a piece
     assert_eq!(free.loose_pieces(&layered([1.0, 0.1, 0.4])), None);
 }
 

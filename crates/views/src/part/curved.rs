@@ -194,8 +194,7 @@ impl<'a> Curved<'a> {
                     nodes.iter().map(|&n| of.points[n as usize][c]).sum::<f64>() / nodes.len() as f64
                 })
             };
-            let edges =
-                (0..3).map(|k| [corners[k], corners[(k + 1) % 3]].map(|n| n)).map(|[a, b]| [a.min(b), a.max(b)]);
+            let edges = (0..3).map(|k| [corners[k], corners[(k + 1) % 3]]).map(|[a, b]| [a.min(b), a.max(b)]);
             for edge in edges.filter(|&edge| seen.insert(edge)) {
                 let walls = at_edge.get(&edge).map_or(&[][..], Vec::as_slice);
                 let to = self.lifted(mean(&flat, &edge), normals[t], walls);
