@@ -144,13 +144,19 @@ impl Console {
         }
     }
 
-    /// Prints that a design falls apart.
-    pub fn loose_pieces(&self, loose: &LoosePieces) {
+    /// Prints that a design falls apart: that of an iteration, or the result.
+    pub fn loose_pieces(&self, loose: &LoosePieces, iteration: Option<usize>) {
         let help = pieces::CURE;
-        let object = json!({ "code": "loose_pieces", "message": loose.to_string(), "help": help, "loose": loose });
+        let message = match iteration {
+            Some(iteration) => format!("from iteration {iteration} on, {loose}"),
+            None => loose.to_string(),
+        };
+        let object = json!({
+            "code": "loose_pieces", "message": message, "help": help, "loose": loose, "iteration": iteration,
+        });
         self.event("warning", object);
         if !self.json && !self.quiet {
-            self.suspended(|| complain(&format!("warning: {loose}\n    help: {help}\n")));
+            self.suspended(|| complain(&format!("warning: {message}\n    help: {help}\n")));
         }
     }
 

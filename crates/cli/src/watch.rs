@@ -36,6 +36,8 @@ pub struct Watch<'a> {
     notice: Option<ForwardNotice>,
     /// Whether void that collapses has been reported.
     crushed: bool,
+    /// Whether the previous design had loose pieces.
+    loose: bool,
 }
 
 impl<'a> Watch<'a> {
@@ -56,6 +58,7 @@ impl<'a> Watch<'a> {
             steps_of_path: problem.analysis.times.len(),
             notice: None,
             crushed: false,
+            loose: false,
         }
     }
 
@@ -198,7 +201,7 @@ impl DriveObserver for Watch<'_> {
     }
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
-        let DesignEvaluated { record, notice, seconds, ref crushed } = *design;
+        let DesignEvaluated { record, notice, seconds, ref crushed, ref loose } = *design;
         // Repeated only if it differs from that of the previous design.
         self.console.notice(notice.filter(|notice| Some(*notice) != self.notice));
         self.notice = notice;
@@ -206,6 +209,12 @@ impl DriveObserver for Watch<'_> {
             self.crushed = true;
             self.console.crushed_void(crushed);
         }
+        if let Some(loose) = loose.as_ref().filter(|_| !self.loose) {
+            self.console.loose_pieces(loose, Some(record.iteration));
+        } else if loose.is_none() && self.loose {
+            self.console.text(&format!("  from iteration {} on, no piece of the design is loose", record.iteration));
+        }
+        self.loose = loose.is_some();
         let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
         let mut event = json!(record);
         event["seconds"] = json!(seconds);

@@ -30,6 +30,7 @@ use crate::output::{
     Pvd,
     fields::{DesignFields, write_design},
 };
+use crate::pieces::LoosePieces;
 use crate::quantities::Quantities;
 use crate::run::{
     Checkpoint, FailureReport, FunctionNames, History, Kept, NewtonTable, ResultRecord, RunDirectory, RunError,
@@ -46,6 +47,8 @@ pub struct DesignEvaluated<'a> {
     pub notice: Option<ForwardNotice>,
     /// Void that made attempts at its load steps fail, if these cost more than its path.
     pub crushed: Option<CrushedVoid>,
+    /// Pieces of the design that hang together with nothing.
+    pub loose: Option<LoosePieces>,
     /// Wall time of the analysis, the gradient and the update. \[s\]
     pub seconds: f64,
 }
@@ -256,7 +259,8 @@ pub fn drive(
         if let Some(record) = optimization.state.history.last() {
             let costly = record.failed_iterations > record.newton_iterations;
             let crushed = costly.then(|| optimization.problem.crushed_void(&forward.density, failed.iter())).flatten();
-            observer.evaluated(&DesignEvaluated { record, notice: forward.notice, crushed, seconds });
+            let loose = optimization.problem.loose_pieces(&forward.density);
+            observer.evaluated(&DesignEvaluated { record, notice: forward.notice, crushed, loose, seconds });
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(optimization, seconds)?;

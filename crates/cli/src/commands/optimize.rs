@@ -107,7 +107,7 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
     warn_of_violation(context, optimization, record);
     let density = optimization.evaluated().map(|design| &design.density);
     if let Some(loose) = density.and_then(|density| optimization.problem.loose_pieces(density)) {
-        context.console.loose_pieces(&loose);
+        context.console.loose_pieces(&loose, None);
     }
     warn_of_fallbacks(context, &optimization.problem.analysis);
 }

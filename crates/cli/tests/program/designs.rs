@@ -187,3 +187,20 @@ fn bounds_on_smooth_minima_hold_for_the_least_value() {
     assert!(state("whole")["shifts"][0].as_f64().is_some_and(|shift| shift < 0.0));
     assert_eq!(state("whole"), state("part"));
 }
+
+/// The solid end of a beam that begins as void is loose until material joins it to the support.
+#[test]
+fn loose_pieces_are_reported_during_the_run() {
+    let text = BEAM
+        .replace("initial = 0.8", "initial = 0.2\npassive_solid = [{ surface = \"beam_xmax\", within = 1.0 }]")
+        .replace("min = -0.6", "min = -0.2")
+        .replace("iterations = 4", "iterations = 8");
+    let ran = beam(&text).good("optimize case.toml --out run");
+    let loose: Vec<&str> = ran.err.lines().filter(|line| line.contains("neither a support")).collect();
+    assert!(loose.len() == 1 && loose[0].contains("from iteration 0 on, one piece of the design"), "{}", ran.err);
+    assert!(ran.out.contains("no piece of the design is loose"), "{}", ran.out);
+    // and again at the end, if it stays
+    let text = text.replace("iterations = 8", "iterations = 1");
+    let ran = beam(&text).good("optimize case.toml --out run");
+    assert_eq!(ran.err.matches("neither a support").count(), 2, "{}", ran.err);
+}
