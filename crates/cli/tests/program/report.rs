@@ -1,6 +1,8 @@
 //! Web pages of runs: their data and, if a browser is installed, their appearance in it.
 
 use super::*;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 
 /// The data that the page gives its scripts.
 fn data(html: &str) -> Value {
@@ -32,16 +34,26 @@ fn a_run_as_a_page() {
     assert!(html.contains("<title>Block &lt;/script&gt; &amp; @DATA@</title>"));
     let data = data(&html);
     assert_eq!((&data["title"], &data["case_text"]), (&"Block </script> & @DATA@".into(), &case.as_str().into()));
-    // 45 nodes of the slab and the 18 of the block's skin, all its nodes; 16 elements; 16 faces of
-    // the block.
+    // 45 nodes of the slab and 18 of the block; 16 elements of the slab and 4 of the block
     let length = |name: &str| data["model"][name].as_str().map(|text| text.trim_end_matches('=').len() * 3 / 4);
     assert_eq!(length("points"), Some(12 * (45 + 18)));
-    assert_eq!((length("hexes"), length("quads"), length("slaves")), (Some(32 * 16), Some(16 * 16), Some(4 * 9)));
+    assert_eq!((length("hexes"), length("quads"), length("slaves")), (Some(32 * 20), Some(0), Some(4 * 9)));
     let numbers = |list: &str| -> Vec<u64> {
         data[list].as_array().expect("a list").iter().filter_map(|frame| frame["number"].as_u64()).collect()
     };
     assert_eq!((numbers("designs"), numbers("steps")), (vec![0, 2, 4], vec![0, 1, 2, 3, 4]));
     assert_eq!(data["steps"][2]["time"], 0.5);
+    // the page rounds the stresses of the file to 1/65535 of their range
+    let fields = slipstick::output::read_fields(&place.path("case/path_0004.vtu")).expect("fields");
+    let expected = &fields.iter().find(|field| field.name == "von_mises_stress").expect("stresses").values;
+    let packed = &data["steps"][4]["stress"];
+    let (low, step) = (packed["low"].as_f64().expect("low"), packed["step"].as_f64().expect("step"));
+    let codes = STANDARD.decode(packed["data"].as_str().expect("text")).expect("base64");
+    assert_eq!((codes.len(), expected.len()), (2 * 20, 20));
+    assert!(expected.iter().all(|stress| *stress > 0.0));
+    for (code, stress) in codes.as_chunks::<2>().0.iter().zip(expected.iter()) {
+        assert!((low + step * f64::from(u16::from_le_bytes(*code)) - stress).abs() <= 0.5001 * step, "{stress}");
+    }
     let history = place.table("case/history.csv");
     assert_eq!(data["history"]["rows"].as_array().map(Vec::len), Some(5));
     assert_eq!(data["history"]["rows"][4][1].as_f64(), Some(number(&history[5][1])));
@@ -192,8 +204,13 @@ told.status = change("Colour", "status");
 control("slab").click();
 press("0", 1);
 told.displacement = change("Colour", "displacement");
+told.stress = change("Colour", "stress");
 told.undeformed = change("Displacement factor", 0);
 told.first = change("Load step", 0);
+told.section = change("Section", "0");
+told.other = (control("other half").click(), drawn());
+told.moved = change("Section at x", 1.3);
+change("Section", "");
 told.threshold = change("density above", 0.99);
 told.designs = change("Show", "designs");
 press("ArrowLeft", 1);
@@ -202,6 +219,15 @@ told.charts = document.querySelectorAll("figure svg").length;
 // a hexahedron, a wedge on one of its faces and a tetrahedron on the wedge
 const sides = facesOf(Uint32Array.from([0, 1, 2, 3, 4, 5, 6, 7, 1, 8, 2, 2, 5, 9, 6, 6, 5, 9, 6, 6, 10, 10, 10, 10]), 11).sides;
 told.faces = [sides.length / 2, sides.filter(side => side < 0).length];
+// the areas of sections through the unit cube, the prism and the tetrahedron below its diagonals, and a sheared cube
+const corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], coordinates = list => Float32Array.from(list.flat());
+const area = (hex, axis, at, points = corners) => {
+  const cut = sectionOf(Uint32Array.from(hex), coordinates(points), () => true, { axis, at, side: 1 }), [u, w] = [(axis + 1) % 3, (axis + 2) % 3];
+  const twice = list => list.reduce((sum, k, i) => { const j = list[(i + 1) % list.length]; return sum + cut.coordinates[3 * k + u] * cut.coordinates[3 * j + w] - cut.coordinates[3 * j + u] * cut.coordinates[3 * k + w]; }, 0);
+  return cut.polygons.map(([, list]) => [twice(list) / 2, filled(list).reduce((sum, [four]) => sum + twice(four) / 2, 0)]).flat().map(size => Math.round(1e5 * size) / 1e5);
+};
+const sheared = by => corners.map(([x, y, z]) => [x - by * (y + z), y, z]);
+told.areas = [area([0, 1, 2, 3, 4, 5, 6, 7], 1, 0.25), area([0, 1, 3, 3, 4, 5, 7, 7], 0, 0.25), area([0, 1, 3, 3, 4, 4, 4, 4], 2, 0.25), area([0, 1, 2, 3, 4, 5, 6, 7], 0, 0.25, sheared(0.5)), area([0, 1, 2, 3, 4, 5, 6, 7], 0, -0.5, sheared(1)), area([0, 1, 2, 3, 4, 5, 6, 7], 1, 2)];
 document.title = JSON.stringify(told);
 </script></body>"##;
 
@@ -214,7 +240,20 @@ fn a_browser_shows_the_page() {
     assert_eq!(told["state"], "view", "{told}");
     let pixels = |name: &str| told[name][0].as_u64().expect("a count");
     assert!(pixels("start") > 10_000, "{told}");
-    let order = ["start", "pressure", "status", "displacement", "undeformed", "first", "threshold", "turned"];
+    let order = [
+        "start",
+        "pressure",
+        "status",
+        "displacement",
+        "stress",
+        "undeformed",
+        "first",
+        "section",
+        "other",
+        "moved",
+        "threshold",
+        "turned",
+    ];
     for pair in order.windows(2) {
         assert_ne!(told[pair[0]], told[pair[1]], "{} to {}: {told}", pair[0], pair[1]);
     }
@@ -222,6 +261,43 @@ fn a_browser_shows_the_page() {
     assert!(told["charts"].as_u64() >= Some(7), "{told}");
     // 6 + 5 + 4 faces, of which two pairs coincide
     assert_eq!(told["faces"], serde_json::json!([13, 11]), "{told}");
+    // by hand: a unit square; 1 - 0.25 times the height 1; half of 0.75 squared; and of the sheared cubes, whose x is
+    // 0.25 + (y + z) / 2 or y + z - 1/2 there, the unit square without the corner y + z > 3/2, and without the opposite
+    // one, y + z < 1/2, too
+    assert_eq!(
+        told["areas"],
+        serde_json::json!([[1, 1], [0.75, 0.75], [0.28125, 0.28125], [0.875, 0.875], [0.75, 0.75], []]),
+        "{told}"
+    );
+}
+
+/// Plays the load path, and stores the steps that are shown meanwhile in its title.
+const PLAYED: &str = r##"<script>
+const step = [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes("Load step")), input = step.querySelector("input");
+const button = step.parentElement.querySelector("button"), told = { names: [button.getAttribute("aria-label")], steps: [input.value] };
+input.addEventListener("input", () => told.steps.push(input.value));
+button.click();
+told.names.push(button.getAttribute("aria-label"));
+setTimeout(() => {
+  button.click();
+  told.names.push(button.getAttribute("aria-label"));
+  const count = told.steps.length;
+  setTimeout(() => { told.after = told.steps.length - count; told.shown = step.textContent; document.title = JSON.stringify(told); }, 2000);
+}, 4500);
+</script></body>"##;
+
+/// From the last step, playing begins again at the first, goes through all of them, and starts over until it is
+/// paused.
+#[test]
+fn a_browser_plays_the_load_path() {
+    let place = Place::new();
+    place.good("solve case.toml -q");
+    let Some(told) = tried(&place, "case_solve", PLAYED, "a_browser_plays_the_load_path") else { return };
+    let steps: Vec<&str> = told["steps"].as_array().expect("steps").iter().filter_map(Value::as_str).collect();
+    assert_eq!(steps[..8], ["4", "0", "1", "2", "3", "4", "0", "1"], "{told}");
+    assert_eq!(told["names"], serde_json::json!(["Play load path", "Pause load path", "Play load path"]), "{told}");
+    assert_eq!(told["after"], 0, "{told}");
+    assert!(told["shown"].as_str().is_some_and(|text| text.contains(", t = ")), "{told}");
 }
 
 /// Stores the notes and results that the page shows in its title.
@@ -230,7 +306,7 @@ const note = document.querySelector("#notes p"), results = document.getElementBy
 const wide = [...document.querySelectorAll(".scroll")].filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.id);
 document.title = JSON.stringify({
   note: note ? note.innerText.split("\n") : [], height: note ? note.clientHeight : 0, results: results.hidden ? "" : results.innerText, wide,
-  field: document.querySelector("#controls select") ? [...document.querySelectorAll("#controls select")].pop().value : "",
+  field: [...document.querySelectorAll("#controls label")].filter(label => label.textContent.includes("Colour")).map(label => label.querySelector("select").value).join(),
 });
 </script></body>"##;
 

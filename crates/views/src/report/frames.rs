@@ -44,6 +44,9 @@ pub(super) struct Step {
     slip: Packed,
     /// Base64 of one byte per node: 0 open, 1 stick, 2 slip.
     status: String,
+    /// Von Mises stress of each element, then of the element behind each face of the skin. \[F/L²\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stress: Option<Packed>,
 }
 
 /// Fields of one file.
@@ -72,7 +75,8 @@ pub(super) fn read(
 ) -> Result<(Frames, Option<Packed>), RunError> {
     let (designs, steps) = (run.numbers("design")?, run.numbers("path")?);
     let design_bytes = (3 * layout.elements.len()).max(1);
-    let step_bytes = (6 * layout.nodes.len() + 7 * layout.slaves.len()).max(1);
+    let step_bytes =
+        (6 * layout.nodes.len() + 7 * layout.slaves.len() + 2 * layout.elements.len() + 2 * layout.behind.len()).max(1);
     let designs = thinned(&designs, budget / 2 / design_bytes, "designs", "design.pvd", notes);
     let steps = thinned(&steps, budget / 2 / step_bytes, "load steps", "path.pvd", notes);
     let mut frames = Frames::default();
@@ -89,8 +93,7 @@ pub(super) fn read(
     }
     // If the field of this design was not written, or the run has a single design, its table has
     // the densities.
-    if frames.designs.is_empty() && run.file("design.csv").is_file() && !layout.elements.is_empty() && steps.is_empty()
-    {
+    if frames.designs.is_empty() && run.file("design.csv").is_file() && layout.is_designed() && steps.is_empty() {
         let density = load_density(run.path(), mesh)?;
         frames.designs.push(Design { number: 0, density: densities(&density, layout), derivative: None });
     }
@@ -146,6 +149,10 @@ fn step(
     };
     let status = of_slaves("contact_status")?.into_iter().map(|status| status.clamp(0.0, 2.0) as u8);
     let (load_case, time) = course::named(load_cases, time);
+    let stress = stored.values("von_mises_stress", mesh.elements.len()).map(|values| {
+        let shown = layout.elements.iter().chain(&layout.behind);
+        Packed::numbers(&shown.map(|&e| values[e as usize]).collect::<Vec<f64>>())
+    });
     Some(Step {
         number,
         load_case: load_case.map(str::to_owned),
@@ -155,6 +162,7 @@ fn step(
         gap: Packed::numbers(&of_slaves("contact_gap")?),
         slip: Packed::numbers(&of_slaves("slip_increment")?),
         status: base64(&status.collect::<Vec<u8>>()),
+        stress,
     })
 }
 

@@ -8,9 +8,9 @@
 //!
 //! | part | contents |
 //! |---|---|
-//! | model | coordinates in 32 bits; elements of the designed bodies, whose skin the page computes for each threshold; the skin of the others |
+//! | model | coordinates in 32 bits; elements, of which the page computes skin and sections; of large meshes, elements of the designed bodies and the skin of the others |
 //! | designs | densities of the iterations that the run wrote, in steps of 1/255; derivatives in 16 bits |
-//! | steps | displacements and contact fields of the load steps, quantized to 16 bits over their range |
+//! | steps | displacements, stresses and contact fields of the load steps, quantized to 16 bits over their range |
 //! | summary | objective, volume of material, resultants and peak pressures of the contact pairs |
 //! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
 //!
@@ -61,6 +61,9 @@ pub struct PageOptions {
     /// Limit for coordinates and elements, before encoding; a mesh that needs more is only shown as
     /// a picture. \[bytes\]
     pub model_bytes: usize,
+    /// Meshes with at most this many elements are on the page as a whole; of larger ones, bodies that are not
+    /// designed have only their skin, and sections through them are hollow.
+    pub whole_elements: usize,
     /// The interval at which the open page loads its file again, for a run in progress. \[s\]
     pub reload: Option<f64>,
 }
@@ -68,7 +71,7 @@ pub struct PageOptions {
 impl Default for PageOptions {
     /// Pages of up to about 60 MB, which browsers on phones can still open.
     fn default() -> Self {
-        Self { frame_bytes: 24_000_000, model_bytes: 24_000_000, reload: None }
+        Self { frame_bytes: 24_000_000, model_bytes: 24_000_000, whole_elements: 50_000, reload: None }
     }
 }
 
@@ -144,8 +147,14 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     // data.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
     let picture = picture.map_or(String::new(), |bytes| format!("data:image/png;base64,{}", base64(&bytes)));
-    let script =
-        [include_str!("page/charts.js"), include_str!("page/viewer.js"), include_str!("page/main.js")].concat();
+    let script = [
+        include_str!("page/charts.js"),
+        include_str!("page/viewer.js"),
+        include_str!("page/section.js"),
+        include_str!("page/controls.js"),
+        include_str!("page/main.js"),
+    ]
+    .concat();
     let part = |key: &str| match key {
         "TITLE" => escaped(&data.title),
         "STYLE" => include_str!("page/style.css").trim_end().into(),
@@ -168,7 +177,7 @@ fn shown(
     options: &PageOptions,
     notes: &mut Vec<String>,
 ) -> Result<(Option<Model>, Frames), RunError> {
-    let layout = model::Layout::new(case, mesh);
+    let layout = model::Layout::new(case, mesh, options.whole_elements);
     if layout.bytes() > options.model_bytes {
         notes.push(format!(
             "The mesh has {} elements, which is too large for this page, so only a picture is shown. ParaView opens \

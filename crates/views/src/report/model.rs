@@ -1,5 +1,5 @@
-//! The mesh for the page: whole for designed bodies, where a threshold hides elements, and only the
-//! skin of the others.
+//! The mesh for the page: whole for designed bodies, where a threshold hides elements, and for small
+//! meshes, so that a section shows the inside; otherwise only the skin of the other bodies.
 
 use serde::Serialize;
 use slipstick_mesh::{Element, FacetNodes, Mesh, WEDGE_AS_HEX};
@@ -12,7 +12,7 @@ use slipstick_case::case::Case;
 pub(super) struct Model {
     /// Coordinates, 3 per point.
     points: String,
-    /// Points of the elements of designed bodies, 8 each: tetrahedra and wedges are stored as
+    /// Points of the elements of whole bodies, 8 each: tetrahedra and wedges are stored as
     /// hexahedra with repeated corners.
     hexes: String,
     /// Points of the skin of the other bodies, 4 each: triangles repeat the last corner.
@@ -30,6 +30,7 @@ pub(super) struct Model {
 #[derive(Debug, Serialize)]
 struct BodyPart {
     name: String,
+    designed: bool,
     hexes: [usize; 2],
     quads: [usize; 2],
 }
@@ -44,23 +45,30 @@ pub(super) struct Layout {
     /// Nodes of slave surfaces.
     pub slaves: Vec<u32>,
     quads: Vec<[u32; 4]>,
+    /// The elements behind the faces of the skin.
+    pub behind: Vec<u32>,
     bodies: Vec<BodyPart>,
 }
 
 impl Layout {
-    /// Designed bodies whole, the others as their skin.
-    pub fn new(case: &Case, mesh: &Mesh) -> Self {
+    /// Designed bodies whole; the others too if the mesh has at most `whole` elements, otherwise their
+    /// skin.
+    pub fn new(case: &Case, mesh: &Mesh, whole: usize) -> Self {
         let designed = |name: &str| case.design.as_ref().is_some_and(|design| design.bodies.iter().any(|b| b == name));
-        let (mut elements, mut quads, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut elements, mut quads, mut behind, mut bodies) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let all = mesh.elements.len() <= whole;
         for (b, body) in mesh.bodies.iter().enumerate() {
             let (hexes, faces) = (elements.len(), quads.len());
-            if designed(&body.name) {
+            let designed = designed(&body.name);
+            if designed || all {
                 elements.extend(body.elements.clone().map(|e| e as u32));
             } else {
-                quads.extend(mesh.boundary(b).facets.iter().map(|facet| four(&facet.nodes)));
+                let skin = mesh.boundary(b).facets;
+                quads.extend(skin.iter().map(|facet| four(&facet.nodes)));
+                behind.extend(skin.iter().map(|facet| facet.element));
             }
             let name = body.name.clone();
-            bodies.push(BodyPart { name, hexes: [hexes, elements.len()], quads: [faces, quads.len()] });
+            bodies.push(BodyPart { name, designed, hexes: [hexes, elements.len()], quads: [faces, quads.len()] });
         }
         let of_elements = elements.iter().flat_map(|&e| mesh.elements[e as usize].nodes());
         let mut nodes: Vec<u32> = of_elements.chain(quads.iter().flatten()).copied().collect();
@@ -70,7 +78,12 @@ impl Layout {
         let mut slaves: Vec<u32> = surfaces.flat_map(|surface| surface.nodes()).collect();
         slaves.sort_unstable();
         slaves.dedup();
-        Self { nodes, elements, slaves, quads, bodies }
+        Self { nodes, elements, slaves, quads, behind, bodies }
+    }
+
+    /// Whether any body is designed.
+    pub fn is_designed(&self) -> bool {
+        self.bodies.iter().any(|body| body.designed)
     }
 
     /// Size before encoding. \[bytes\]

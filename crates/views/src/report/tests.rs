@@ -47,6 +47,23 @@ fn many_frames_are_thinned_evenly() {
     assert_eq!(thinned(&numbers, 0, "designs", "design.pvd", &mut notes), [0, 100]);
 }
 
+/// Meshes up to the limit are whole; of larger ones, only the designed plate is.
+#[test]
+fn large_meshes_have_a_skin() {
+    let text = slipstick_case::case::template("half-ball").expect("a template").text;
+    let case = slipstick_case::case::parse_case(text, "half_ball.toml").expect("a case").case;
+    let mesh = slipstick_case::build::build_mesh(&case).expect("a mesh");
+    let count = mesh.elements.len();
+    let [plate, ball] = [0, 1].map(|body: usize| mesh.bodies[body].elements.clone());
+    let whole = model::Layout::new(&case, &mesh, count);
+    assert_eq!((whole.elements.len(), whole.behind.len()), (count, 0));
+    let skin = model::Layout::new(&case, &mesh, count - 1);
+    assert_eq!(skin.elements.len(), plate.len());
+    assert_eq!(skin.behind.len(), mesh.boundary(1).facets.len());
+    assert!(skin.behind.iter().all(|&e| ball.contains(&(e as usize))));
+    assert!(skin.is_designed());
+}
+
 #[test]
 fn text_is_no_markup() {
     assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");

@@ -105,7 +105,8 @@ function view() {
   const bodyOfHex = new Uint8Array(hexes.length / 8), bodyOfQuad = new Uint8Array(quads.length / 4);
   m.bodies.forEach((body, b) => { bodyOfHex.fill(b, ...body.hexes); bodyOfQuad.fill(b, ...body.quads); });
   const designs = data.designs, steps = data.steps;
-  const state = { mode: steps.length && !designs.length ? "steps" : "designs", design: designs.length - 1, step: steps.length - 1, threshold: 0.5, scale: 1, field: "density", hidden: new Set() };
+  const state = { mode: steps.length && !designs.length ? "steps" : "designs", design: designs.length - 1, step: steps.length - 1, threshold: 0.5, scale: 1, field: "density", hidden: new Set(), section: null };
+  const designed = m.bodies.some(body => body.designed);
   if (!designs.length && steps.length) state.mode = "steps"; else if (steps.length) state.mode = "steps";
   if (kept.state) {
     const { atLast, hidden, ...rest } = kept.state;
@@ -118,9 +119,9 @@ function view() {
   const density = () => state.mode === "steps" ? m.path_density : frame().density;
   // An initial design without any density above the threshold is shown whole.
   if (density() && !open(density()).some(phi => phi > state.threshold)) state.threshold = 0;
-  const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "" };
-  const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status" };
-  const available = () => state.mode === "steps" ? ["density", "displacement", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? hexes.length : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
+  const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2] };
+  const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress" };
+  const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? designed : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
   function nodal(field) {
     const f = frame(), values = new Float32Array(nodeCount).fill(NaN);
     if (field === "displacement") { const u = open(f.displacement); for (let n = 0; n < nodeCount; n++) values[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]); return values; }
@@ -133,6 +134,7 @@ function view() {
   function range(field) {
     if (field === "density") return [0, 1];
     if (field === "status") return [0, 2];
+    if (field === "stress") return stresses();
     const key = `${state.mode} ${field}`;
     if (!ranges.has(key)) {
       let low = field === "derivative" || field === "gap" ? Infinity : 0, high = -Infinity;
@@ -145,10 +147,22 @@ function view() {
     }
     return ranges.get(key);
   }
+  // Of what is shown: void has no stress, and that of a hidden body does not matter.
+  const counts = (i, phi) => i < hexes.length / 8 ? (!phi || phi[i] > state.threshold) && !state.hidden.has(bodyOfHex[i]) : !state.hidden.has(bodyOfQuad[i - hexes.length / 8]);
+  function stresses() {
+    const key = `stress ${state.threshold} ${[...state.hidden].sort().join()}`;
+    if (!ranges.has(key)) {
+      const phi = density() && open(density());
+      let high = 0;
+      steps.forEach(f => { if (f.stress) open(f.stress).forEach((v, i) => { if (v > high && counts(i, phi)) high = v; }); });
+      ranges.set(key, [0, high || 1]);
+    }
+    return ranges.get(key);
+  }
   // Without a designed body, or with full material everywhere, the density would be a single colour.
-  if (state.mode === "steps" && (!hexes.length || open(density()).every(phi => phi === 1))) {
+  if (state.mode === "steps" && (!designed || open(density()).every(phi => phi === 1))) {
     state.field = "displacement";
-    if (!hexes.length) element("view-title").textContent = "Bodies";
+    if (!designed) element("view-title").textContent = "Bodies";
   }
   function positions() {
     if (state.mode !== "steps" || state.scale === 0 || !frame().displacement) return points;
@@ -157,27 +171,41 @@ function view() {
   }
   function refresh() {
     const phi = density() ? open(density()) : new Float32Array(hexes.length / 8).fill(1), solid = e => e >= 0 && phi[e] > state.threshold && !state.hidden.has(bodyOfHex[e]);
-    const cells = state.field === "density" || state.field === "derivative", [low, high] = range(state.field);
-    const values = cells ? open(state.field === "density" ? density() : frame().derivative) : nodal(state.field);
+    const cells = ["density", "derivative", "stress"].includes(state.field), [low, high] = range(state.field);
+    const count = hexes.length / 8, everywhere = state.field === "stress";
+    let values = cells ? open(state.field === "density" ? density() : frame()[state.field]) : nodal(state.field);
     const unit = v => Number.isNaN(v) ? -1 : Math.max(0, Math.min(1, (v - low) / (high - low)));
-    const nodes = [], shown = [], owners = [];
+    const ofElement = e => everywhere || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
+    const nodes = [], shown = [], owners = [], inner = new Set();
+    let at = positions();
     for (let f = 0; f < faces.sides.length / 2; f++) {
       const [a, b] = [faces.sides[2 * f], faces.sides[2 * f + 1]];
       if (solid(a) === solid(b)) continue;
       const owner = solid(a) ? a : b;
-      for (let k = 0; k < 4; k++) { const n = faces.nodes[4 * f + (owner === a ? k : 3 - k)]; nodes.push(n); shown.push(unit(cells ? values[owner] : values[n])); }
+      for (let k = 0; k < 4; k++) { const n = faces.nodes[4 * f + (owner === a ? k : 3 - k)]; nodes.push(n); shown.push(cells ? ofElement(owner) : unit(values[n])); }
       owners.push(owner);
     }
     for (let q = 0; q < quads.length / 4; q++) {
       if (state.hidden.has(bodyOfQuad[q])) continue;
-      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(cells ? -1 : unit(values[n])); }
-      owners.push(-1);
+      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(cells ? (everywhere ? unit(values[count + q]) : -1) : unit(values[n])); }
+      owners.push(everywhere ? count + q : -1);
+    }
+    if (state.section) {
+      const cut = sectionOf(hexes, at, solid, state.section), between = k => values[cut.ends[2 * k]] + cut.parts[k] * (values[cut.ends[2 * k + 1]] - values[cut.ends[2 * k]]);
+      for (const [e, polygon] of cut.polygons) for (const [corners, quiet] of filled(polygon)) {
+        if (quiet) inner.add(owners.length);
+        // a status has no values in between
+        for (const k of corners) { nodes.push(nodeCount + k); shown.push(cells ? ofElement(e) : state.field === "status" ? -1 : unit(between(k))); }
+        owners.push(e);
+      }
+      at = joined(at, cut.coordinates);
+      if (!cells) values = joined(values, cut.parts.map((_, k) => state.field === "status" ? NaN : between(k)));
     }
     viewer.categories = state.field === "status";
     // Faces with a corner without a value have no colour.
     for (let i = 0; i < shown.length; i += 4) if (shown.slice(i, i + 4).some(v => v < 0)) shown.fill(-1, i, i + 4);
     viewer.values = { raw: values, cells };
-    viewer.show(positions(), Uint32Array.from(nodes), shown, owners);
+    viewer.show(at, Uint32Array.from(nodes), shown, owners, state.section, inner);
     legend(low, high, owners.length);
   }
   function legend(low, high, count) {
@@ -190,19 +218,29 @@ function view() {
       const stops = ["#440154", "#414487", "#2a788e", "#22a884", "#7ad151", "#fde725"];
       box.append(name, make("div", { class: "bar", style: `background: linear-gradient(to right, ${stops.join(",")})` }), make("div", { class: "ends" }, make("span", {}, digits(low)), make("span", {}, digits(high))));
     }
+    if (state.field === "stress") box.append(make("div", {}, largest()));
     if (count === 0) box.append(make("div", {}, `no density above ${state.threshold}`));
+  }
+  const numbered = e => `element ${m.elements[bodyOfHex[e]] + e - m.bodies[bodyOfHex[e]].hexes[0]}`;
+  // The largest stress of what is shown, in this step, and its place.
+  function largest() {
+    const values = open(frame().stress), count = hexes.length / 8, phi = density() && open(density());
+    let top = -1;
+    values.forEach((v, i) => { if (top < 0 || v > values[top]) if (counts(i, phi)) top = i; });
+    if (top < 0) return "";
+    return `at this step up to ${digits(values[top])}, ${top < count ? `${numbered(top)} of ${m.bodies[bodyOfHex[top]].name}` : m.bodies[bodyOfQuad[top - count]].name}`;
   }
   viewer.onpick = face => {
     const probe = element("probe");
     if (face < 0) { probe.textContent = ""; return; }
     const nodes = [...viewer.shown.nodes.slice(4 * face, 4 * face + 4)], owner = viewer.shown.owners[face], { raw, cells } = viewer.values;
-    const where = owner >= 0 ? `element ${m.elements[bodyOfHex[owner]] + owner - m.bodies[bodyOfHex[owner]].hexes[0]}` : "";
+    const where = owner >= 0 && owner < hexes.length / 8 ? numbered(owner) : "";
     const value = cells ? (owner >= 0 ? digits(raw[owner]) : "no value here") : nodes.map(n => raw[n]).some(Number.isNaN) ? "no value here" : `${digits(Math.min(...nodes.map(n => raw[n])))} to ${digits(Math.max(...nodes.map(n => raw[n])))} at the corners`;
     probe.textContent = `${where ? where + ", " : ""}${names[state.field]}: ${value}`;
   };
   if (!available().includes(state.field)) state.field = available()[0];
-  controls({ m, state, designs, steps, available, names, refresh, viewer });
   viewer.frame(points);
+  controls({ m, state, designs, steps, available, names, refresh, viewer, designed, box: viewer.box });
   Object.assign(viewer, kept.camera);
   keeping.camera = () => ({ yaw: viewer.yaw, pitch: viewer.pitch, zoom: viewer.zoom, shift: viewer.shift });
   refresh();
@@ -214,49 +252,11 @@ function follow() {
   addEventListener("pointerup", () => { busy = false; });
   if (kept.scroll) scrollTo(0, kept.scroll);
   setInterval(() => {
-    if (busy || document.hidden) return;
+    if (busy || document.hidden || document.querySelector(".playing")) return;
     const choices = Object.fromEntries(Object.entries(keeping).map(([name, value]) => [name, value()]));
     try { sessionStorage.setItem(location.pathname, JSON.stringify({ ...choices, scroll: scrollY })); } catch { /* without storage, choices are lost */ }
     location.reload();
   }, 1000 * data.reload);
-}
-function controls({ m, state, designs, steps, available, names, refresh, viewer }) {
-  const form = element("controls");
-  const slider = (name, low, high, step, value, text, change) => {
-    const shown = make("span", { class: "value" }, text(value)), input = make("input", { type: "range", min: low, max: high, step, value });
-    input.value = value;
-    input.addEventListener("input", () => { shown.textContent = text(+input.value); input.setAttribute("aria-valuetext", text(+input.value)); change(+input.value); refresh(); });
-    input.setAttribute("aria-valuetext", text(value));
-    const label = make("label", {}, name, shown, input);
-    form.append(label);
-    return label;
-  };
-  const select = (name, options, value, change) => {
-    const input = make("select"), label = make("label", {}, name, input);
-    const fill = (all, now) => { input.replaceChildren(...all.map(([key, text]) => make("option", { value: key }, text))); input.value = now; };
-    fill(options, value);
-    input.addEventListener("change", () => { change(input.value); refresh(); });
-    form.append(label);
-    return fill;
-  };
-  let fields = () => {}, visibility = () => {};
-  const fitted = () => { const all = available(); if (!all.includes(state.field)) state.field = all[0]; fields(all.map(f => [f, names[f]]), state.field); visibility(); };
-  if (designs.length && steps.length) select("Show", [["steps", "load path of the newest design"], ["designs", "designs, undeformed"]], state.mode, value => { state.mode = value; fitted(); });
-  fields = select("Colour", available().map(f => [f, names[f]]), state.field, value => { state.field = value; });
-  const design = designs.length > 1 ? slider("Design of iteration", 0, designs.length - 1, 1, state.design, i => String(designs[i].number), i => { state.design = i; fitted(); }) : null;
-  const step = steps.length > 1 ? slider("Load step", 0, steps.length - 1, 1, state.step, i => `${steps[i].number}${steps[i].load_case ? `, ${steps[i].load_case}` : ""}, t = ${digits(steps[i].time)}`, i => { state.step = i; fitted(); }) : null;
-  if (m.hexes.length) slider("Elements with density above", 0, 0.99, 0.01, state.threshold, v => v.toFixed(2), v => { state.threshold = v; });
-  const scale = steps.length ? slider("Displacement factor", 0, 5, 0.1, state.scale, v => v.toFixed(1), v => { state.scale = v; }) : null;
-  const set = make("fieldset", {});
-  const box = (name, on, change) => { const input = make("input", { type: "checkbox" }); input.checked = on; input.addEventListener("change", () => { change(input.checked); refresh(); }); set.append(make("label", {}, input, " ", name)); };
-  m.bodies.forEach((body, b) => box(body.name, !state.hidden.has(b), on => { if (on) state.hidden.delete(b); else state.hidden.add(b); }));
-  box("edges", true, on => { viewer.edges = on; });
-  const reset = make("button", { type: "button" }, "Reset view");
-  reset.addEventListener("click", () => { viewer.reset(); viewer.draw(); });
-  set.append(reset);
-  form.append(set);
-  visibility = () => { if (design) design.hidden = state.mode !== "designs"; [step, scale].forEach(s => { if (s) s.hidden = state.mode !== "steps"; }); };
-  visibility();
 }
 texts();
 curves();

@@ -31,14 +31,20 @@ function facesOf(hexes, points) {
   }
   return { nodes: Uint32Array.from(nodes), sides: Int32Array.from(sides) };
 }
-const VERTEX = `attribute vec3 at; attribute vec3 normal; attribute float value; uniform mat3 turn; uniform vec3 centre, scale; uniform vec2 shift; uniform float nearer; varying vec3 n; varying float v;
-void main() { vec3 p = turn * (at - centre); n = turn * normal; v = value; gl_Position = vec4((p.xy + shift) * scale.xy, -p.z * scale.z - nearer, 1.0); }`;
-const FRAGMENT = `precision mediump float; varying vec3 n; varying float v; uniform vec3 plain; uniform float kind;
+const VERTEX = `attribute vec3 at; attribute vec3 normal; attribute float value; uniform mat3 turn; uniform vec3 centre, scale; uniform vec4 plane; uniform vec2 shift; uniform float nearer; varying vec3 n; varying float v, beyond;
+void main() { vec3 p = turn * (at - centre); beyond = dot(at - centre, plane.xyz) - plane.w; n = turn * normal; v = value; gl_Position = vec4((p.xy + shift) * scale.xy, -p.z * scale.z - nearer, 1.0); }`;
+const FRAGMENT = `#ifdef GL_FRAGMENT_PRECISION_HIGH
+precision highp float;
+#else
+precision mediump float;
+#endif
+varying vec3 n; varying float v, beyond; uniform vec3 plain; uniform float kind;
 vec3 map(float t) {
   vec3 c0 = vec3(.2777, .0054, .3341), c1 = vec3(.1051, 1.4046, 1.3846), c2 = vec3(-.3309, .2148, .0951), c3 = vec3(-4.6342, -5.7991, -19.3324), c4 = vec3(6.2283, 14.1799, 56.6906), c5 = vec3(4.7764, -13.7451, -65.3530), c6 = vec3(-5.4355, 4.6459, 26.3124);
   return clamp(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6))))), 0.0, 1.0);
 }
 void main() {
+  if (beyond > 1e-4) discard;
   if (kind > 1.5) { gl_FragColor = vec4(plain, 1.0); return; }
   vec3 c = v < -0.5 ? plain : (kind > 0.5 ? (v < .25 ? vec3(.62, .66, .70) : v < .75 ? vec3(.13, .40, .67) : vec3(.84, .38, .10)) : map(clamp(v, 0.0, 1.0)));
   float light = 0.55 + 0.45 * abs(normalize(n).z);
@@ -75,11 +81,13 @@ class Viewer {
   frame(points) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (let i = 0; i < points.length; i++) { low[i % 3] = Math.min(low[i % 3], points[i]); high[i % 3] = Math.max(high[i % 3], points[i]); }
+    this.box = [low, high];
     this.centre = low.map((l, k) => 0.5 * (l + high[k]));
     this.radius = 0.5 * Math.hypot(...low.map((l, k) => high[k] - l)) || 1;
   }
   // Positions of the points; per face 4 points, 4 values from 0 to 1 (-1: none) and the element behind it (-1: none).
-  show(points, nodes, values, owners) {
+  // A section removes what lies beyond a plane, { axis, at, side }; `inner` are faces whose last edge is not drawn.
+  show(points, nodes, values, owners, section = null, inner = new Set()) {
     const gl = this.gl, count = nodes.length / 4, faces = new Float32Array(count * 42), edges = new Float32Array(count * 56);
     let f = 0, e = 0;
     const p = n => [points[3 * n], points[3 * n + 1], points[3 * n + 2]];
@@ -89,13 +97,13 @@ class Viewer {
       const n = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
       const put = (array, at, k) => { array.set(corner[k], at); array.set(n, at + 3); array[at + 6] = values[4 * i + k]; };
       for (const k of [0, 1, 2, 0, 2, 3]) { put(faces, f, k); f += 7; }
-      for (const k of [0, 1, 1, 2, 2, 3, 3, 0]) { put(edges, e, k); e += 7; }
+      for (const k of inner.has(i) ? [0, 1, 1, 2, 2, 3, 3, 3] : [0, 1, 1, 2, 2, 3, 3, 0]) { put(edges, e, k); e += 7; }
     }
     for (const [name, data] of [["faces", faces], ["edges", edges]]) {
       gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[name]); gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
       this.counts[name] = data.length / 7;
     }
-    this.shown = { points, nodes, owners };
+    this.shown = { points, nodes, owners, section };
     this.draw();
   }
   turn() {
@@ -105,6 +113,12 @@ class Viewer {
   scale() {
     const { clientWidth: w, clientHeight: h } = this.canvas, unit = this.zoom / this.radius;
     return w > h ? [unit * h / w, unit] : [unit, unit * w / h];
+  }
+  // Normal and distance from the centre, in units of the radius; what lies beyond is not drawn.
+  plane() {
+    const cut = this.shown && this.shown.section, plane = [0, 0, 0, 1];
+    if (cut) { plane[cut.axis] = cut.side / this.radius; plane[3] = cut.side * (cut.at - this.centre[cut.axis]) / this.radius; }
+    return plane;
   }
   draw() {
     const { gl, canvas, program } = this, ratio = Math.min(devicePixelRatio || 1, 2);
@@ -117,6 +131,7 @@ class Viewer {
     gl.uniform3fv(at("centre"), this.centre);
     gl.uniform3f(at("scale"), sx, sy, 0.2 / this.radius);
     gl.uniform2fv(at("shift"), this.shift);
+    gl.uniform4fv(at("plane"), this.plane());
     const pass = (name, mode, kind, colour) => {
       gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[name]);
       [["at", 3, 0], ["normal", 3, 12], ["value", 1, 24]].forEach(([attribute, size, offset]) => {
@@ -135,11 +150,12 @@ class Viewer {
     const { points, nodes } = this.shown, t = this.turn(), [sx, sy] = this.scale(), { clientWidth: w, clientHeight: h } = this.canvas;
     const [qx, qy] = [(2 * x / w - 1) / sx - this.shift[0], (1 - 2 * y / h) / sy - this.shift[1]];
     let best = -1, depth = -Infinity;
+    const [nx, ny, nz, limit] = this.plane(), normal = [0, 3, 6].map(r => t[r] * nx + t[r + 1] * ny + t[r + 2] * nz);
     for (let i = 0; i < nodes.length / 4; i++) {
       const c = [0, 1, 2, 3].map(k => { const n = nodes[4 * i + k], d = [0, 1, 2].map(j => points[3 * n + j] - this.centre[j]); return [0, 3, 6].map(r => t[r] * d[0] + t[r + 1] * d[1] + t[r + 2] * d[2]); });
       const inside = c.every((a, k) => { const b = c[(k + 1) % 4]; return (b[0] - a[0]) * (qy - a[1]) - (b[1] - a[1]) * (qx - a[0]) >= 0; });
       const z = (c[0][2] + c[1][2] + c[2][2] + c[3][2]) / 4;
-      if (inside && z > depth) { best = i; depth = z; }
+      if (inside && z > depth && normal[0] * qx + normal[1] * qy + normal[2] * z <= limit + 1e-4) { best = i; depth = z; }
     }
     return best;
   }
