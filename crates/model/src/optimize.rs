@@ -236,6 +236,17 @@ impl Optimization {
         self.iterations = iterations;
     }
 
+    /// When the optimization stops before its last update.
+    pub fn stop_criteria(&self) -> StopCriteria {
+        self.stop
+    }
+
+    /// The iteration of the last entry of the schedule, before which the criteria for stopping do
+    /// not count.
+    pub fn last_scheduled(&self) -> usize {
+        self.schedule.end()
+    }
+
     /// Whether all updates are made (or the criteria for stopping were met) and the last design is
     /// evaluated.
     pub fn finished(&self) -> bool {

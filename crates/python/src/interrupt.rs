@@ -4,7 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+use serde_json::json;
 use slipstick::drive::{DesignEvaluated, DriveObserver};
+use slipstick::optimize::{Optimization, StopCriteria};
 use slipstick::path::{Interrupt, MarchEvent, MarchObserver};
 
 use crate::errors::Error;
@@ -17,8 +19,10 @@ pub const PAUSE: Duration = Duration::from_millis(50);
 pub struct Watch {
     /// `progress(steps completed, Newton iterations, [open, stick, slip])`, after each (sub-)step.
     progress: Option<Py<PyAny>>,
-    /// `callback(record as JSON, seconds)`, after each design of an optimization.
+    /// `callback(record as JSON, seconds, outlook as JSON)`, after each design of an optimization.
     callback: Option<Py<PyAny>>,
+    /// When the optimization ends, as JSON.
+    outlook: String,
     signals: Arc<Mutex<Signals>>,
     steps: usize,
     newton_iterations: usize,
@@ -55,7 +59,18 @@ impl Watch {
     /// Watches analyses of one call.
     pub fn new(progress: Option<Py<PyAny>>, callback: Option<Py<PyAny>>) -> Self {
         let signals = Arc::new(Mutex::new(Signals { raised: None, asked: Instant::now() }));
-        Self { progress, callback, signals, steps: 0, newton_iterations: 0 }
+        Self { progress, callback, outlook: String::new(), signals, steps: 0, newton_iterations: 0 }
+    }
+
+    /// Tells the callback when this optimization ends: after so many updates, or earlier, after the
+    /// last entry of the schedule, at the first design that meets all criteria.
+    pub fn expect(&mut self, optimization: &Optimization) {
+        let StopCriteria { change, optimality, discreteness } = optimization.stop_criteria();
+        self.outlook = json!({
+            "iterations": optimization.iterations(), "scheduled": optimization.last_scheduled(),
+            "stop": { "change": change, "optimality": optimality, "discreteness": discreteness },
+        })
+        .to_string();
     }
 
     /// The hook for linear systems, which stops within a load step and within a sweep.
@@ -97,6 +112,6 @@ impl DriveObserver for Watch {
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
         let Some(callback) = &self.callback else { return };
         let record = serde_json::to_string(design.record).unwrap_or_default();
-        locked(&self.signals).call(|py| callback.call1(py, (record, design.seconds)).map(drop));
+        locked(&self.signals).call(|py| callback.call1(py, (record, design.seconds, &self.outlook)).map(drop));
     }
 }

@@ -181,6 +181,7 @@ fn advance(
     let ranks = optimization.problem.analysis.linear.ranks();
     let recorder = Recorder::new(Some(run.directory()), checkpoint, resolved.case.output.every, ranks)?;
     optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
+    watch.expect(optimization);
     let driven = drive(optimization, Some(recorder), watch);
     // an exception of a quantity, whose value was then not a number
     raised()?;

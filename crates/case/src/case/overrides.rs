@@ -14,7 +14,7 @@ use slipstick_model::words::counted;
 /// A value to set in a case file: `contact[0].friction = 0.1`.
 ///
 /// Keys are joined by dots; entries of a list are counted from 0, as in `contact[0]` or
-/// `contact.0`. The value is TOML; a bare word is a string. Keys that the file does not have are
+/// `contact.0`, and `contact[*]` stands for all entries. The value is TOML; a bare word is a string. Keys that the file does not have are
 /// added; entries of lists are not.
 ///
 /// ```
@@ -35,6 +35,8 @@ pub struct Override {
 enum Segment {
     Key(String),
     Entry(usize),
+    /// Every entry of a list.
+    All,
 }
 
 /// Why a value cannot be set in a case file.
@@ -65,7 +67,9 @@ impl OverrideError {
     pub fn cure(&self) -> &'static str {
         match self {
             Self::Syntax { .. } => "examples: contact[0].friction=0.1, objective.contact_force.steps=all",
-            Self::Place { .. } => "docs/case_file.md lists all keys; entries of lists are counted from 0",
+            Self::Place { .. } => {
+                "docs/case_file.md lists all keys; entries of lists are counted from 0, and [*] means all"
+            }
         }
     }
 }
@@ -112,7 +116,10 @@ fn path(key: &str) -> Option<Vec<Segment>> {
         });
         while !rest.is_empty() {
             let (number, after) = rest.strip_prefix('[')?.split_once(']')?;
-            path.push(Segment::Entry(number.parse().ok()?));
+            path.push(match number {
+                "*" => Segment::All,
+                number => Segment::Entry(number.parse().ok()?),
+            });
             rest = after;
         }
     }
@@ -144,6 +151,7 @@ fn put_in_table(table: &mut dyn TableLike, name: &str, path: &[Segment], value: 
     let (key, rest) = match path {
         [Segment::Key(key), rest @ ..] => (key, rest),
         [Segment::Entry(number), ..] => return Err(format!("{name} is not a list and has no entry {number}")),
+        [Segment::All, ..] => return Err(not_a_list(name)),
         [] => return Err(format!("{name} is a table of a list; set its keys one by one")),
     };
     let name = if name == "the case" { key.clone() } else { format!("{name}.{key}") };
@@ -162,6 +170,10 @@ fn put_in_table(table: &mut dyn TableLike, name: &str, path: &[Segment], value: 
             let count = tables.len();
             let entry = tables.get_mut(*number).ok_or_else(|| no_entry(&name, *number, count))?;
             put_in_table(entry, &format!("{name}[{number}]"), rest, value)
+        }
+        (Item::ArrayOfTables(tables), [Segment::All, rest @ ..]) => {
+            let mut entries = tables.iter_mut().enumerate();
+            entries.try_for_each(|(number, entry)| put_in_table(entry, &format!("{name}[{number}]"), rest, value))
         }
         (item, _) => match item.as_table_like_mut() {
             Some(table) => put_in_table(table, &name, rest, value),
@@ -184,11 +196,20 @@ fn put_in_value(old: &mut Value, name: &str, path: &[Segment], value: &Value) ->
             let entry = entries.get_mut(*number).ok_or_else(|| no_entry(name, *number, count))?;
             put_in_value(entry, &format!("{name}[{number}]"), rest, value)
         }
+        (Value::Array(entries), [Segment::All, rest @ ..]) => {
+            let mut entries = entries.iter_mut().enumerate();
+            entries.try_for_each(|(number, entry)| put_in_value(entry, &format!("{name}[{number}]"), rest, value))
+        }
         (Value::InlineTable(table), path) => put_in_table(table, name, path, value),
         (Value::Array(_), _) => Err(format!("{name} is a list; select an entry, for instance {name}[0]")),
         (_, [Segment::Key(key), ..]) => Err(format!("{name} is not a table and has no `{key}`")),
         (_, [Segment::Entry(number), ..]) => Err(format!("{name} is not a list and has no entry {number}")),
+        (_, [Segment::All, ..]) => Err(not_a_list(name)),
     }
+}
+
+fn not_a_list(name: &str) -> String {
+    format!("{name} is not a list; leave out `[*]`")
 }
 
 fn no_entry(name: &str, number: usize, count: usize) -> String {
@@ -199,7 +220,7 @@ fn no_entry(name: &str, number: usize, count: usize) -> String {
 fn nested(path: &[Segment], value: &Value) -> Option<Value> {
     path.iter().rev().try_fold(value.clone(), |inner, segment| match segment {
         Segment::Key(key) => Some(Value::InlineTable(InlineTable::from_iter([(key.as_str(), inner)]))),
-        Segment::Entry(_) => None,
+        Segment::Entry(_) | Segment::All => None,
     })
 }
 
@@ -231,6 +252,17 @@ mod tests {
         ] {
             assert_eq!(changed(text).expect(text), CASE.replace(old, new), "{text}");
         }
+    }
+
+    /// `[*]` sets a value in every entry of a list, whichever way the list is written.
+    #[test]
+    fn all_entries_of_a_list_are_set() {
+        let text = "[[contact]]\nfriction = 0.3\n[[contact]]\nslave = 'a'\n[body]\nu = [[1, 2], [3, 4]]\n";
+        let set = |one: &str| override_case(text, "c", &[one.parse().expect(one)]).expect(one);
+        let read = |one: &str| set(one).parse::<toml::Table>().expect("TOML");
+        let frictions = read("contact[*].friction=0.1")["contact"].as_array().expect("a list").clone();
+        assert!(frictions.len() == 2 && frictions.iter().all(|pair| pair["friction"].as_float() == Some(0.1)));
+        assert_eq!(set("body.u[*][1]=7"), text.replace("2]", "7]").replace("4]", "7]"));
     }
 
     /// Missing keys are added; the expected meaning is that of TOML's own parser.
@@ -268,6 +300,9 @@ mod tests {
             ("body[0].name=1", "there is no list body"),
             ("dirichlet[0].motion[3].t=1", "has 1 entry"),
             ("load_path[0]=1", "load_path is not a list"),
+            ("load_path[*]=1", "leave out `[*]`"),
+            ("title[*]=1", "leave out `[*]`"),
+            ("load[*].amplitude=1", "there is no list load"),
         ] {
             let error = changed(text).expect_err(text);
             assert!(error.to_string().contains(told), "{text}: {error}");

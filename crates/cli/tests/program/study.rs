@@ -239,3 +239,68 @@ fn a_failed_run_does_not_stop_the_others() {
     assert!(ran.err.contains("2 runs failed (rough, table)"), "{}", ran.err);
     assert!(place.path("study/smooth/design.csv").is_file());
 }
+
+const GRID: &str = r#"[[run]]
+name = "slide"
+command = "solve"
+case = "case.toml"
+set = ["load_path.steps = 2"]
+grid = { friction = [0.0, 0.2], "load_path.tolerance.relative" = [1e-7, 1e-9] }
+tabulate = ["block_ymin_normal_force"]
+"#;
+
+/// Each combination of values is a run of its own; its numbers are those of the case with these
+/// values.
+#[test]
+fn grids_are_tabulated() {
+    let place = Place::new();
+    place.write("study.toml", GRID);
+    assert_eq!(place.good("study study.toml --plan").out.matches("to do").count(), 4);
+    let ran = place.good("study study.toml");
+    let header = "slide friction load_path.tolerance.relative objective volume_fraction block_ymin_normal_force";
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    assert!(ran.out.lines().any(|line| words(line) == words(header)), "{}", ran.out);
+    let table = &place.table("study/grid_slide.csv")[1..];
+    let values: Vec<[&str; 3]> = table.iter().map(|row| [&*row[0], &*row[1], &*row[2]]).collect();
+    let (loose, tight) = (values[0][2], values[1][2]);
+    assert_eq!([loose, tight].map(|one| one.parse::<f64>().ok()), [Some(1e-7), Some(1e-9)]);
+    assert_eq!(values.iter().map(|row| row[1]).collect::<Vec<_>>(), ["0.0", "0.0", "0.2", "0.2"]);
+    let column = |name: &str| {
+        let header = place.read("study/grid_slide.csv").lines().next().unwrap_or_default().to_owned();
+        header.split(',').position(|one| one == name).unwrap_or_else(|| panic!("{name} in {header}"))
+    };
+    let number = |row: usize, name: &str| table[row][column(name)].parse::<f64>().expect("a number");
+    // without friction, none; with friction, at most μ times the normal force
+    let friction = "block_ymin_friction_force";
+    assert!(number(1, friction).abs() < 1e-9 * number(1, "block_ymin_normal_force"));
+    assert!(number(3, friction) > 0.1 * number(3, "block_ymin_normal_force"), "{table:?}");
+    place.good(
+        "solve case.toml --set contact[*].friction=0.2 --set load_path.steps=2 --set load_path.tolerance.relative=1e-9",
+    );
+    let alone = place.table("case_solve/quantities.csv");
+    let header = place.read("case_solve/quantities.csv");
+    let at = header.lines().next().unwrap_or_default().split(',').position(|one| one == friction).expect("a column");
+    assert_eq!(alone.last().expect("a row")[at].parse::<f64>().ok(), Some(number(3, friction)));
+    assert!(place.read("study/tables.md").contains("| slide | friction |"));
+
+    // Another value adds runs; finished ones are kept.
+    place.write("study.toml", &GRID.replace("[0.0, 0.2]", "[0.0, 0.1, 0.2]"));
+    let more = place.good("study study.toml --only slide");
+    assert_eq!((more.out.matches("already finished").count(), more.out.matches("slipstick solve").count()), (4, 2));
+}
+
+#[test]
+fn wrong_grids_are_errors() {
+    let place = Place::new();
+    let bad = |old: &str, new: &str, told: &[&str]| {
+        assert!(GRID.contains(old));
+        place.write("study.toml", &GRID.replace(old, new));
+        place.bad("study study.toml --plan", 2, told);
+    };
+    bad("[0.0, 0.2]", "0.2", &["run `slide`: grid: `friction` is 0.2; give a list"]);
+    bad("[0.0, 0.2]", "[0.0, -0.2]", &["the case of `slide_-0.2_", "`friction`"]);
+    bad("friction =", "frictio =", &["the case of `slide_", "unknown key `frictio`"]);
+    bad("friction =", "\"load[*].amplitude\" =", &["there is no list load"]);
+    place.write("study.toml", &format!("{GRID}[[picture]]\nof = 'slide'\nfile = 'a.png'\n"));
+    place.bad("study study.toml --plan", 2, &["`slide` is a grid; name one of its runs: slide_0.0_"]);
+}

@@ -22,7 +22,7 @@ _Own = (
     ]
     | None
 )
-_Record = Callable[[str, float], None] | None
+_Record = Callable[[str, float, str], None] | None
 
 __all__ = [
     "VERSION",

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _slipstick
-from ._progress import Bar
+from ._progress import Bar, IterationBar
 from .design_map import DesignMap, MappedProblem
 from .errors import AnalysisError, SlipstickWarning
 from .evaluation import Evaluation, Evaluations, in_words
@@ -587,7 +587,9 @@ class Problem:
             Called with an :class:`Iteration` after each evaluated design. An exception that it
             raises stops the optimization.
         progress : bool
-            Whether to show a progress bar.
+            Whether to show iterations and the remaining time: on a terminal, in a notebook, or as a
+            line per design in a file. The time is that of the recent designs for those to come, up
+            to the number of updates, or to where the recent trends meet ``optimizer.stop``.
 
         Returns
         -------
@@ -633,7 +635,7 @@ class Problem:
             ),
             directory,
             callback,
-            Bar(progress, self.steps, "optimize"),
+            IterationBar(progress, self.steps, "iteration"),
         )
 
     def __repr__(self) -> str:

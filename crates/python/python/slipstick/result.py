@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _slipstick
-from ._progress import Bar, Report
+from ._progress import IterationBar, Report
 from .errors import SlipstickWarning
 from .quantity import Quantity
 from .response import recorded
@@ -293,14 +293,14 @@ def _free(file: str | os.PathLike[str], overwrite: bool, extensions: tuple[str, 
     return path
 
 
-Record = Callable[[str, float], None]
+Record = Callable[[str, float, str], None]
 
 
 def run(
     start: Callable[[FilePath, Record | None, Report | None], _slipstick.Run],
     directory: str | os.PathLike[str] | None,
     callback: Callable[[Iteration], object] | None,
-    bar: Bar,
+    bar: IterationBar,
 ) -> Result:
     """Runs an optimization; finished iterations survive every exception."""
     temporary = directory is None
@@ -310,13 +310,16 @@ def run(
         else FilePath(directory)
     )
 
-    def record(text: str, seconds: float) -> None:
+    def record(text: str, seconds: float, outlook: str) -> None:
+        evaluated = json.loads(text)
+        bar.evaluated(evaluated, seconds, json.loads(outlook))
         if callback is not None:
-            callback(Iteration._of(json.loads(text), seconds))
+            callback(Iteration._of(evaluated, seconds))
 
     try:
         with bar:
-            result = Result(start(path, record if callback else None, bar.report), temporary)
+            recorded_by = record if callback or bar.shown else None
+            result = Result(start(path, recorded_by, bar.report), temporary)
     except BaseException as error:
         kept = _has_iterations(path)
         if temporary and not kept:
@@ -372,7 +375,7 @@ def resume(
     callback : callable, optional
         Called with an :class:`Iteration` after each evaluated design.
     progress : bool
-        Whether to show a progress bar.
+        Whether to show iterations and the remaining time.
 
     Returns
     -------
@@ -392,7 +395,7 @@ def resume(
     if iterations is not None and iterations < 1:
         raise ValueError(f"iterations is {iterations}: give 1 or more")
     # the number of load steps is not known before the case is read
-    bar = Bar(progress, 0, "resume")
+    bar = IterationBar(progress, 0, "iteration")
     return run(
         lambda path, record, report: _slipstick.resume(
             path, iterations, ["python", *sys.argv], responses, record, report

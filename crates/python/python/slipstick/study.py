@@ -79,6 +79,34 @@ class Study:
         index = pandas.Index(list(self.runs), name="run")
         return pandas.DataFrame([dict(run.numbers) for run in self.runs.values()], index=index)
 
+    def grid(self, name: str) -> pandas.DataFrame:
+        """The runs of a grid with their values and numbers, as in ``grid_NAME.csv`` (needs pandas).
+
+        Parameters
+        ----------
+        name : str
+            The name of the run with the grid.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each run, indexed by its name. Runs that have not finished have no numbers.
+
+        Raises
+        ------
+        ValueError
+            If no finished run belongs to a grid of this name.
+        """
+        import pandas
+
+        table = self.directory / f"grid_{name}.csv"
+        if not table.is_file():
+            grids = sorted(
+                file.stem.removeprefix("grid_") for file in self.directory.glob("grid_*.csv")
+            )
+            raise ValueError(f"there is no grid {name!r}; available: {', '.join(grids) or 'none'}")
+        return pandas.read_csv(table, index_col="run")
+
 
 def run_study(
     path: str | os.PathLike[str], *, only: Sequence[str] = (), quiet: bool = False
@@ -94,7 +122,7 @@ def run_study(
         A study file (TOML). The results are in a directory next to it, which has the name of the
         file without ``.toml``.
     only : sequence of str
-        Names of the runs to execute; by default all of them.
+        Names of the runs or grids to execute; by default all of them.
     quiet : bool
         Whether to suppress messages.
 

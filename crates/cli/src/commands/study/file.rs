@@ -6,6 +6,7 @@ use clap::Parser;
 use serde::Deserialize;
 
 use super::expected::Expectations;
+use super::grid::{Grid, Lists, expand};
 use crate::Outcome;
 use crate::args::Cli;
 use crate::failure::Failure;
@@ -46,6 +47,11 @@ pub struct Entry {
     /// Values to replace in it, after those of the study.
     #[serde(default)]
     pub set: Vec<String>,
+    /// Lists of values: there is a run for each combination.
+    #[serde(default)]
+    pub grid: Lists,
+    /// Numbers of a grid to print, by the names in its table.
+    pub tabulate: Option<Vec<String>>,
     /// An earlier run whose design is used.
     pub design: Option<String>,
     /// Further options of the command.
@@ -156,6 +162,8 @@ pub struct Study {
     pub results: PathBuf,
     /// Expected numbers.
     pub expected: Expectations,
+    /// The grids, whose runs are among those of the file.
+    pub grids: Vec<Grid>,
 }
 
 impl Study {
@@ -165,7 +173,7 @@ impl Study {
     /// # Errors
     /// [`Failure::Input`], with all errors.
     pub fn read(path: &Path) -> Outcome<Self> {
-        let file: StudyFile = toml::from_str(&text(path)?).map_err(|error| {
+        let mut file: StudyFile = toml::from_str(&text(path)?).map_err(|error| {
             Failure::input(format!("{}: {error}", path.display()), "docs/examples.md describes study files")
         })?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -175,8 +183,17 @@ impl Study {
             Some(name) => Expectations::read(&folder.join(name))?,
             None => Expectations::default(),
         };
-        let study = Self { file, folder, results, expected };
-        let wrong = study.wrong();
+        let (runs, grids, mut wrong) = expand(std::mem::take(&mut file.runs), &file.set, &folder);
+        file.runs = runs;
+        for chart in &mut file.charts {
+            let runs = |name: &String| match grids.iter().find(|grid| grid.name == *name) {
+                Some(grid) => grid.runs().cloned().collect(),
+                None => vec![name.clone()],
+            };
+            chart.of = chart.of.iter().flat_map(runs).collect();
+        }
+        let study = Self { file, folder, results, expected, grids };
+        wrong.extend(study.wrong());
         if wrong.is_empty() {
             return Ok(study);
         }
@@ -225,7 +242,8 @@ impl Study {
         }
         for (number, run) in runs.iter().enumerate() {
             let name = &run.name;
-            let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            let of_grid = self.grids.iter().any(|grid| grid.runs().any(|one| one == name));
+            let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-' || (of_grid && c == '.');
             if name.is_empty() || !name.chars().all(good) {
                 wrong.push(format!("run `{name}`: a name consists of letters, digits, `_` and `-`"));
             }
@@ -244,7 +262,11 @@ impl Study {
             }
         }
         for picture in &self.file.pictures {
-            if !runs.iter().any(|run| run.name == picture.of) {
+            if let Some(grid) = self.grids.iter().find(|grid| grid.name == picture.of) {
+                let runs = grid.runs().map(String::as_str).collect::<Vec<_>>().join(", ");
+                let file = picture.file.display();
+                wrong.push(format!("picture {file}: `{}` is a grid; name one of its runs: {runs}", grid.name));
+            } else if !runs.iter().any(|run| run.name == picture.of) {
                 wrong.push(format!("picture {}: no run is called `{}`", picture.file.display(), picture.of));
             }
             if let Err(reason) = command_line(&self.picture_line(picture)) {

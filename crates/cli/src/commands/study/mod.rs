@@ -7,6 +7,7 @@
 mod child;
 mod expected;
 mod file;
+mod grid;
 mod pictures;
 mod report;
 
@@ -51,12 +52,17 @@ struct Record {
 /// numbers are not as expected; [`Failure::Interrupted`].
 pub fn run(context: &Context, args: &Study) -> Outcome {
     let plan = Plan::read(&args.study)?;
-    let names = plan.file.runs.iter().map(|run| run.name.as_str());
+    let grids = plan.grids.iter().map(|grid| grid.name.as_str());
+    let names = grids.chain(plan.file.runs.iter().map(|run| run.name.as_str()));
     if let Some(unknown) = args.only.iter().find(|only| !names.clone().any(|name| name == *only)) {
         let known = names.collect::<Vec<_>>().join(", ");
         return Err(Failure::input(format!("no run is called `{unknown}`"), format!("available: {known}")));
     }
-    let asked = |name: &str| args.only.is_empty() || args.only.iter().any(|only| only == name);
+    let grid_of = |name: &str| plan.grids.iter().find(|grid| grid.runs().any(|run| run == name));
+    let asked = |name: &str| {
+        let named = |only: &String| only == name || grid_of(name).is_some_and(|grid| grid.name == *only);
+        args.only.is_empty() || args.only.iter().any(named)
+    };
     if args.plan {
         for run in plan.file.runs.iter().filter(|run| asked(&run.name)) {
             let state = if current(&plan, run).is_some_and(|record| record.finished) { "done" } else { "to do" };
@@ -186,6 +192,7 @@ fn write(plan: &Plan, run: &Entry, record: &Record) -> Outcome {
 fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
     let directory = plan.folder.join(&plan.results).join(&run.name);
     let mut numbers = Numbers::new();
+    let mut quantities = Numbers::new();
     let mut put = |name: String, value: &Value| {
         if let Some(value) = value.as_f64() {
             numbers.insert(name, value);
@@ -200,12 +207,17 @@ fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
             put(format!("{name}{suffix}"), &event[name]);
         }
         put("volume_fraction".into(), &event["volume_fraction"]);
+        let values = event["quantities"].as_object().into_iter().flatten();
+        quantities.extend(values.filter_map(|(name, value)| Some((format!("{name}{suffix}"), value.as_f64()?))));
         let worst = |of: &Value| of["check"]["worst"].as_f64();
         let worst = event["checks"].as_array().into_iter().flatten().filter_map(worst).reduce(f64::max);
         put("gradient_error".into(), &json!(worst));
     }
     if run.command == Word::Optimize {
         history(&directory).into_iter().for_each(|(name, value)| put(name, &json!(value)));
+    }
+    for (name, value) in quantities {
+        numbers.entry(name).or_insert(value);
     }
     numbers
 }

@@ -48,6 +48,9 @@ pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, N
     let mut text = vec![format!("# {}", if plan.file.title.is_empty() { "Study" } else { &plan.file.title })];
     text.extend(optimizations(context, found));
     text.extend(evaluations(context, found));
+    for grid in plan.grids.iter().filter(|grid| found.iter().any(|(run, ..)| grid.runs().any(|one| *one == run.name))) {
+        text.extend(super::grid::tabulate(context, grid, results, found)?);
+    }
     let rows = ratios.iter().map(|(ratio, value)| vec![format!("{}: {}", ratio.of.0, ratio.name()), digits(*value)]);
     text.extend(table(context, &["", "ratio"], &rows.collect::<Vec<_>>()));
     write_atomically(&results.join("tables.md"), |writer| writeln!(writer, "{}", text.join("\n")))?;
@@ -117,7 +120,7 @@ fn evaluations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<Strin
 }
 
 /// A Markdown table, which is also printed; `None` without rows.
-fn table(context: &Context, header: &[&str], rows: &[Vec<String>]) -> Vec<String> {
+pub fn table(context: &Context, header: &[&str], rows: &[Vec<String>]) -> Vec<String> {
     if rows.is_empty() {
         return Vec::new();
     }
