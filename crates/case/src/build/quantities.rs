@@ -8,15 +8,15 @@ use slipstick_design::quantity::{
     FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Quantity, QuantityError, Reaction, StrainEnergy,
     Stress, VectorMeasure, Volume,
 };
-use slipstick_design::response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
+use slipstick_design::response::{Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 use slipstick_mesh::Mesh;
 use slipstick_model::model::ContactModel;
 use slipstick_model::quantities::{column_names, external_work};
 
 use super::BuildError;
 use crate::case::{
-    self, Case, Combination, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, PressureWord, QuantityKind,
-    QuantityTerm, VectorComponent, VectorWord,
+    self, Case, Combination, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, NamedBound, PressureWord,
+    QuantityKind, QuantityTerm, VectorComponent, VectorWord,
 };
 
 /// What a case asks for: its quantities, and what it minimises and bounds.
@@ -389,49 +389,20 @@ impl Context<'_> {
 
     /// A constraint for every bound, every load step at which it holds, and every load case.
     fn constraints(&self, quantities: &[Arc<dyn Quantity>]) -> Result<Vec<Constraint>, BuildError> {
-        let steps = self.case.load_path.steps;
         let cases = self.case.load_case_names();
         let mut constraints: Vec<Constraint> = Vec::new();
-        for (number, constraint) in self.case.constraints.iter().enumerate() {
-            let bounds = [constraint.max.map(Bound::AtMost), constraint.min.map(Bound::AtLeast)];
-            let quantity = find(quantities, &constraint.quantity);
-            let observed: Vec<usize> = match quantity.depends_on_state() {
-                true => (1..=steps).filter(|&step| constraint.steps.contains(step, steps)).collect(),
-                false => vec![steps],
-            };
-            // a quantity that several tables bound needs names that tell its bounds apart
-            let others = self.case.constraints.iter().filter(|other| other.quantity == constraint.quantity);
-            let several = others.count() > 1;
-            for bound in bounds.into_iter().flatten() {
-                for case in 0..cases.len().max(1) {
-                    for &step in &observed {
-                        let mut name = constraint.quantity.clone();
-                        if several || constraint.max.is_some() && constraint.min.is_some() {
-                            name += if matches!(bound, Bound::AtMost(_)) { "_max" } else { "_min" };
-                        }
-                        if (several || observed.len() > 1) && quantity.depends_on_state() {
-                            name += &format!("_{step}");
-                        }
-                        if cases.len() > 1 && quantity.depends_on_state() {
-                            name += &format!("_{}", cases[case]);
-                        }
-                        if constraints.iter().any(|known| known.response.name() == name) {
-                            let message = format!("two bounds have the name `{name}` in `history.csv`");
-                            let help = "join bounds on the same steps, or rename the quantity";
-                            return Err(BuildError::new(format!("constraint[{number}]"), message, help));
-                        }
-                        let only = ObservedSteps::Only(vec![step]);
-                        let term = Term { quantity: quantity.clone(), steps: only, weight: 1.0 };
-                        let mut weights = vec![0.0; cases.len().max(1)];
-                        weights[case] = 1.0;
-                        let response = Response::new(name, vec![term], Reduction::Sum).in_load_cases(weights);
-                        constraints.push(Constraint { response, bound, corrected: constraint.corrected });
-                    }
-                    if !quantity.depends_on_state() {
-                        break;
-                    }
-                }
+        for NamedBound { name, constraint, quantity, bound, load_case, step, corrected } in self.case.bounds() {
+            if constraints.iter().any(|known| known.response.name() == name) {
+                let message = format!("two bounds have the name `{name}` in `history.csv`");
+                let help = "join bounds on the same steps, or rename the quantity";
+                return Err(BuildError::new(format!("constraint[{constraint}]"), message, help));
             }
+            let (quantity, steps) = (find(quantities, &quantity), ObservedSteps::Only(vec![step]));
+            let mut weights = vec![0.0; cases.len().max(1)];
+            weights[load_case] = 1.0;
+            let term = Term { quantity, steps, weight: 1.0 };
+            let response = Response::new(name, vec![term], Reduction::Sum).in_load_cases(weights);
+            constraints.push(Constraint { response, bound, corrected });
         }
         Ok(constraints)
     }

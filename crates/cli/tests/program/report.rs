@@ -166,6 +166,101 @@ fn the_page_shows_forces_and_material() {
     assert!(data(&place.read("case_gradient/report.html"))["results"].is_null());
 }
 
+/// The block is pressed by a force in two load cases, without friction: by equilibrium, the contact force equals the
+/// load, which rises in four equal steps.
+fn pressed() -> Place {
+    let place = Place::new();
+    let loads = "[[load_case]]\nname = \"light\"\n[[load_case]]\nname = \"heavy\"\n\
+                 [[load]]\nload_case = \"light\"\nsurface = \"block_ymax\"\nforce = [0, -40, 0]\n\
+                 [[load]]\nload_case = \"heavy\"\nsurface = \"block_ymax\"\nforce = [0, -80, 0]\n\
+                 [[quantity]]\nname = \"hold\"\ncontact_force = { slave = \"block_ymin\", component = \"y\" }\n\
+                 [[quantity]]\nname = \"amount\"\nvolume = { body = \"slab\" }\n\
+                 [[constraint]]\nquantity = \"hold\"\nmin = 50\nmax = 100\n\
+                 [[constraint]]\nquantity = \"amount\"\nmax = 1e4\n[load_path]";
+    let pressed = CASE
+        .replace(
+            "motion = [{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [0.2, -0.1, 0.05] }]",
+            "components = [\"x\", \"z\"]",
+        )
+        .replace("friction = 0.3", "friction = 0.0")
+        .replace("[load_path]", loads)
+        .replace("title", "units = { length = \"mm\", force = \"N\" }\ntitle");
+    place.write("case.toml", &pressed);
+    place
+}
+
+/// 40 misses 50 by 20 %. The slab has half of its volume of 8.
+#[test]
+fn the_page_shows_quantities_and_bounds() {
+    let place = pressed();
+    place.good("solve case.toml -q");
+    place.good("report case_solve");
+    let data = data(&place.read("case_solve/report.html"));
+    let table = &data["results"]["quantities"];
+    assert_eq!(
+        table["columns"],
+        serde_json::json!([
+            "quantity",
+            "load case",
+            "at its last step",
+            "smallest on the path",
+            "largest on the path",
+            "bound"
+        ])
+    );
+    assert_eq!(
+        table["rows"],
+        serde_json::json!([
+            [
+                "hold [N]",
+                "light",
+                "40",
+                "10 at step 1",
+                "40 at step 4",
+                "✓ ≤ 100; ✗ ≥ 50: violated by 20.00 % at step 4"
+            ],
+            ["hold [N]", "heavy", "80", "20 at step 5", "80 at step 8", "✓ ≤ 100; ✓ ≥ 50"],
+            ["amount [mm³]", "", "4", "", "", "✓ ≤ 10000"],
+        ])
+    );
+    // a run that does not bound anything has no such column, and one without quantities no table
+    place.write(
+        "case.toml",
+        &CASE.replace("[load_path]", "[[quantity]]\nname = \"work\"\nexternal_work = {}\n[load_path]"),
+    );
+    place.good("solve case.toml -q --force");
+    place.good("report case_solve");
+    let data = self::data(&place.read("case_solve/report.html"));
+    assert_eq!(data["results"]["quantities"]["columns"].as_array().map(Vec::len), Some(4));
+}
+
+/// Stores captions of charts with their bounds in its title, and the paths and labels of the curve.
+const BOUNDED: &str = r##"<script>
+const figures = [...document.querySelectorAll("figure")].map(figure => ({ caption: figure.querySelector("figcaption span").textContent, lines: figure.querySelectorAll("line.bound").length, text: [...figure.querySelectorAll("svg text")].map(text => text.textContent), paths: figure.querySelectorAll("path").length, gaps: [...figure.querySelectorAll("path")].map(path => path.getAttribute("d").match(/M/g).length) }));
+document.title = JSON.stringify(figures);
+</script></body>"##;
+
+/// Bounds are lines, load cases have names, and far bounds do not flatten the curves.
+#[test]
+fn a_browser_shows_bounds_and_load_cases() {
+    let place = pressed();
+    place.good("optimize case.toml -q --iterations 1");
+    let Some(figures) = tried(&place, "case", BOUNDED, "a_browser_shows_bounds_and_load_cases") else { return };
+    let figures = figures.as_array().expect("figures");
+    let find =
+        |caption: &str| figures.iter().find(|of| of["caption"].as_str().is_some_and(|text| text.starts_with(caption)));
+    let history = find("Constraint: hold ≥ 50 [N]: light heavy").expect("a chart");
+    assert_eq!((&history["lines"], &history["paths"]), (&1.into(), &2.into()), "{history}");
+    assert!(history["text"].as_array().expect("text").contains(&"≥ 50".into()));
+    let far = find("Constraint: amount ≤ 10000 [mm³], bound ≤ 10000 (off the chart)").expect("a chart");
+    assert_eq!(far["lines"], 0, "{far}");
+    let path = find("hold [N]").expect("a chart over the load path");
+    assert_eq!((&path["lines"], &path["gaps"]), (&2.into(), &serde_json::json!([2])), "{path}");
+    let texts = path["text"].as_array().expect("text");
+    assert!(["light", "heavy", "≤ 100", "≥ 50"].iter().all(|text| texts.contains(&(*text).into())), "{path}");
+    assert!(find("strain energy light heavy").is_some(), "{figures:#?}");
+}
+
 /// Messages distinguish singular and plural.
 #[test]
 fn counts_agree_with_their_nouns() {
@@ -355,8 +450,8 @@ fn a_browser_follows_a_run() {
 
 /// Counts the lines of the curve, and the points on the axis of the energies.
 const LINES: &str = r##"<script>
-const [curve_of, energies] = document.querySelectorAll("#quantities-charts svg");
-document.title = JSON.stringify([curve_of.querySelector("path").getAttribute("d").match(/M/g).length, energies.querySelectorAll("circle").length]);
+const [curve_of, energies] = document.querySelectorAll("#quantities-charts figure > svg");
+document.title = JSON.stringify([[...curve_of.querySelectorAll("path")].filter(path => path.getAttribute("d").startsWith("M")).length, energies.querySelectorAll("circle").length]);
 </script></body>"##;
 
 /// Evaluations with two coefficients of friction are two lines; the energies are those of the last,

@@ -11,13 +11,14 @@
 //! | model | coordinates in 32 bits; elements, of which the page computes skin and sections; of large meshes, elements of the designed bodies and the skin of the others |
 //! | designs | densities of the iterations that the run wrote, in steps of 1/255; derivatives in 16 bits |
 //! | steps | displacements, stresses and contact fields of the load steps, quantized to 16 bits over their range |
-//! | summary | objective, volume of material, resultants and peak pressures of the contact pairs |
+//! | summary | objective, volume of material, quantities of the case with their bounds, resultants and peak pressures of the contact pairs |
 //! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
 //!
 //! If the frames exceed a budget, some are left out at regular intervals, and a note says so.
 
 mod frames;
 mod model;
+mod named;
 mod pack;
 mod summary;
 mod tables;
@@ -35,6 +36,7 @@ use slipstick_results::run::{RunDirectory, RunError, RunRecord};
 
 use frames::Frames;
 use model::Model;
+use named::Bounded;
 use pack::base64;
 use summary::Summary;
 use tables::{Checked, NewtonSteps, Table};
@@ -93,6 +95,11 @@ struct Data {
     /// y.
     quantities: Option<Table>,
     curve: Option<[String; 2]>,
+    /// The quantities of the case among them, and the bounds on columns of the history.
+    named: Vec<Bounded>,
+    bounded: Vec<named::History>,
+    volume_fraction: Option<f64>,
+    load_cases: Vec<String>,
     verify: Option<Checked>,
     evaluate: Option<Table>,
     /// Names of the units of lengths, forces and tractions.
@@ -133,6 +140,10 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
         history,
         newton,
         curve: quantities.as_ref().and_then(|table| first_curve(case, table)),
+        named: named::on_path(case, quantities.as_ref()),
+        bounded: named::on_history(case),
+        volume_fraction: case.design.as_ref().and_then(|design| design.volume_fraction),
+        load_cases: case.load_case_names(),
         quantities,
         verify: tables::verify(run)?,
         evaluate: tables::optional(run, "evaluate.csv")?,

@@ -5,8 +5,10 @@ use serde_json::Value;
 use slipstick_mesh::Mesh;
 
 use super::MEASURES;
+use super::named;
 use super::tables::{self, Table};
 use slipstick_case::case::{Case, Dimension};
+use slipstick_model::optimize::FEASIBLE;
 use slipstick_model::words::{quantity, vector};
 use slipstick_results::run::{Comparison, RESPONSES, ResultRecord, RunDirectory, RunError, comparisons, load_density};
 
@@ -19,6 +21,9 @@ pub(super) struct Summary {
     objective: String,
     /// Unit of θ, as written after its name.
     unit: String,
+    /// Quantities of the case with their bounds, by load case.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quantities: Option<Table>,
     /// By load case and contact pair.
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<Table>,
@@ -61,7 +66,11 @@ impl Summary {
         {
             summary.rows.push(row);
         }
+        if let Some(violation) = last.and_then(|row| violated(history?, row)) {
+            summary.rows.push(["largest violation of a bound, relative to it".into(), quantity(violation)]);
+        }
         summary.rows.extend(measured(run, case)?);
+        summary.quantities = tables::quantities(run)?.and_then(|table| named::values(case, &table));
         summary.promise = promised(run, case)?;
         if let Some(table) = tables::optional(run, "contact.csv")? {
             summary.contact = contact(case, &table);
@@ -71,8 +80,14 @@ impl Summary {
 
     /// Whether there is anything to show.
     pub(super) fn is_empty(&self) -> bool {
-        self.rows.is_empty() && self.contact.is_none() && self.promise.is_none()
+        self.rows.is_empty() && self.quantities.is_none() && self.contact.is_none() && self.promise.is_none()
     }
+}
+
+/// The violation of a design, if it exceeds the tolerance of the optimizers.
+fn violated(history: &Table, row: &[Value]) -> Option<f64> {
+    let column = history.columns.iter().position(|name| name == "violation")?;
+    row.get(column)?.as_f64().filter(|violation| *violation > FEASIBLE)
 }
 
 /// The thinnest member and the narrowest gap, if they were measured.
@@ -139,7 +154,7 @@ fn own_objective(run: &RunDirectory) -> Result<Option<(String, String)>, RunErro
 }
 
 /// The name of a unit in the case, otherwise the dimension.
-fn in_unit(case: &Case, of: Dimension, dimension: &str) -> String {
+pub(super) fn in_unit(case: &Case, of: Dimension, dimension: &str) -> String {
     let name = case.units.bracket(of);
     if name.is_empty() { format!(" [{dimension}]") } else { name }
 }

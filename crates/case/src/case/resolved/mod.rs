@@ -5,6 +5,7 @@
 //! works: \[L\] length, \[F\] force.
 
 mod bodies;
+mod bounds;
 mod contact;
 mod design;
 mod load_case;
@@ -18,6 +19,7 @@ mod shaping;
 mod units;
 
 pub use bodies::*;
+pub use bounds::*;
 pub use contact::*;
 pub use design::*;
 pub use load_case::*;

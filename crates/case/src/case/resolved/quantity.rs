@@ -181,6 +181,11 @@ impl QuantityKind {
         }
     }
 
+    /// Whether it depends on the state, and not only on the densities.
+    pub fn depends_on_state(&self) -> bool {
+        !matches!(self, Self::Volume { .. } | Self::Mass { .. })
+    }
+
     /// The dimension of its values.
     pub fn dimension(&self) -> Dimension {
         match self {

@@ -20,13 +20,29 @@ function ticks(low, high, count) {
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) all.push(k * step);
   return all;
 }
-// series: [{ name, values }]; x: their abscissae; `bars` draws columns from zero.
-function chart(title, x, series, { bars = false, zero = false, xname = "iteration" } = {}) {
+// Bounds [{ value, text }] that a chart of values from `low` to `high` shows as lines, which may extend the range to
+// five times its size; the others are only named.
+function boundsNear(bounds, low, high) {
+  const size = Math.max(high - low, 0.1 * Math.max(Math.abs(low), Math.abs(high)));
+  return bounds.filter(({ value }) => size === 0 || Math.max(high, value) - Math.min(low, value) <= 5 * size);
+}
+function boundLines(svg, bounds, [left, right], py) {
+  for (const { value, text } of bounds) {
+    svg.append(make("line", { class: "bound", x1: left, x2: right, y1: py(value), y2: py(value) }));
+    svg.append(make("text", { class: "bound", x: right - 2, y: py(value) - 3, "text-anchor": "end" }, text));
+  }
+}
+const boundWords = (all, near) => all.length ? `, bound ${all.map(b => near.includes(b) ? b.text : `${b.text} (off the chart)`).join(", ")}` : "";
+// series: [{ name, values }]; x: their abscissae; `bars` draws columns from zero. `parts` are ranges of x with names:
+// [{ name, from }].
+function chart(title, x, series, { bars = false, zero = false, xname = "iteration", bounds = [], parts = [] } = {}) {
   const shown = series.filter(s => s.values.some(v => v !== null));
   if (x.length === 0 || shown.length === 0) return null;
-  const [width, height, left, right, top, bottom] = [420, 210, 56, 10, 10, 30];
+  const [width, height, left, right, top, bottom] = [420, 210, 56, 10, parts.length ? 22 : 10, 30];
   const values = shown.flatMap(s => s.values.filter(v => v !== null));
   let low = Math.min(...values), high = Math.max(...values);
+  const near = boundsNear(bounds, low, high);
+  low = Math.min(low, ...near.map(b => b.value)); high = Math.max(high, ...near.map(b => b.value));
   if (zero || bars) { low = Math.min(low, 0); high = Math.max(high, 0); }
   if (high - low < 1e-12 * Math.max(Math.abs(low), Math.abs(high), 1e-300)) { const pad = Math.abs(high) * 0.1 || 1; low -= pad; high += pad; }
   const pad = (high - low) * 0.05;
@@ -37,7 +53,7 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
   const py = v => height - bottom - (height - top - bottom) * (v - low) / (high - low);
   const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img" });
   const spoken = shown.map(s => `${s.name} from ${digits(s.values[0])} to ${digits(s.values[s.values.length - 1])}`).join("; ");
-  svg.setAttribute("aria-label", `${title}: ${spoken}`);
+  svg.setAttribute("aria-label", `${title}: ${spoken}${boundWords(bounds, near)}`);
   for (const t of ticks(low, high, 4)) {
     svg.append(make("line", { class: "axis", x1: left, x2: width - right, y1: py(t), y2: py(t) }));
     svg.append(make("text", { x: left - 6, y: py(t) + 4, "text-anchor": "end" }, digits(t, 3)));
@@ -46,6 +62,11 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
     svg.append(make("text", { x: px(t), y: height - bottom + 15, "text-anchor": "middle" }, digits(t)));
   }
   svg.append(make("text", { x: width - right, y: height - 2, "text-anchor": "end" }, xname));
+  parts.forEach(({ name, from }, k) => {
+    if (k) svg.append(make("line", { class: "axis", x1: px(from), x2: px(from), y1: top - 12, y2: height - bottom }));
+    svg.append(make("text", { x: px(Math.max(from, first)) + 3, y: top - 6 }, name));
+  });
+  boundLines(svg, near, [left, width - right], py);
   shown.forEach((s, k) => {
     const colour = `var(--c${k % 3})`;
     if (bars) {
@@ -54,11 +75,11 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
       return;
     }
     let d = "", pen = "M";
-    s.values.forEach((v, i) => { if (v === null) { pen = "M"; } else { d += `${pen}${px(x[i]).toFixed(1)} ${py(v).toFixed(1)}`; pen = "L"; } });
-    svg.append(make("path", { d, fill: "none", stroke: colour, "stroke-width": 1.8, "stroke-linejoin": "round" }));
+    s.values.forEach((v, i) => { if (parts.some(({ from }) => i && x[i - 1] < from && x[i] > from)) pen = "M"; if (v === null) { pen = "M"; } else { d += `${pen}${px(x[i]).toFixed(1)} ${py(v).toFixed(1)}`; pen = "L"; } });
+    svg.append(make("path", { d, fill: "none", stroke: colour, "stroke-width": 1.8, "stroke-linejoin": "round", "stroke-dasharray": DASHES[Math.floor(k / 3) % 3] }));
     if (x.length <= 40) s.values.forEach((v, i) => { if (v !== null) svg.append(make("circle", { cx: px(x[i]), cy: py(v), r: 2.4, fill: colour })); });
   });
-  const caption = make("span", {}, title), at = make("span", { class: "at" });
+  const far = bounds.filter(b => !near.includes(b)), caption = make("span", {}, title.replace(/:$/, "") + boundWords(far, []) + (shown.length > 1 ? ":" : "")), at = make("span", { class: "at" });
   if (shown.length > 1) shown.forEach((s, k) => caption.append(" ", make("span", { style: `color: var(--c${k % 3})` }, s.name)));
   const cursor = make("line", { class: "cursor", y1: top, y2: height - bottom, visibility: "hidden" });
   svg.append(cursor);
@@ -75,8 +96,9 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
   svg.addEventListener("pointerleave", () => { at.textContent = ""; cursor.setAttribute("visibility", "hidden"); });
   return make("figure", {}, make("figcaption", {}, caption, at), svg);
 }
-// One quantity over another, which need not be ascending: a line for each run of equal `paths`.
-function curve(title, x, y, xname, paths) {
+const DASHES = ["", "7 3", "2 3"];
+// One quantity over another, which need not be ascending: a line for each run of equal `paths`, the names of lines.
+function curve(title, x, y, xname, paths, bounds = []) {
   const points = x.map((v, i) => [v, y[i], paths[i]]).filter(([a, b]) => a !== null && b !== null);
   if (points.length < 2) return null;
   const [width, height, left, right, top, bottom] = [420, 210, 56, 14, 10, 30];
@@ -86,24 +108,33 @@ function curve(title, x, y, xname, paths) {
     const pad = (high - low) * 0.05;
     return [low - pad, high + pad];
   };
-  const [x0, x1] = range(points.map(p => p[0])), [y0, y1] = range(points.map(p => p[1]));
+  const up = points.map(p => p[1]), near = boundsNear(bounds, Math.min(...up), Math.max(...up)), far = bounds.filter(b => !near.includes(b));
+  const [x0, x1] = range(points.map(p => p[0])), [y0, y1] = range([...up, ...near.map(b => b.value)]);
   const px = v => left + (width - left - right) * (v - x0) / (x1 - x0), py = v => height - bottom - (height - top - bottom) * (v - y0) / (y1 - y0);
-  const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${title} over ${xname}, ${points.length} points` });
+  const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${title} over ${xname}, ${points.length} points${boundWords(bounds, near)}` });
   for (const t of ticks(y0, y1, 4).filter(t => t >= y0 && t <= y1)) {
     svg.append(make("line", { class: "axis", x1: left, x2: width - right, y1: py(t), y2: py(t) }));
     svg.append(make("text", { x: left - 6, y: py(t) + 4, "text-anchor": "end" }, digits(t, 3)));
   }
   for (const t of ticks(x0, x1, 5).filter(t => t >= x0 && t <= x1)) svg.append(make("text", { x: px(t), y: height - bottom + 15, "text-anchor": "middle" }, digits(t, 3)));
   svg.append(make("text", { x: width - right, y: height - 2, "text-anchor": "end" }, xname));
-  const d = points.map(([a, b, path], i) => `${i && path === points[i - 1][2] ? "L" : "M"}${px(a).toFixed(1)} ${py(b).toFixed(1)}`).join("");
-  svg.append(make("path", { d, fill: "none", stroke: "var(--c0)", "stroke-width": 1.8, "stroke-linejoin": "round" }));
-  const at = make("span", { class: "at" });
-  points.forEach(([a, b]) => {
-    const dot = make("circle", { cx: px(a), cy: py(b), r: 3, fill: "var(--c0)" });
-    dot.addEventListener("pointerenter", () => { at.textContent = `${xname} ${digits(a)}: ${digits(b)}`; });
-    svg.append(dot);
+  boundLines(svg, near, [left, width - right], py);
+  const at = make("span", { class: "at" }), caption = make("span", {}, title + boundWords(far, [])), named = [...new Set(points.map(p => p[2]))];
+  named.forEach((name, k) => {
+    const own = points.filter(p => p[2] === name), colour = `var(--c${k % 3})`, dash = DASHES[Math.floor(k / 3) % 3];
+    const d = own.map(([a, b], i) => `${i ? "L" : "M"}${px(a).toFixed(1)} ${py(b).toFixed(1)}`).join("");
+    svg.append(make("path", { d, fill: "none", stroke: colour, "stroke-width": 1.8, "stroke-linejoin": "round", "stroke-dasharray": dash }));
+    own.forEach(([a, b]) => {
+      const dot = make("circle", { cx: px(a), cy: py(b), r: 3, fill: colour });
+      dot.addEventListener("pointerenter", () => { at.textContent = `${name ? `${name}, ` : ""}${xname} ${digits(a)}: ${digits(b)}`; });
+      svg.append(dot);
+    });
+    if (named.length === 1 && !name) return;
+    const sample = make("svg", { viewBox: "0 0 18 8", class: "sample", "aria-hidden": "true" });
+    sample.append(make("line", { x1: 0, x2: 18, y1: 5, y2: 5, stroke: colour, "stroke-width": 2, "stroke-dasharray": dash }));
+    caption.append(" ", sample, make("span", { style: `color: ${colour}` }, name));
   });
-  return make("figure", {}, make("figcaption", {}, make("span", {}, title), at), svg);
+  return make("figure", {}, make("figcaption", {}, caption, at), svg);
 }
 function table(columns, rows, kind = "") {
   const body = rows.map(row => make("tr", {}, ...row.map(cell => make("td", {}, digits(cell, 5)))));

@@ -18,6 +18,7 @@ function texts() {
       show("promise");
       element("promise-table").append(table(r.promise.columns, r.promise.rows, "wide"));
     }
+    if (r.quantities) element("quantity-table").append(table(r.quantities.columns, r.quantities.rows, "wide"));
     if (r.contact) {
       element("contact-table").append(table(r.contact.columns, r.contact.rows, "wide"));
       element("results-help").textContent = "A resultant is the vector sum of all contact forces of a pair on the meshed part, friction included. A peak pressure is the value at a single node; at edges and corners it depends on the mesh. contact.csv lists all load steps.";
@@ -43,8 +44,10 @@ function curves() {
     curve(`Objective θ (minimised)${r ? r.unit : ""}`, parts.length ? parts : ["objective"]);
     if (parts.length) curve("Shares of the largest:", parts.map(name => `multiplier_${name}`), { zero: true });
     if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ is ${r.objective}.`; }
-    curve("Volume fraction", ["volume_fraction"]);
-    functions.filter(name => !parts.includes(name)).forEach(name => curve(`Constraint: ${name.replaceAll("_", " ")}`, [name]));
+    const limit = data.volume_fraction;
+    curve("Volume fraction", ["volume_fraction"], { bounds: limit === null ? [] : [{ value: limit, text: `≤ ${digits(limit)}` }] });
+    const known = new Set(data.bounded.flatMap(of => bounded(of, h, column, x)));
+    functions.filter(name => !parts.includes(name) && !known.has(name)).forEach(name => curve(`Constraint: ${name.replaceAll("_", " ")}`, [name]));
     if (column("violation").some(v => v > 0)) curve("Largest violation, relative to its bound", ["violation"], { zero: true });
     curve("Discreteness: 0 solid and void, 1 grey", ["discreteness"], { zero: true });
     curve("Largest change of a density", ["change"], { zero: true });
@@ -57,9 +60,10 @@ function curves() {
   const p = data.newton;
   if (p && p.step.length) {
     show("path");
+    const cases = loadCases(data.quantities && data.quantities.rows);
     const put = figure => { if (figure) element("path-charts").append(figure); };
-    put(chart(`Newton iterations${p.what}`, p.step, [{ name: "Newton iterations", values: p.iterations }], { bars: true, xname: "load step" }));
-    put(chart("Slave nodes:", p.step, ["open", "stick", "slip"].map(name => ({ name, values: p[name] })), { zero: true, xname: "load step" }));
+    put(chart(`Newton iterations${p.what}`, p.step, [{ name: "Newton iterations", values: p.iterations }], { bars: true, xname: "load step", parts: cases }));
+    put(chart("Slave nodes:", p.step, ["open", "stick", "slip"].map(name => ({ name, values: p[name] })), { zero: true, xname: "load step", parts: cases }));
     if (p.failed.some(v => v > 0)) put(chart("Failed attempts", p.step, [{ name: "failed attempts", values: p.failed }], { bars: true, xname: "load step" }));
   }
   quantities();
@@ -70,12 +74,33 @@ function curves() {
   }
   if (data.evaluate) { show("evaluate"); element("evaluate-table").append(table(data.evaluate.columns.map(name => name.replaceAll("_", " ")), data.evaluate.rows)); }
 }
+// A chart of a bound: a line for each load case, of the worst step where there are several, and of the extreme itself
+// where a smooth value is on the unsafe side. Returns the columns that it shows.
+function bounded({ quantity, unit, bound, least, cases }, h, column, x) {
+  const shown = cases.flatMap(([, names]) => names).filter(name => h.columns.includes(name));
+  if (!shown.length) return [];
+  const worst = names => x.map((_, i) => { const all = names.map(name => column(name)[i]).filter(v => typeof v === "number"); return all.length ? (least ? Math.min(...all) : Math.max(...all)) : null; });
+  const extremes = names => names.map(name => `${name}_extreme`).filter(name => h.columns.includes(name)), title = quantity.replaceAll("_", " ");
+  const [single, several] = [cases.length === 1, cases.some(([, names]) => names.length > 1)];
+  const series = cases.map(([name, names]) => ({ name: single ? title : name, values: worst(single ? names : [...names, ...extremes(names)]) }));
+  if (single && extremes(shown).length) series.push({ name: "the extreme itself", values: worst(extremes(shown)) });
+  const figure = chart(`Constraint${series.length > 1 && single ? "" : `: ${title}`} ${bound.text}${unit}${several ? ", worst load step" : ""}`, x, series, { bounds: [bound] });
+  if (figure) element("history-charts").append(figure);
+  return shown;
+}
+// Names of the load cases, and the load step before each.
+function loadCases(rows) {
+  const q = data.quantities;
+  if (!rows || !data.load_cases.length) return [];
+  const [step, number] = ["step", "load_case"].map(name => q.columns.indexOf(name));
+  return data.load_cases.map((name, k) => ({ name, from: Math.min(...rows.filter(row => row[number] === k).map(row => row[step])) })).filter(part => Number.isFinite(part.from)).map((part, k) => k ? { ...part, from: part.from - 0.5 } : part);
+}
 // Any quantity over any other, at the load steps of the newest design.
 function quantities() {
   const q = data.quantities;
   if (!q || q.rows.length < 2) return;
   show("quantities");
-  element("quantities-help").textContent = "At each load step of the newest design, with a line for each load case and, after evaluate, each coefficient of friction; units and meanings are those of quantities.csv. Choose what to plot against what.";
+  element("quantities-help").textContent = "At each load step of the newest design, with a line for each load case and, after evaluate, each coefficient of friction, and dashed lines for bounds; units and meanings are those of quantities.csv. Choose what to plot against what.";
   const names = q.columns.filter(name => name !== "load_case" && name !== "friction"), pick = (label, chosen) => {
     const select = make("select", { "aria-label": label }, ...names.map(name => make("option", { value: name }, name.replaceAll("_", " "))));
     select.value = chosen;
@@ -85,13 +110,16 @@ function quantities() {
   const [x, y] = data.curve || ["time", names[names.length - 1]];
   const known = ([x, y]) => names.includes(x) && names.includes(y), chosen = kept.curve && known(kept.curve) ? kept.curve : [x, y];
   const across = pick("x", chosen[0]), up = pick("y", chosen[1]), at = (row, name) => row[q.columns.indexOf(name)];
-  const column = (name, rows = q.rows) => rows.map(row => at(row, name)), paths = q.rows.map(row => `${at(row, "friction")} ${at(row, "load_case")}`);
+  const column = (name, rows = q.rows) => rows.map(row => at(row, name)), named = row => [q.columns.includes("friction") ? `friction ${digits(at(row, "friction"))}` : "", data.load_cases[at(row, "load_case")] || ""].filter(text => text).join(", ");
+  const paths = q.rows.map(named), own = name => data.named.find(of => of.name === name) || { name, unit: "", bounds: [] };
   // evaluations with several coefficients of friction repeat the steps
   const newest = q.rows.filter(row => at(row, "friction") === at(q.rows[q.rows.length - 1], "friction"));
   const draw = () => {
-    const figure = curve(up.value.replaceAll("_", " "), column(across.value), column(up.value), across.value.replaceAll("_", " "), paths);
-    const others = q.columns.includes("external_work") ? chart("Energy:", column("step", newest), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name, newest) })), { zero: true, xname: "load step" }) : null;
-    element("quantities-charts").replaceChildren(...[figure, others].filter(f => f));
+    const title = name => name.replaceAll("_", " ") + own(name).unit, parts = loadCases(newest);
+    const figure = curve(title(up.value), column(across.value), column(up.value), across.value.replaceAll("_", " "), paths, own(up.value).bounds);
+    const others = q.columns.includes("external_work") ? chart("Energy:", column("step", newest), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name, newest) })), { zero: true, xname: "load step", parts }) : null;
+    const each = data.named.map(of => chart(title(of.name), column("step", newest), [{ name: of.name, values: column(of.name, newest) }], { xname: "load step", bounds: of.bounds, parts }));
+    element("quantities-charts").replaceChildren(...[figure, others, ...each].filter(f => f));
   };
   keeping.curve = () => [across.value, up.value];
   [across, up].forEach(select => select.addEventListener("change", draw));
