@@ -136,6 +136,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         let path = format!("load_case[{number}].modulus_factor");
         BuildError::new(path, error, "choose factors that keep the moduli positive")
     })?;
+    let cases = cases.named(case.load_case_names());
     let analysis = Analysis {
         design,
         workspace: Workspace::default(),

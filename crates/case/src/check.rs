@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use crate::build::Problem;
 use crate::build::symmetry::mirrored;
-use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
+use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, LoadCase, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use slipstick_contact::friction::Status;
@@ -25,6 +25,7 @@ use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_linalg::{Automatic, SchwarzSolver};
 use slipstick_mesh::{Element, Mesh};
 use slipstick_model::analysis::Analysis;
+use slipstick_model::model::{NodalContact, course};
 use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
 use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
@@ -126,6 +127,9 @@ pub struct ContactSummary {
     pub smallest_gap: Option<f64>,
     /// Node of the smallest gap.
     pub at_node: Option<u32>,
+    /// The same for each load case, if the bodies start elsewhere in any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub load_cases: Vec<StartGap>,
     /// Search distance along the slave normal. \[L\]
     pub reach: f64,
     /// What `adjust` has removed.
@@ -133,6 +137,17 @@ pub struct ContactSummary {
     pub adjusted: Option<Adjustment>,
     /// The surfaces for which the facets of slave and master stand; none for tied pairs.
     pub surfaces: [Vec<SurfacePart>; 2],
+}
+
+/// How far apart the surfaces of a contact pair are at the start of a load case.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StartGap {
+    /// The load case.
+    pub load_case: String,
+    /// As [`ContactSummary::smallest_gap`].
+    pub smallest_gap: Option<f64>,
+    /// Node of the smallest gap.
+    pub at_node: Option<u32>,
 }
 
 /// The result of a check.
@@ -470,6 +485,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
     }));
     let mut start = 0;
     let mut summaries = Vec::new();
+    let by_case = gaps_of_load_cases(case, problem)?;
     let moves = crate::build::ties::moves(case).unwrap_or_default();
     let mirrored = mirrored(case, &problem.mesh).unwrap_or_else(|_| vec![[false; 3]; problem.mesh.nodes.len()]);
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
@@ -477,7 +493,12 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
         let count = interface.slave_nodes().len();
         let nodes = &found[start..start + count];
         start += count;
-        let closest = nodes.iter().filter_map(|n| n.gap.map(|g| (g, n.node))).min_by(|a, b| a.0.total_cmp(&b.0));
+        let closest = closest_of(nodes);
+        let start_gap = |(name, found): &(String, Vec<NodalContact>)| {
+            let closest = closest_of(&found[start - count..start]);
+            StartGap { load_case: name.clone(), smallest_gap: closest.map(|c| c.0), at_node: closest.map(|c| c.1) }
+        };
+        let load_cases = by_case.iter().map(start_gap).collect();
         let size = interface
             .slave_facets()
             .iter()
@@ -553,12 +574,33 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             },
             smallest_gap: closest.map(|c| c.0),
             at_node: closest.map(|c| c.1),
+            load_cases,
             reach: interface.reach(),
             adjusted: adjusted::adjustment(contact, model, nodes),
             surfaces: recognised::parts(case, contact, interface, &problem.mesh, &mirrored),
         });
     }
     Ok(summaries)
+}
+
+/// The smallest gap of some slave nodes, and its node.
+fn closest_of(nodes: &[NodalContact]) -> Option<(f64, u32)> {
+    nodes.iter().filter_map(|n| n.gap.map(|gap| (gap, n.node))).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The contact nodes at the start of each load case, if bodies start elsewhere in any.
+fn gaps_of_load_cases(case: &Case, problem: &Problem) -> Result<Vec<(String, Vec<NodalContact>)>, StateError> {
+    let moved = |of: &LoadCase| of.bodies.iter().any(|body| body.offset.is_some() || body.rotation.is_some());
+    if !case.load_cases.iter().any(moved) {
+        return Ok(Vec::new());
+    }
+    let of = |(number, load_case): (usize, &LoadCase)| {
+        let time = course::start(number);
+        let design = problem.analysis.design_at(time);
+        let rest = design.model().rest();
+        Ok((load_case.name.clone(), design.contact_results(&rest, &rest, time)?.nodes))
+    };
+    case.load_cases.iter().enumerate().map(of).collect()
 }
 
 /// Whether a part of the master lies opposite a slave node of a tie.

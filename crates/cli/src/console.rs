@@ -126,10 +126,10 @@ impl Console {
     }
 
     /// Prints a likely mistake in a path.
-    pub fn notice(&self, notice: Option<ForwardNotice>) {
+    pub fn notice(&self, notice: Option<&ForwardNotice>) {
         let Some(notice) = notice else { return };
         let help = "check the motions, the gaps (`slipstick check`) and the steps of the objective";
-        self.event("warning", json!({ "code": notice, "message": notice.to_string(), "help": help }));
+        self.event("warning", json!({ "code": notice.code(), "message": notice.to_string(), "help": help }));
         if !self.json && !self.quiet {
             self.suspended(|| complain(&format!("warning: {notice}\n    help: {help}\n")));
         }

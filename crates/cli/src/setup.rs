@@ -64,8 +64,24 @@ pub fn read(file: &CaseFile) -> Outcome<Resolved> {
 /// [`Failure::Case`], [`Failure::Input`]. The former includes a case that is too large for the
 /// machine's memory.
 pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome<(Setup, Problem)> {
-    let resolved = read(file)?;
+    prepare_for(context, file, sections, None)
+}
+
+/// As [`prepare`], for a number of iterations other than that of the case.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_for(
+    context: &Context,
+    file: &CaseFile,
+    sections: &[&str],
+    iterations: Option<usize>,
+) -> Outcome<(Setup, Problem)> {
+    let mut resolved = read(file)?;
     resolved.require(sections)?;
+    if let Some(iterations) = iterations {
+        resolved.expect_iterations(iterations);
+    }
     let (setup, problem) = look(context, &file.case, resolved)?;
     match setup.too_large(Severity::Error, sections.contains(&"objective")) {
         Some(diagnostic) => Err(Failure::Case(vec![diagnostic])),

@@ -79,6 +79,21 @@ impl Schedule {
         self.all().iter().map(|steps| steps.end()).fold(0, usize::max)
     }
 
+    /// The names of those whose last entry no update follows, with its iteration: after the last
+    /// update, one more design is evaluated.
+    pub fn late(&self, iterations: usize) -> Vec<(&'static str, usize)> {
+        let Self { sharpness, p, move_limit, filter_radius, volume_fraction } = self;
+        let all = [
+            ("sharpness", sharpness),
+            ("p", p),
+            ("move_limit", move_limit),
+            ("filter_radius", filter_radius),
+            ("volume_fraction", volume_fraction),
+        ];
+        let last = all.into_iter().filter_map(|(key, steps)| Some((key, steps.entries().last()?.0)));
+        last.filter(|&(_, last)| last >= iterations).collect()
+    }
+
     /// Whether nothing changes.
     pub fn is_empty(&self) -> bool {
         self.all().iter().all(|steps| steps.is_empty())

@@ -3,12 +3,14 @@
 mod chain;
 mod load_cases;
 mod pairs;
+mod repeated;
 mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
 pub(crate) use chain::{PreviousData, StateData, steps_of};
 pub use load_cases::{Designs, LoadCases};
 pub use pairs::{PairResult, pair_results};
+use repeated::Repeated;
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;
 use slipstick_design::quantity::{
@@ -61,8 +63,7 @@ pub struct Gradients {
 }
 
 /// A likely mistake in the case that only a complete path reveals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, thiserror::Error)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ForwardNotice {
     /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or only
     /// round-off.
@@ -71,6 +72,32 @@ pub enum ForwardNotice {
     /// No slave node is in contact at the steps that the objective observes.
     #[error("contact is open at every step that the objective observes: its value and gradient are 0, or round-off")]
     ContactOpenWhereObserved,
+    /// Contact closes in some load cases, but never in these.
+    #[error("contact never closes in {}: it adds nothing to contact forces and their derivatives", in_words(.0))]
+    ContactNeverClosesIn(Vec<String>),
+}
+
+impl ForwardNotice {
+    /// Its name for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::ContactNeverCloses => "contact_never_closes",
+            Self::ContactOpenWhereObserved => "contact_open_where_observed",
+            Self::ContactNeverClosesIn(_) => "contact_never_closes_in_load_case",
+        }
+    }
+}
+
+impl serde::Serialize for ForwardNotice {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.code())
+    }
+}
+
+/// The load cases that a message names.
+fn in_words(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    format!("load {} {}", if names.len() == 1 { "case" } else { "cases" }, quoted.join(", "))
 }
 
 /// Why an analysis failed.
@@ -376,13 +403,13 @@ impl Analysis {
         let constraints = parts.split_off(parts.len() - self.constraints.len());
         let value = parts.get(largest(&parts)).copied().unwrap_or(0.0);
         let notice = self.notice(&path);
-        let rounding = if path.steps == steps { self.rounding(value, notice) } else { None };
+        let rounding = if path.steps == steps { self.rounding(value, notice.as_ref()) } else { None };
         let density = density.clone();
         Ok(Forward { density, path, step_values, value, parts, constraints, extremes, quantities, notice, rounding })
     }
 
-    /// A notice if contact never closes, or is open at all steps that the objective observes;
-    /// `None` also for an incomplete path.
+    /// A notice if contact never closes, also in one load case of several, or is open at all steps
+    /// that the objective observes; `None` also for an incomplete path.
     fn notice(&self, path: &Path) -> Option<ForwardNotice> {
         let steps = self.times.len();
         if path.steps < steps || self.model().interfaces().is_empty() {
@@ -394,9 +421,16 @@ impl Analysis {
         }
         // others may be nonzero with open contact, and sums over the path come from earlier steps
         let at_steps = |of: &&Response| of.needs_contact() && !of.accumulates();
-        let objective = self.objective.as_ref().filter(at_steps)?;
-        let mut observed = path.completed().filter(|(step, _)| objective.observes(*step, steps));
-        (!observed.any(|(_, state)| closed(state))).then_some(ForwardNotice::ContactOpenWhereObserved)
+        if let Some(objective) = self.objective.as_ref().filter(at_steps) {
+            let mut observed = path.completed().filter(|(step, _)| objective.observes(*step, steps));
+            if !observed.any(|(_, state)| closed(state)) {
+                return Some(ForwardNotice::ContactOpenWhereObserved);
+            }
+        }
+        let never = self.cases.names().iter().zip(path.load_cases());
+        let never = never.filter(|(_, states)| !path.states[states.clone()].iter().any(closed));
+        let never: Vec<String> = never.map(|(name, _)| name.clone()).collect();
+        (!never.is_empty()).then_some(ForwardNotice::ContactNeverClosesIn(never))
     }
 
     /// dθ/dφ of every element, the density part of [`gradients`](Self::gradients).
@@ -504,8 +538,10 @@ impl Analysis {
             self.set_density(&forward.density);
         }
         let options = SweepOptions { parameters, ..self.sweep };
-        let responses: Vec<&Response> = responses.iter().collect();
-        Ok(self.sweep_all(&forward.path, &responses, slopes, &options)?)
+        let repeated = Repeated::new(responses, slopes);
+        let swept: Vec<&Response> = repeated.once().map(|r| &responses[r]).collect();
+        let slopes: Vec<Vec<Vec<f64>>> = repeated.once().map(|r| slopes[r].clone()).collect();
+        Ok(repeated.gradients(&self.sweep_all(&forward.path, &swept, &slopes, &options)?))
     }
 }
 

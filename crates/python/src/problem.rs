@@ -257,7 +257,7 @@ impl Problem {
             }
             let forward = forward?;
             let value = self.has_objective().then_some(forward.value);
-            let notice = noticed(forward.notice.map(|notice| notice.to_string()), &found);
+            let notice = noticed(forward.notice.as_ref().map(ToString::to_string), &found);
             Ok((Path::new(self.built.clone(), used, forward.path, value), notice))
         })
     }
@@ -583,7 +583,7 @@ fn no_objective() -> Error {
 
 /// Notices about the value of a path.
 fn notice(forward: &Forward) -> Option<String> {
-    let rounding = forward.rounding.map(|rounding| format!("{rounding}; so are its derivatives"));
+    let rounding = forward.rounding.as_ref().map(|rounding| format!("{rounding}; so are its derivatives"));
     rounding.or_else(|| forward.notice.as_ref().map(ForwardNotice::to_string))
 }
 

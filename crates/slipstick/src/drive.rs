@@ -260,7 +260,7 @@ pub fn drive(
             let costly = record.failed_iterations > record.newton_iterations;
             let crushed = costly.then(|| optimization.problem.crushed_void(&forward.density, failed.iter())).flatten();
             let loose = optimization.problem.loose_pieces(&forward.density);
-            observer.evaluated(&DesignEvaluated { record, notice: forward.notice, crushed, loose, seconds });
+            observer.evaluated(&DesignEvaluated { record, notice: forward.notice.clone(), crushed, loose, seconds });
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(optimization, seconds)?;

@@ -58,6 +58,19 @@ pub struct Resolved {
 }
 
 impl Resolved {
+    /// Warns about entries of the schedule that come too late for this number of iterations, instead
+    /// of that of the case.
+    pub fn expect_iterations(&mut self, iterations: usize) {
+        self.warnings.retain(|warning| warning.code() != CaseCode::LateSchedule);
+        let schedule = self.case.optimizer.as_ref().map(|optimizer| &optimizer.schedule);
+        for (key, last) in schedule.map(|schedule| schedule.late(iterations)).unwrap_or_default() {
+            let (message, help) = read::late(last, iterations);
+            let path = format!("optimizer.schedule.{key}");
+            let warning = self.source_map.diagnostic(Severity::Warning, &path, CaseCode::LateSchedule, message, help);
+            self.warnings.push(warning);
+        }
+    }
+
     /// Checks that the sections that a command needs are present, by name: `design`, `objective`,
     /// `optimizer`, `contact`, `dirichlet`.
     ///

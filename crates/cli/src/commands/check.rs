@@ -3,7 +3,7 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
-use slipstick::check::{Inspection, SurfaceKind, SurfacePart, SurfaceSummary};
+use slipstick::check::{Inspection, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
 
 use super::{bytes, digits};
@@ -196,17 +196,26 @@ fn columns<'a>(setup: &Setup, all: &'a [&'a str]) -> &'a [&'a str] {
 }
 
 fn contacts(setup: &Setup) -> Vec<String> {
+    let shown = |gap: Option<f64>, node: Option<u32>| match (gap, node) {
+        (Some(gap), Some(node)) => format!("{:.3e} at node {node}", gap + 0.0),
+        _ => "no node faces it".into(),
+    };
     let rows: Vec<_> = setup
         .inspection
         .contacts
         .iter()
         .zip(&setup.resolved.case.contacts)
-        .map(|(pair, case)| {
-            let gap = match (pair.smallest_gap, pair.at_node) {
-                (Some(gap), Some(node)) => format!("{:.3e} at node {node}", gap + 0.0),
-                _ => "no node faces it".into(),
+        .flat_map(|(pair, case)| {
+            // a row for each load case, if bodies start elsewhere in any
+            let of_case = |of: &StartGap| {
+                let mut row = vec![String::new(); 6];
+                row.push(format!("{} in {}", shown(of.smallest_gap, of.at_node), of.load_case));
+                row
             };
-            vec![
+            let mut gaps = pair.load_cases.iter().map(of_case);
+            let first = gaps.next().and_then(|mut row| row.pop());
+            let gap = first.unwrap_or_else(|| shown(pair.smallest_gap, pair.at_node));
+            let row = vec![
                 format!("{} on {}", pair.slave, pair.master),
                 format!("{} / {}", pair.facets[0], pair.facets[1]),
                 pair.slave_nodes.to_string(),
@@ -214,7 +223,8 @@ fn contacts(setup: &Setup) -> Vec<String> {
                 if case.tied { "tied".into() } else { case.friction.to_string() },
                 format!("{:.3e}", pair.reach),
                 gap,
-            ]
+            ];
+            std::iter::once(row).chain(gaps).collect::<Vec<_>>()
         })
         .collect();
     let length = setup.resolved.case.units.bracket(Dimension::LENGTH);

@@ -83,7 +83,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         };
         watch.check()?;
         whole(context, &forward, steps)?;
-        context.console.notice(forward.notice);
+        context.console.notice(forward.notice.as_ref());
         let found = quantities(problem, &forward.path);
         context.console.overlaps(&found.overlaps);
         context.console.losses(&found.losses);
@@ -91,13 +91,15 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         names = values.iter().map(|(name, _)| name.clone()).collect();
         paths.push((shown, found));
         write_evaluations(directory, &paths)?;
+        // a design without material has no ratio
+        let ratio = Some(forward.value / fraction).filter(|ratio| ratio.is_finite());
         let [open, stick, slip] = final_status(&forward);
         let (newton, increments) = (forward.path.newton_iterations(), forward.path.increments());
         csv.row(&[
             shown.into(),
             forward.value.into(),
             fraction.into(),
-            (forward.value / fraction).into(),
+            ratio.into(),
             newton.into(),
             increments.into(),
             open.into(),
@@ -108,7 +110,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
             "evaluation",
             json!({
                 "friction": shown, "objective": forward.value, "volume_fraction": fraction,
-                "objective_over_volume_fraction": forward.value / fraction, "newton_iterations": newton,
+                "objective_over_volume_fraction": ratio, "newton_iterations": newton,
                 "increments": increments, "open": open, "stick": stick, "slip": slip,
                 "quantities": values.iter().cloned().collect::<BTreeMap<String, f64>>(),
             }),
@@ -116,7 +118,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         rows.push(vec![
             shown.map_or("as in the case".into(), |value| value.to_string()),
             digits(forward.value),
-            digits(forward.value / fraction),
+            ratio.map_or_else(|| "–".into(), digits),
             open.to_string(),
             stick.to_string(),
             slip.to_string(),

@@ -44,9 +44,9 @@ fn gradient(
     };
     first(problem, || watch.check())?;
     whole(context, &forward, problem.analysis.times.len())?;
-    context.console.notice(forward.notice);
+    context.console.notice(forward.notice.as_ref());
     context.console.overlaps(&overlaps(problem, &forward.path));
-    if let Some(rounding) = forward.rounding {
+    if let Some(rounding) = &forward.rounding {
         context.console.warning(&format!("{rounding}; so are its derivatives"));
     }
     let marched = problem.analysis.timings();

@@ -11,7 +11,7 @@ use super::{digits, last_values, tell_quantities, warn_of_fallbacks};
 use crate::args::Optimize;
 use crate::failure::Failure;
 use crate::runs::{end, start, stopped};
-use crate::setup::{Setup, prepare};
+use crate::setup::{Setup, prepare_for};
 use crate::watch::Watch;
 use crate::{Context, Outcome, memory};
 
@@ -23,12 +23,13 @@ pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"]
 /// # Errors
 /// As [`Failure`] lists them.
 pub fn run(context: &Context, args: &Optimize) -> Outcome {
-    let (setup, mut problem) = prepare(context, &args.case, SECTIONS)?;
+    let iterations = args.iterations.map(usize::from);
+    let (setup, mut problem) = prepare_for(context, &args.case, SECTIONS, iterations)?;
     setup.start_from(context, &mut problem, &args.design)?;
     setup.warn_of_volume(context, &problem, args.design.design.is_none() && setup.starts_above_bound());
     let mut optimization = optimization(&setup, problem)?;
-    if let Some(iterations) = args.iterations {
-        optimization.set_iterations(iterations.get());
+    if let Some(iterations) = iterations {
+        optimization.set_iterations(iterations);
     }
     let run = start(context, &setup, &args.out, "optimize")?;
     let hash = run.as_ref().map_or(String::new(), |run| run.case_sha256().to_owned());

@@ -7,7 +7,7 @@ use super::optimize::{SECTIONS, optimization, optimize};
 use crate::args::Resume;
 use crate::failure::Failure;
 use crate::runs::end;
-use crate::setup::prepare;
+use crate::setup::prepare_for;
 use crate::{Context, Outcome};
 
 /// Continues an optimization from its last finished iteration.
@@ -36,7 +36,8 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
         if expected != found {
             return Err(RunError::OtherCase { path, expected, found }.into());
         }
-        prepare(context, &path.as_path().into(), SECTIONS)?
+        let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
+        prepare_for(context, &path.as_path().into(), SECTIONS, Some(iterations))?
     };
     let mut optimization = optimization(&setup, problem)?;
     checkpoint.restore(&directory, &mut optimization)?;

@@ -108,7 +108,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
         _ => recording.finish(overlaps(problem, &forward.path)),
     };
     whole(context, &forward, problem.analysis.times.len())?;
-    context.console.notice(forward.notice);
+    context.console.notice(forward.notice.as_ref());
     let Some(directory) = directory else { return Ok(()) };
     let (path, [open, stick, slip]) = (directory.path(), final_status(&forward));
     let objective = problem.analysis.objective.is_some().then_some(forward.value);

@@ -131,7 +131,7 @@ fn verify(context: &Context, problem: &mut Problem, run: Option<&Run>, args: &Ve
             }
         };
         if let Ok(check) = &check {
-            context.console.notice(check.notice);
+            context.console.notice(check.notice.as_ref());
             let [value, norm] = [check.objective, check.gradient_norm].map(digits);
             context.console.text(&format!("{name} {value}, norm of its gradient {norm}\n"));
             check.directions.iter().for_each(|direction| context.console.lines(&describe(direction)));

@@ -283,3 +283,67 @@ fn messages_name_the_place_the_problem_and_the_cure() {
     }
     assert_eq!(kept.len(), text.len());
 }
+
+const LIFTED: &str = "[[load_case]]\nname = 'down'\n[[load_case]]\nname = 'up'\n\
+                      bodies = [{ body = 'block', offset = [0, 0.3, 0] }]\nmotion_factor = 0.5\n[load_path]";
+
+/// A load case in which contact never closes is named, whether it leaves a part of the objective, is
+/// the worst, or is one of three designs; `check` lists the gap at the start of each.
+#[test]
+fn load_cases_without_contact_are_named() {
+    let place = Place::with("[load_path]", LIFTED);
+    let told = "warning: contact never closes in load case `up`";
+    assert!(place.good("solve case.toml").err.contains(told));
+    let once = place.good("optimize case.toml --iterations 1").err;
+    assert_eq!(once.matches(told).count(), 1, "{once}");
+    place.bad(
+        "optimize case.toml --set objective.load_cases=worst --out worst",
+        3,
+        &["only round-off: contact never closes in load case `up`", "make the motions close the gap"],
+    );
+    let three = "--set design.minimum_thickness=1.2";
+    let text = place.read("case.toml").replace("sensitivity_filter = { radius = 1.2 }", "");
+    place.write("case.toml", &text);
+    let ran = place.good(&format!("optimize case.toml --iterations 1 --out three {three}"));
+    assert!(ran.err.contains(told), "{}", ran.err);
+    let worst = format!("optimize case.toml --set objective.load_cases=worst --out worst3 {three}");
+    place.bad(&worst, 3, &["contact never closes in load case `up`"]);
+
+    let check = place.good("check case.toml").out;
+    assert!(check.contains("0.000e0 at node") && check.contains(" in down\n"), "{check}");
+    assert!(check.contains("3.000e-1 at node") && check.contains(" in up\n"), "{check}");
+}
+
+/// A design without material has no ratio of objective and volume.
+#[test]
+fn a_design_of_void_is_evaluated() {
+    let place = Place::new();
+    let rows = |body: &str, density: f64, elements: std::ops::Range<usize>| {
+        elements.map(|element| format!("{element},{body},{density}\n")).collect::<String>()
+    };
+    place.write(
+        "void.csv",
+        &format!("element,body,density\n{}{}", rows("slab", 0.0, 0..16), rows("block", 1.0, 16..20)),
+    );
+    let ran = place.good("evaluate case.toml --design void.csv --friction 0.1 --set design.simp.min=0.01");
+    assert!(ran.out.contains("volume fraction 0.00000"), "{}", ran.out);
+    let table = place.table("case_evaluate/evaluate.csv");
+    let ratio = table[0].iter().position(|name| name.starts_with("objective_over")).expect("a column");
+    assert_eq!(table[1][ratio], "");
+    assert!(table[1][ratio - 2].parse::<f64>().expect("θ") < 0.0, "{table:?}");
+}
+
+/// The warning about a late schedule is for the iterations that are made.
+#[test]
+fn late_schedules_are_those_of_the_iterations_asked_for() {
+    let place = Place::with("iterations = 4", "iterations = 4\nschedule = { p = [[0, 1], [2, 3]] }");
+    let told = "no update follows the entry for iteration 2";
+    assert!(!place.good("optimize case.toml").err.contains(told));
+    let short = place.good("optimize case.toml --iterations 2 --force");
+    assert!(short.err.contains(&format!("{told}: there are 2 iterations")), "{}", short.err);
+    assert!(!place.good("resume case --iterations 3").err.contains(told));
+    let late = Place::with("iterations = 4", "iterations = 4\nschedule = { p = [[0, 1], [4, 3]] }");
+    let told = "no update follows the entry for iteration 4: there are 4 iterations";
+    assert!(late.good("check case.toml").err.contains(told));
+    assert!(!late.good("optimize case.toml --iterations 5").err.contains("no update follows"));
+}

@@ -26,6 +26,8 @@ use crate::side_by_side::{Stop, side_by_side};
 pub struct LoadCases {
     /// One entry per load case; empty: a single one.
     varied: Vec<Option<Varied>>,
+    /// Their names, for messages; empty for a single one.
+    names: Vec<String>,
     /// Whether they run one after the other on any number of threads.
     pub(crate) one_by_one: bool,
 }
@@ -55,7 +57,18 @@ impl LoadCases {
             varied.map_err(|error| (number, error))
         };
         let varied = variations.into_iter().enumerate().map(of).collect::<Result<_, _>>()?;
-        Ok(Self { varied, one_by_one: false })
+        Ok(Self { varied, names: Vec::new(), one_by_one: false })
+    }
+
+    /// Gives them names, for messages.
+    pub fn named(mut self, names: Vec<String>) -> Self {
+        self.names = names;
+        self
+    }
+
+    /// Their names; empty if they have none.
+    pub fn names(&self) -> &[String] {
+        &self.names
     }
 
     /// Number of load cases, at least 1.

@@ -1,6 +1,6 @@
 //! Objectives that are only round-off.
 
-use super::{Analysis, ForwardNotice};
+use super::{Analysis, ForwardNotice, in_words};
 use crate::words::quantity;
 use slipstick_design::quantity::Dimension;
 use std::fmt;
@@ -10,7 +10,7 @@ use std::fmt;
 const ROUNDING: f64 = 1e-13;
 
 /// A value of the objective that is only round-off: its derivatives give an optimizer no direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rounding {
     /// θ.
     pub value: f64,
@@ -24,10 +24,13 @@ impl fmt::Display for Rounding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = if self.value == 0.0 { "0".into() } else { format!("{:.1e}, which is only round-off", self.value) };
         write!(f, "the objective is {value}")?;
-        match self.notice {
+        match &self.notice {
             Some(ForwardNotice::ContactNeverCloses) => f.write_str(": contact never closes on the path"),
             Some(ForwardNotice::ContactOpenWhereObserved) => {
                 f.write_str(": contact is open at every load step that the objective observes")
+            }
+            Some(ForwardNotice::ContactNeverClosesIn(names)) => {
+                write!(f, ": contact never closes in {}", in_words(names))
             }
             None if self.value == 0.0 => Ok(()),
             None => write!(f, " compared to {}, the scale of the case's motions and loads", quantity(self.scale)),
@@ -38,8 +41,8 @@ impl fmt::Display for Rounding {
 impl Rounding {
     /// Suggested changes to the case.
     pub fn cures(&self) -> &'static [&'static str] {
-        match self.notice {
-            Some(ForwardNotice::ContactNeverCloses) => &[
+        match &self.notice {
+            Some(ForwardNotice::ContactNeverCloses | ForwardNotice::ContactNeverClosesIn(_)) => &[
                 "make the motions close the gap (`place.translate`, `dirichlet.motion`): `slipstick check` shows gaps and \
                  motions",
                 "inspect the end of the path: `slipstick render RESULTS --field displacement`",
@@ -55,7 +58,7 @@ impl Rounding {
 
 impl Analysis {
     /// Whether a value of the objective at the end of a whole path is only round-off.
-    pub(super) fn rounding(&self, value: f64, notice: Option<ForwardNotice>) -> Option<Rounding> {
+    pub(super) fn rounding(&self, value: f64, notice: Option<&ForwardNotice>) -> Option<Rounding> {
         let objective = self.objective.as_ref()?;
         let (force, motion) = self.scales();
         // another objective may be nonzero with open contact
@@ -76,8 +79,9 @@ impl Analysis {
             }
             None => return None,
         };
-        let rounding = Rounding { value, scale, notice };
-        (notice.is_some() || value.abs() <= ROUNDING * scale).then_some(rounding)
+        let small = value.abs() <= ROUNDING * scale;
+        let open = notice.filter(|notice| small || !matches!(notice, ForwardNotice::ContactNeverClosesIn(_)));
+        (open.is_some() || small).then(|| Rounding { value, scale, notice: notice.cloned() })
     }
 
     /// Characteristic force and motion: the force with which motions and loads would compress one

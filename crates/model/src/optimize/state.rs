@@ -192,7 +192,7 @@ pub enum OptimizeError {
     Mma(#[from] MmaError),
     /// The objective of a design is only round-off, so it permits no update; the state is that of
     /// the last finished iteration.
-    #[error("{}", .0.rounding.map_or(String::new(), |rounding| rounding.to_string()))]
+    #[error("{}", .0.rounding.as_ref().map_or(String::new(), ToString::to_string))]
     Rounding(Box<Forward>),
     /// Stopped from outside, in the middle of an iteration; the state is that of the last finished
     /// one.

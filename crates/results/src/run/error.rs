@@ -113,6 +113,9 @@ impl RunError {
             Self::Output(OutputError::OtherTable { .. }) => {
                 "restore the table, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
             }
+            Self::Output(OutputError::NotFinite { .. }) => {
+                "check the case for values near the limits of numbers; `slipstick check` shows its sizes".into()
+            }
             Self::FirstRank => "see its message".into(),
             Self::Output(_) => "check the permission to write there and the free space".into(),
         }

@@ -19,6 +19,7 @@ use super::names::Names;
 use super::resolved::{Case, Cylinder};
 use super::typed::Table;
 use super::{BoxRegion, CaseCode, ReadFile};
+pub(super) use schedule::late;
 
 /// Reads the whole document, and the files that it refers to with `files`. After an error the
 /// result is a placeholder that must not be used.

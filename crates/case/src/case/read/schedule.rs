@@ -42,28 +42,18 @@ pub(super) fn schedule(table: Table<'_>, design: Option<&Design>, iterations: us
     let of_design = ("design.volume_fraction", design.and_then(|design| design.volume_fraction));
     ends("volume_fraction", &volume_fraction, CaseCode::Fraction, of_design);
     let schedule = Schedule { sharpness, p, move_limit, filter_radius, volume_fraction };
-    let Schedule { sharpness, p, move_limit, filter_radius, volume_fraction } = &schedule;
-    for (key, steps) in [
-        ("sharpness", sharpness),
-        ("p", p),
-        ("move_limit", move_limit),
-        ("filter_radius", filter_radius),
-        ("volume_fraction", volume_fraction),
-    ] {
-        // after the last update, one more design is evaluated
-        if let Some(&(last, _)) = steps.entries().last()
-            && last >= iterations
-        {
-            table.reader.warning(
-                &table.path_of(key),
-                CaseCode::LateSchedule,
-                format!("no update follows the entry for iteration {last}: there are {iterations} iterations"),
-                "raise `optimizer.iterations`, or omit the entry",
-            );
-        }
+    for (key, last) in schedule.late(iterations) {
+        let (message, help) = late(last, iterations);
+        table.reader.warning(&table.path_of(key), CaseCode::LateSchedule, message, help);
     }
     table.finish();
     schedule
+}
+
+/// The warning about an entry that no update follows.
+pub(in crate::case) fn late(last: usize, iterations: usize) -> (String, &'static str) {
+    let message = format!("no update follows the entry for iteration {last}: there are {iterations} iterations");
+    (message, "raise `optimizer.iterations`, or omit the entry")
 }
 
 /// A list of pairs `[iteration, value]`.
