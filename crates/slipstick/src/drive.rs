@@ -90,7 +90,8 @@ pub enum DriveError {
 }
 
 /// Writes the files of an optimization: `history.csv`, `newton.csv`, designs, start values and the
-/// checkpoint after every iteration, and the load path of the last design. All ranks have one; the
+/// checkpoint after every iteration, and load paths: that of a design that is written as a field, and at the end that of
+/// the last. All ranks have one; the
 /// first one writes.
 #[derive(Debug)]
 pub struct Recorder {
@@ -132,6 +133,11 @@ impl Recorder {
             Ok(Some(Files { directory: directory.clone(), history, newton, checkpoint }))
         };
         Ok(Self { files: on_first(ranks, open)?.flatten(), every })
+    }
+
+    /// Whether the design of an iteration and its load path are written as fields, unless it is the last.
+    fn writes(&self, iteration: usize) -> bool {
+        iteration.is_multiple_of(self.every)
     }
 
     fn directory(&self) -> Option<&RunDirectory> {
@@ -264,6 +270,11 @@ pub fn drive(
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(optimization, seconds)?;
+            let written = optimization.state.history.last().is_some_and(|of| recorder.writes(of.iteration));
+            // that of the last design is written at the end
+            if written && !optimization.finished() {
+                write_path(recorder.directory(), &optimization.problem, &forward.path)?;
+            }
         }
         last = Some(forward);
     }

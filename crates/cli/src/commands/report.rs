@@ -51,8 +51,8 @@ pub fn run(context: &Context, args: &Report) -> Outcome {
 }
 
 /// When the files that the page shows were last written.
-fn stamps(directory: &RunDirectory) -> [Option<SystemTime>; 4] {
-    let files = ["run.json", "checkpoint.json", "history.csv", "quantities.csv"];
+fn stamps(directory: &RunDirectory) -> [Option<SystemTime>; 5] {
+    let files = ["run.json", "checkpoint.json", "history.csv", "path.pvd", "quantities.csv"];
     files.map(|name| std::fs::metadata(directory.file(name)).and_then(|file| file.modified()).ok())
 }
 

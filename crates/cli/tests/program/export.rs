@@ -131,6 +131,16 @@ fn a_part_and_its_promises() {
     place.bad("check part/case.toml", 2, &["slab_part.msh"]);
     place.bad("export case --case part", 2, &["part/case.toml already exists", "--force"]);
 
+    // the load path of an optimization that was stopped may be that of an earlier design
+    place.good("optimize case.toml -q --iterations 1 --out stopped");
+    let promises = |what: &str| {
+        place.good(&format!("export stopped --case {what} --threshold 0.1 --size 0.5"));
+        place.read(&format!("{what}/case.toml")).matches("[[promise]]").count()
+    };
+    assert!(promises("finished") > 0);
+    place.write("stopped/run.json", &place.read("stopped/run.json").replace("\"finished\"", "\"interrupted\""));
+    assert_eq!(promises("interrupted"), 0);
+
     place.write("part/slab_part.msh", &slab_mesh());
     place.good("check part/case.toml");
     let ran = place.good("solve part/case.toml --json");

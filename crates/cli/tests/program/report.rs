@@ -89,6 +89,33 @@ fn a_page_follows_a_run() {
     assert!(data["reload"].is_null());
 }
 
+/// While a run goes on, its page shows the load path of an earlier design, and says of which; steps of another design
+/// do not mix with it.
+#[test]
+fn a_page_names_the_design_of_its_load_path() {
+    let place = Place::new();
+    place.good("optimize case.toml -q --iterations 2");
+    let page = || {
+        place.good("report case");
+        data(&place.read("case/report.html"))
+    };
+    assert!(page()["path_of"].is_null());
+    let names = [0, 1, 2, 3, 4].map(|step| format!("case/path_{step:04}.vtu"));
+    let before = names.each_ref().map(|name| std::fs::read(place.path(name)).expect("read"));
+    place.good("resume case -q --iterations 3");
+    assert!(page()["path_of"].is_null());
+    for (name, bytes) in names.iter().zip(&before).take(3) {
+        std::fs::write(place.path(name), bytes).expect("written");
+    }
+    let data = page();
+    assert_eq!(data["path_of"], "the design of iteration 2");
+    let steps: Vec<&Value> = data["steps"].as_array().expect("steps").iter().map(|step| &step["number"]).collect();
+    assert_eq!(steps, [0, 1, 2]);
+    let notes = data["notes"].to_string();
+    assert!(notes.contains("2 load steps of an earlier design left out"), "{notes}");
+    assert!(notes.contains("contact forces are those of the design of iteration 2."), "{notes}");
+}
+
 /// Every kind of run has a page, with its results.
 #[test]
 fn pages_of_other_runs() {
@@ -423,6 +450,20 @@ fn a_browser_shows_failures_and_results() {
     let told = tried(&place, "case_solve", SHOWN, test).expect("a browser");
     assert!(told["results"].as_str().is_some_and(|text| text.contains("block_ymin on slab_ymax")), "{told}");
     assert_eq!((&told["wide"], &told["field"]), (&serde_json::json!([]), &"displacement".into()), "{told}");
+}
+
+/// The limit on densities below which elements are hidden.
+const LIMIT: &str = r##"<script>
+document.title = [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes("density above")).querySelector("input").value;
+</script></body>"##;
+
+/// An initial design of 0.3 everywhere is shown, although no density exceeds 0.5 but those of the other body.
+#[test]
+fn a_browser_shows_a_grey_design() {
+    let place = Place::with("initial = 0.5", "initial = 0.3");
+    place.good("gradient case.toml -q");
+    let Some(limit) = tried(&place, "case_gradient", LIMIT, "a_browser_shows_a_grey_design") else { return };
+    assert_eq!(limit, 0);
 }
 
 /// Chooses a colour, a load step and a quantity, and after the page has been loaded again, stores

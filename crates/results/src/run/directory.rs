@@ -197,6 +197,22 @@ impl RunDirectory {
         Ok(all)
     }
 
+    /// Removes the numbered files of a kind, and their pieces, with a larger number than `last`.
+    pub(super) fn remove_after(&self, stem: &str, last: usize) -> io::Result<()> {
+        for entry in fs::read_dir(&self.path)? {
+            let entry = entry?;
+            let name = entry.file_name();
+            let number = name
+                .to_str()
+                .filter(|name| is_numbered(name))
+                .and_then(|name| name.strip_prefix(stem)?.strip_prefix('_')?.split('.').next()?.parse::<usize>().ok());
+            if number.is_some_and(|number| number > last) {
+                fs::remove_file(entry.path())?;
+            }
+        }
+        Ok(())
+    }
+
     /// Refuses a directory with a file that a run would replace.
     fn refuse_names_of_results(&self) -> Result<(), RunError> {
         let refused = |error: io::Error| RunError::cannot_write(&self.path, &error);

@@ -12,9 +12,9 @@
 //! | `design.csv` | density of every element of the last evaluated design, at the end of the result; its derivative if an update followed; its design variable, if this is not the density | after every iteration |
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every few iterations, as set by `[output]` `every` |
-//! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | `solve`: after each load step; others: at the end, also of a failed march |
-//! | `quantities.csv` | reactions, contact forces and energies, by load step: [`write_quantities`] | `solve`: after each load step; others: at the end, also of a failed march |
-//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | `solve`: after each load step; others: at the end, also of a failed march |
+//! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | `solve`: after each load step; others: at the end, also of a failed march; `optimize`: also every few iterations |
+//! | `quantities.csv` | reactions, contact forces and energies, by load step: [`write_quantities`] | with the load path |
+//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | with the load path |
 //! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, also for designs | the same in pieces, one per rank | with `[output]` `pieces` |
 //! | `path.vtkhdf` | the load steps of `path.pvd` in one file: `VtkHdf` | with `[output]` `vtkhdf`, in a build with the feature `vtkhdf` |
 //! | `failure.vtu` | the iterate at which a march finally failed | when this happens |

@@ -162,6 +162,10 @@ impl PathFiles<'_> {
 
     fn finish(self, recording: &Recording<'_>) -> Result<(), OutputError> {
         self.collection.save(&self.run.file("path.pvd"))?;
+        // a path that ends early must not go on with the steps of an earlier one
+        let last = recording.found().rows.last().map_or(0, |row| row.step);
+        let removed = self.run.remove_after("path", last);
+        removed.map_err(OutputError::io("remove old load steps from", self.run.path()))?;
         self.contact.save(self.run)?;
         write_quantities(self.run, recording.found())?;
         self.files.finish()

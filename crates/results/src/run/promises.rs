@@ -4,7 +4,7 @@ use std::fs;
 
 use slipstick_case::case::{Case, Promise};
 
-use super::{RunDirectory, RunError};
+use super::{ExitState, RunDirectory, RunError, RunRecord};
 
 /// The value that a design promised, and that of its part.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,11 +57,15 @@ const NEGLIGIBLE: f64 = 1e-6;
 
 /// The values that a run of a design promises: quantities of the case, contact forces, peak
 /// pressures, reactions and energies at the end of each load case. Empty if the run has no complete
-/// load path.
+/// load path, or if it is an optimization that has not finished.
 ///
 /// # Errors
-/// [`RunError::Read`].
+/// [`RunError::Read`]; those of [`RunRecord::read`].
 pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunError> {
+    if run.file("history.csv").is_file() && RunRecord::read(run)?.latest.exit != ExitState::Finished {
+        // the path may be that of an earlier design
+        return Ok(Vec::new());
+    }
     let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
     let values_of = |name: &str| -> Option<Vec<f64>> {
         let column = columns.iter().position(|column| column == name)?;

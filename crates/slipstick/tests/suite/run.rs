@@ -7,7 +7,10 @@ use slipstick::analysis::{AnalysisError, Designs};
 use slipstick::build::{Problem, optimization};
 use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
+use slipstick::drive::{DriveObserver, Recorder, drive};
+use slipstick::output::read_fields;
 use slipstick::quantities::Recording;
+use slipstick::ranks::Alone;
 use slipstick::run::{
     Checkpoint, ExitState, FailureReport, FunctionNames, History, NewtonTable, PathWriter, RunDirectory, RunError,
     RunPart, RunRecord, load_density, load_design, read_density, sha256, write_densities, write_failure, write_path,
@@ -234,6 +237,59 @@ fn a_path_can_be_written_while_it_is_computed() {
         }
     }
     assert!(cut_back, "there are sub-steps");
+}
+
+/// The load path on the disk when an iteration begins.
+struct Snapshots<'a> {
+    run: &'a RunDirectory,
+    taken: Vec<[Vec<u8>; 3]>,
+}
+
+const OF_PATH: [&str; 3] = ["quantities.csv", "contact.csv", "path_0003.vtu"];
+
+impl MarchObserver for Snapshots<'_> {}
+
+impl DriveObserver for Snapshots<'_> {
+    fn begins(&mut self, _iteration: usize) {
+        self.taken.push(OF_PATH.map(|name| fs::read(self.run.file(name)).unwrap_or_default()));
+    }
+}
+
+/// With every second design, an optimization writes the path of that design, which is the one that an analysis of
+/// the same densities finds; at its end, that of the last.
+#[test]
+fn an_optimization_writes_its_load_path_meanwhile() {
+    let (_folder, run) = directory();
+    let (text, mut other) = small();
+    let text = text.replace("[design]", "[optimizer]\niterations = 3\n[design]\nvolume_fraction = 0.5");
+    let case = parse_case(&text, "c.toml").unwrap().case;
+    let mut optimization = optimization(&case, crate::common::problem(&text)).unwrap();
+    let initial = optimization.density();
+    let checkpoint = Checkpoint::new(sha256(&text), 3, Vec::new(), optimization.state.clone());
+    let recorder = Recorder::new(Some(&run), checkpoint, 2, &Alone).unwrap();
+    let mut observer = Snapshots { run: &run, taken: Vec::new() };
+    // more steps than this path has
+    fs::write(run.file("path_0004.vtu"), "of an earlier run").unwrap();
+    drive(&mut optimization, Some(recorder), &mut observer).unwrap();
+    let taken = observer.taken;
+    assert_eq!(taken.len(), 4);
+    assert!(taken[0].iter().all(Vec::is_empty));
+    let (_other, alone) = directory();
+    let forward = other.analysis.forward(&initial, &mut Silent).unwrap();
+    write_path(Some(&alone), &other, &forward.path).unwrap();
+    let expected = OF_PATH.map(|name| fs::read(alone.file(name)).unwrap());
+    assert!(taken[1] == expected, "the path of the initial design");
+    assert!(taken[2] == taken[1], "every second design");
+    let end = OF_PATH.map(|name| fs::read(run.file(name)).unwrap());
+    assert!(taken[3] != taken[2] && end != taken[3]);
+    assert!(!run.file("path_0004.vtu").exists());
+    // the path of the last design is on the disk
+    let density = |name: &str| {
+        let fields = read_fields(&run.file(name)).unwrap();
+        fields.into_iter().find(|field| field.name == "density").unwrap().values.to_vec()
+    };
+    assert_eq!(density("path_0003.vtu"), density("design_0003.vtu"));
+    assert_ne!(density("design_0003.vtu"), density("design_0002.vtu"));
 }
 
 fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchFailure {

@@ -7,6 +7,7 @@ use super::model::Layout;
 use super::pack::{Packed, base64};
 use slipstick_case::case::Case;
 use slipstick_model::model::course;
+use slipstick_model::words::counted;
 use slipstick_results::output::{StoredField, read_fields};
 use slipstick_results::run::{RunDirectory, RunError, load_density};
 
@@ -15,6 +16,9 @@ use slipstick_results::run::{RunDirectory, RunError, load_density};
 pub(super) struct Frames {
     pub designs: Vec<Design>,
     pub steps: Vec<Step>,
+    /// The design of the load steps, if it is not the newest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    path_of: Option<String>,
 }
 
 /// A design.
@@ -80,35 +84,57 @@ pub(super) fn read(
     let designs = thinned(&designs, budget / 2 / design_bytes, "designs", "design.pvd", notes);
     let steps = thinned(&steps, budget / 2 / step_bytes, "load steps", "path.pvd", notes);
     let mut frames = Frames::default();
-    for number in designs {
-        frames.designs.extend(design(
-            &Stored::read(run, &RunDirectory::numbered("design", number))?,
-            number,
-            mesh,
-            layout,
-        ));
-    }
-    if run.file("gradient.vtu").is_file() {
-        frames.designs.extend(design(&Stored::read(run, "gradient.vtu")?, 0, mesh, layout));
-    }
-    // If the field of this design was not written, or the run has a single design, its table has
-    // the densities.
-    if frames.designs.is_empty() && run.file("design.csv").is_file() && layout.is_designed() && steps.is_empty() {
-        let density = load_density(run.path(), mesh)?;
-        frames.designs.push(Design { number: 0, density: densities(&density, layout), derivative: None });
-    }
-    let mut path_density = None;
-    let times = times(run)?;
+    let mut of_path: Option<Vec<f64>> = None;
+    let (times, mut earlier) = (times(run)?, 0);
     for number in steps {
         let name = RunDirectory::numbered("path", number);
         let stored = Stored::read(run, &name)?;
-        if let Some(density) = stored.values("density", mesh.elements.len()) {
-            path_density = Some(densities(density, layout));
+        let density = stored.values("density", mesh.elements.len());
+        match (&of_path, density) {
+            (None, Some(density)) => of_path = Some(density.to_vec()),
+            // the path is being written
+            (Some(first), Some(density)) if density != first => {
+                earlier += 1;
+                continue;
+            }
+            _ => {}
         }
         let time = times.iter().find(|(file, _)| *file == name).map_or(f64::NAN, |(_, time)| *time);
         frames.steps.extend(step(&stored, number, (&case.load_case_names(), time), mesh, layout));
     }
-    Ok((frames, path_density))
+    if earlier > 0 {
+        notes.push(format!("{} of an earlier design left out.", counted(earlier, "load step")));
+    }
+    let mut path_design = None;
+    for number in designs {
+        let stored = Stored::read(run, &RunDirectory::numbered("design", number))?;
+        if of_path.is_some() && stored.values("density", mesh.elements.len()) == of_path.as_deref() {
+            path_design = Some(number);
+        }
+        frames.designs.extend(design(&stored, number, mesh, layout));
+    }
+    if run.file("gradient.vtu").is_file() {
+        frames.designs.extend(design(&Stored::read(run, "gradient.vtu")?, 0, mesh, layout));
+    }
+    let newest = if run.file("design.csv").is_file() { Some(load_density(run.path(), mesh)?) } else { None };
+    // If the field of this design was not written, or the run has a single design, its table has
+    // the densities.
+    if let Some(density) = newest.as_ref().filter(|_| layout.is_designed() && frames.steps.is_empty())
+        && frames.designs.is_empty()
+    {
+        frames.designs.push(Design { number: 0, density: densities(density, layout), derivative: None });
+    }
+    if let (Some(of_path), Some(newest)) = (&of_path, &newest)
+        && of_path[..] != newest[..]
+    {
+        let what = path_design.map_or("an earlier design".into(), |number| format!("the design of iteration {number}"));
+        notes.push(format!(
+            "Load path, quantities and contact forces are those of {what}. An optimization writes them for every few \
+             designs ([output] every) and at its end."
+        ));
+        frames.path_of = Some(what);
+    }
+    Ok((frames, of_path.map(|density| densities(&density, layout))))
 }
 
 /// At most `most` of the numbers, evenly spaced, including the first and the last.

@@ -145,8 +145,8 @@ pub struct Output {
     /// Directory, relative to the case file; `None`: the program chooses it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub directory: Option<String>,
-    /// Number of optimization iterations between written fields; the last iteration is always
-    /// written.
+    /// Number of optimization iterations between written fields and load paths; the last iteration is
+    /// always written.
     pub every: usize,
     /// Whether designs and load steps are also written in pieces, one for each MPI rank.
     pub pieces: bool,

@@ -100,7 +100,7 @@ function quantities() {
   const q = data.quantities;
   if (!q || q.rows.length < 2) return;
   show("quantities");
-  element("quantities-help").textContent = "At each load step of the newest design, with a line for each load case and, after evaluate, each coefficient of friction, and dashed lines for bounds; units and meanings are those of quantities.csv. Choose what to plot against what.";
+  element("quantities-help").textContent = `At each load step of ${data.path_of || "the newest design"}, with a line for each load case and, after evaluate, each coefficient of friction, and dashed lines for bounds; units and meanings are those of quantities.csv. Choose what to plot against what.`;
   const names = q.columns.filter(name => name !== "load_case" && name !== "friction"), pick = (label, chosen) => {
     const select = make("select", { "aria-label": label }, ...names.map(name => make("option", { value: name }, name.replaceAll("_", " "))));
     select.value = chosen;
@@ -146,7 +146,7 @@ function view() {
   const frame = () => state.mode === "steps" ? steps[state.step] : designs[state.design];
   const density = () => state.mode === "steps" ? m.path_density : frame().density;
   // An initial design without any density above the threshold is shown whole.
-  if (density() && !open(density()).some(phi => phi > state.threshold)) state.threshold = 0;
+  if (density() && !open(density()).some((phi, e) => phi > state.threshold && m.bodies[bodyOfHex[e]].designed)) state.threshold = 0;
   const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2] };
   const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress" };
   const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? designed : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
