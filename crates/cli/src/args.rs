@@ -161,6 +161,9 @@ pub struct Check {
     /// Print the case with all defaults filled in, as a case file
     #[arg(long)]
     pub resolved: bool,
+    /// Also draw every named surface with its area and normal, as a picture (.png)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "resolved")]
+    pub picture: Option<PathBuf>,
     /// Also predict the memory per rank on this many MPI ranks (for a build with PETSc)
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub ranks: Option<NonZeroUsize>,

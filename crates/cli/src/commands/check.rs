@@ -6,12 +6,15 @@ use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
 use slipstick::check::{Inspection, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
 
+use super::render::replaceable;
 use super::{bytes, digits};
 use crate::args::Check;
 use crate::failure::Failure;
 use crate::setup::{Setup, look, read};
 use crate::table::lines;
 use crate::{Context, Outcome};
+
+mod surfaces;
 
 /// Floating-point operations per second for the time estimate; about half of what one core of a
 /// desktop machine reaches in the factorization.
@@ -35,6 +38,9 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
             context.console.raw(&text);
         }
         return Ok(());
+    }
+    if let Some(file) = &args.picture {
+        replaceable(file, "--picture")?;
     }
     let (mut setup, problem) = look(context, &args.case.case, resolved)?;
     if let Some(warning) = setup.too_large(Severity::Warning, true) {
@@ -95,6 +101,9 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     console.text("\nsize");
     console.lines(&size(&setup.inspection, seconds, args.ranks.map(usize::from)));
+    if let Some(file) = &args.picture {
+        surfaces::draw(console, &setup, &problem.mesh, file)?;
+    }
     console.text(if setup.warnings == 0 { "\nno warnings" } else { "\nsee the warnings" });
     Ok(())
 }

@@ -41,7 +41,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
     }
     let directory = RunDirectory::open(results)?;
     let file = args.out.clone().unwrap_or_else(|| directory.file("picture.png"));
-    replaceable(&file)?;
+    replaceable(&file, "--out")?;
     let resolved = read(&directory.file("case.toml").as_path().into())?;
     let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
     let shown = match (args.step, args.iteration) {
@@ -71,7 +71,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
     Ok(())
 }
 
-fn save(picture: &Picture, file: &Path) -> Outcome {
+pub(super) fn save(picture: &Picture, file: &Path) -> Outcome {
     picture.save_png(file).map_err(|error| match error {
         RenderError::Output(error) => Failure::from(error),
         other => PictureError::from(other).into(),
@@ -119,7 +119,7 @@ fn chart_file(args: &Render, name: &str) -> Outcome<PathBuf> {
             return Err(Failure::input(message, format!("give one with --out, for instance --out {name}")));
         }
     };
-    replaceable(&file)?;
+    replaceable(&file, "--out")?;
     Ok(file)
 }
 
@@ -170,16 +170,16 @@ fn common_limit(results: &[PathBuf]) -> Option<f64> {
 }
 
 /// Refuses to replace a file that is not a picture.
-fn replaceable(file: &Path) -> Outcome {
+pub(super) fn replaceable(file: &Path, option: &str) -> Outcome {
     if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         let message = format!("{} does not end in .png", file.display());
-        return Err(Failure::input(message, "pictures are PNG files: give --out a name that ends in .png"));
+        return Err(Failure::input(message, format!("pictures are PNG files: give {option} a name that ends in .png")));
     }
     let mut start = [0; SIGNATURE.len()];
     let found = std::fs::File::open(file).and_then(|mut open| std::io::Read::read_exact(&mut open, &mut start));
     if file.exists() && (found.is_err() || start != SIGNATURE) {
         let message = format!("{} exists and is not a picture", file.display());
-        return Err(Failure::input(message, "name another file with --out"));
+        return Err(Failure::input(message, format!("name another file with {option}")));
     }
     Ok(())
 }

@@ -347,6 +347,38 @@ fn check_lists_surfaces() {
     assert_eq!((&foot["name"], &foot["normal"][1]), (&"HIGH_FOOT".into(), &(-1.0).into()), "{told}");
 }
 
+/// `check --picture` draws all surfaces: two pictures of all, and one of each of the twelve of two boxes, in rows of
+/// five.
+#[test]
+fn check_draws_surfaces() {
+    let place = Place::new();
+    let out = place.good("check case.toml --picture surfaces.png").out;
+    assert!(out.contains("12 surfaces in surfaces.png"), "{out}");
+    let size = || {
+        let file = std::fs::File::open(place.path("surfaces.png")).expect("a file");
+        let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a picture");
+        (reader.info().width, reader.info().height)
+    };
+    assert_eq!(size(), (5 * 480, 3 * 400));
+    place.good("check case.toml --picture surfaces.png -q");
+    place.bad("check case.toml --picture surfaces.jpg", 2, &["does not end in .png", "--picture"]);
+    place.write("notes.png", "my notes");
+    place.bad("check case.toml --picture notes.png", 2, &["notes.png exists and is not a picture", "--picture"]);
+    place.bad("check case.toml --picture nowhere/surfaces.png", 2, &["nowhere"]);
+    place.bad("check case.toml --resolved --picture surfaces.png", 2, &["--resolved", "--picture"]);
+    // 64 surfaces are too many: those that the case uses are drawn
+    let more: String = (0..52)
+        .map(|n| {
+            format!(
+                "[[surface]]\nname = \"part_{n}\"\nbody = \"slab\"\nboxes = [{{ min = [-1, 0.9, -1], max = [9, 2, 9] }}]\n"
+            )
+        })
+        .collect();
+    place.write("case.toml", &CASE.replace("[[contact]]", &(more + "[[contact]]")));
+    let out = place.good("check case.toml --picture surfaces.png").out;
+    assert!(out.contains("4 surfaces of 64: those that the case uses in surfaces.png"), "{out}");
+}
+
 /// A mesh with one body gets a block; the mesh file is not in the folder of the case.
 #[test]
 fn a_body_alone_gets_a_block() {

@@ -8,7 +8,7 @@ use super::picture::Canvas;
 use super::raster::{Drawing, Face, Line, Sheet};
 use super::scene::{Layer, Paint, Scene, Style};
 use super::skin::{SkinFace, outline, skin, wire};
-use super::space::{Vector, dot, subtract, unit};
+use super::space::{Vector, cross, dot, subtract, unit};
 use super::view::{Camera, Rectangle};
 
 /// Edges of a box as corner numbers, whose bits indicate which coordinates are the larger ones.
@@ -39,7 +39,8 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     let s = f64::from(canvas.supersampling);
     let samples =
         Rectangle { left: s * frame.left, top: s * frame.top, right: s * frame.right, bottom: s * frame.bottom };
-    let Some(camera) = Camera::framing(scene.view, visible.chain(corners), samples) else {
+    let tips = scene.arrows.iter().flat_map(|(from, to, _)| [*from, *to]);
+    let Some(camera) = Camera::framing(scene.view, visible.chain(corners).chain(tips), samples) else {
         return Ok(drawing);
     };
     // Large enough for a line on a face seen at a grazing angle, small enough not to show through a
@@ -54,6 +55,7 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
         drawing.sheets.push(brush.sheet(&layer, faces)?);
     }
     drawing.sheets.push(brush.boxes());
+    drawing.sheets.push(brush.arrows());
     Ok(drawing)
 }
 
@@ -66,7 +68,7 @@ fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) 
         right: f64::from(canvas.width) - margin,
         bottom: f64::from(canvas.height) - margin,
     };
-    if let Some(caption) = &scene.caption {
+    for caption in scene.caption.iter().flat_map(|caption| caption.split('\n')) {
         let centre = [frame.centre()[0], frame.top + 0.5 * text.height()];
         text.fitting(caption, frame.width()).write(caption, centre, Align::Centre, inks);
         frame.top += text.height() + margin;
@@ -195,6 +197,24 @@ impl Brush<'_> {
             radius: 0.5 * width * self.dot,
             light: colour.linear(),
         }
+    }
+
+    /// A shaft, and a head of four strokes.
+    fn arrows(&self) -> Sheet {
+        let mut lines = Vec::new();
+        for &(from, to, colour) in &self.scene.arrows {
+            let along = subtract(to, from);
+            let length = dot(along, along).sqrt();
+            let axis = if along[0].abs() < 0.5 * length { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+            let across = unit(cross(along, axis));
+            let other = unit(cross(along, across));
+            lines.push(self.line(from, to, 1.2, colour));
+            for (side, sign) in [(across, 1.0), (across, -1.0), (other, 1.0), (other, -1.0)] {
+                let barb = std::array::from_fn(|c| to[c] - 0.25 * along[c] + 0.12 * sign * length * side[c]);
+                lines.push(self.line(to, barb, 1.2, colour));
+            }
+        }
+        Sheet { palette: Palette::plain(Colour::INK), opacity: 1.0, edge_radius: 0.0, faces: Vec::new(), lines }
     }
 
     fn boxes(&self) -> Sheet {

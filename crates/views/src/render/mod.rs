@@ -31,6 +31,7 @@ mod results;
 mod scene;
 mod skin;
 mod space;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod view;
@@ -44,4 +45,5 @@ pub use picture::{Canvas, Picture};
 pub use read_history::{is_table, read_histories};
 pub use results::{Cut, Field, FieldValues, RenderOptions, design_picture, state_picture, surface_picture};
 pub use scene::{Layer, Paint, Scene, Style, cells_above};
+pub use surfaces::{SurfaceLabel, surfaces_picture};
 pub use view::View;

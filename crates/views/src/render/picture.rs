@@ -73,6 +73,28 @@ impl Picture {
         Ok(Self { width, height, pixels })
     }
 
+    /// Pictures of the same size in rows of `columns`, from the upper left; the last row may be shorter.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`] if there are no pictures, or if the whole is too large.
+    pub fn grid(pictures: &[Self], columns: usize) -> Result<Self, RenderError> {
+        let (columns, side) =
+            (columns.max(1) as u32, |of: fn(&Self) -> u32| pictures.iter().map(of).max().unwrap_or(0));
+        let (width, height) = (side(|p| p.width), side(|p| p.height));
+        let rows = (pictures.len() as u32).div_ceil(columns);
+        let (whole, total) = (width.saturating_mul(columns), height.saturating_mul(rows));
+        check_size(whole, total)?;
+        let mut pixels = vec![255; 3 * whole as usize * total as usize];
+        for (number, picture) in pictures.iter().enumerate() {
+            let (left, top) = (number as u32 % columns * width, number as u32 / columns * height);
+            for (y, row) in picture.pixels.chunks_exact(3 * picture.width as usize).enumerate() {
+                let at = 3 * ((top as usize + y) * whole as usize + left as usize);
+                pixels[at..at + row.len()].copy_from_slice(row);
+            }
+        }
+        Ok(Self { width: whole, height: total, pixels })
+    }
+
     /// The picture as a PNG file's bytes: the same picture gives the same bytes.
     ///
     /// # Errors

@@ -72,11 +72,12 @@ pub struct Scene<'a> {
     pub(super) layers: Vec<Layer<'a>>,
     pub(super) surfaces: Vec<(Vec<SkinFace>, Colour)>,
     pub(super) boxes: Vec<[[f64; 3]; 2]>,
+    pub(super) arrows: Vec<([f64; 3], [f64; 3], Colour)>,
     /// Colour scale for fields; it is shown as a colour bar.
     pub scale: Option<ColourScale>,
     /// The view.
     pub view: View,
-    /// Caption.
+    /// Caption, of one or several lines.
     pub caption: Option<String>,
     /// Text in the centre if no layer has cells.
     pub note: String,
@@ -105,6 +106,7 @@ impl<'a> Scene<'a> {
             layers: Vec::new(),
             surfaces: Vec::new(),
             boxes: Vec::new(),
+            arrows: Vec::new(),
             scale: None,
             view: View::default(),
             caption: None,
@@ -173,6 +175,16 @@ impl<'a> Scene<'a> {
     pub fn add_box(&mut self, min: [f64; 3], max: [f64; 3]) -> Result<(), RenderError> {
         check_finite("box", min.into_iter().chain(max))?;
         self.boxes.push([min, max]);
+        Ok(())
+    }
+
+    /// Adds an arrow between two positions.
+    ///
+    /// # Errors
+    /// [`RenderError::NotFinite`].
+    pub fn add_arrow(&mut self, from: [f64; 3], to: [f64; 3], colour: Colour) -> Result<(), RenderError> {
+        check_finite("arrow", from.into_iter().chain(to))?;
+        self.arrows.push((from, to, colour));
         Ok(())
     }
 

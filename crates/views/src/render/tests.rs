@@ -7,6 +7,7 @@ use slipstick_model::optimize::IterationRecord;
 mod colours;
 mod inputs;
 mod results;
+mod surfaces;
 
 const BLACK: Colour = Colour([0; 3]);
 const RED: Colour = Colour([255, 0, 0]);
