@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Takes a hub and twenty designs to parts, and puts the tables between the marks of docs/tutorials/part.md;
-# ten minutes on two cores. `measure.sh hub` or `measure.sh designs` repeats one table.
+# Takes a hub, twenty random designs and ten optimized ones to parts, and puts the tables between the marks of
+# docs/tutorials/part.md; twenty minutes on two cores. `measure.sh hub`, `designs` or `promises` repeats one table.
 #
 #   docs/parts/measure.sh
 #
@@ -45,6 +45,11 @@ designs() {
     put docs/tutorials/part.md designs "$work/designs.md"
 }
 
-for table in "${@:-hub designs}"; do
+promises() {
+    python3 docs/parts/promises.py --slipstick "$programs/slipstick" --out "$work/promises" > "$work/promises.md"
+    put docs/tutorials/part.md promises "$work/promises.md"
+}
+
+for table in "${@:-hub designs promises}"; do
     for name in $table; do "$name"; done
 done

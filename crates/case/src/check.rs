@@ -309,6 +309,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         bytes: factor_bytes,
         operations: factor_operations,
         matrix_bytes,
+        contact_bytes,
         iterative,
         on_ranks,
     } = factorization(case, problem)?;
@@ -319,7 +320,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     let factors = if factors_on_gpu { 0.0 } else { factor_bytes };
     let working = if iterative { memory::iterations(unknowns) } else { memory::FRONTS * factors };
     let (matrix, kept) = (matrix_bytes, steps_with_factors);
-    let systems = memory::Systems { factors, working, on_ranks, matrix, kept };
+    let systems = memory::Systems { factors, working, on_ranks, matrix, contact: contact_bytes, kept };
     let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
     let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     let sets = problem
@@ -675,6 +676,7 @@ struct Factorization {
     bytes: f64,
     operations: f64,
     matrix_bytes: f64,
+    contact_bytes: f64,
     /// Whether the factors are a preconditioner.
     iterative: bool,
     on_ranks: memory::Factors,
@@ -689,6 +691,7 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
     let iteration = Iteration { at_start: true, ..Iteration::default() };
     let at = design.evaluate(&step, &rest.unknowns, Some(&geometry), iteration, wanted, workspace)?;
     let matrix = design.tangent(&step, &at, workspace)?;
+    let contact_bytes = geometry.bytes() as f64;
     let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
     let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), fixed, groups);
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
@@ -702,6 +705,7 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
             bytes,
             operations,
             matrix_bytes,
+            contact_bytes,
             iterative: true,
             on_ranks: memory::Factors::direct(bytes),
         });
@@ -712,12 +716,28 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
         // in single precision
         let bytes = 4.0 * entries + memory::ON_GPU * pattern.entries() as f64;
         let on_ranks = memory::Factors::direct(8.0 * entries);
-        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: false, on_ranks });
+        return Ok(Factorization {
+            unknowns,
+            bytes,
+            operations,
+            matrix_bytes,
+            contact_bytes,
+            iterative: false,
+            on_ranks,
+        });
     }
     let zone = contact_zone(case, &problem.mesh, pattern);
     if let (LinearSolverChoice::Petsc, Some((bytes, operations))) = (case.solver.linear, zone) {
         let on_ranks = memory::Factors { bytes, contact_zone: true };
-        return Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative: true, on_ranks });
+        return Ok(Factorization {
+            unknowns,
+            bytes,
+            operations,
+            matrix_bytes,
+            contact_bytes,
+            iterative: true,
+            on_ranks,
+        });
     }
     let forecast = Automatic::forecast(pattern);
     let double = 8.0 * forecast.direct_entries;
@@ -728,7 +748,7 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, St
     };
     let on_ranks =
         zone.map_or(memory::Factors::direct(double), |(bytes, _)| memory::Factors { bytes, contact_zone: true });
-    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, iterative, on_ranks })
+    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, contact_bytes, iterative, on_ranks })
 }
 
 /// Memory of the contact-zone preconditioner and operations of its factorization, if the case uses it.

@@ -18,6 +18,8 @@ pub(super) struct Systems {
     pub on_ranks: Factors,
     /// Memory of the tangent, by blocks and by entries. \[bytes\]
     pub matrix: f64,
+    /// Memory of the mortar rows with their derivatives, at the start. \[bytes\]
+    pub contact: f64,
     /// Load steps that keep their factors for the gradient.
     pub kept: usize,
 }
@@ -40,11 +42,11 @@ impl Factors {
 }
 
 /// The program itself, with its threads and memory that the allocator retains. Measured. \[bytes\]
-const PROGRAM: f64 = 13e6;
+const PROGRAM: f64 = 16.5e6;
 
 /// Memory during a factorization relative to the memory of its factors: fronts that wait for their
 /// parent. Measured.
-pub(super) const FRONTS: f64 = 0.5;
+pub(super) const FRONTS: f64 = 0.35;
 
 /// Memory of cuDSS on a GPU beside the entries of its factors, for each entry of the matrix. Measured
 /// (docs/gpu.md). \[bytes\]
@@ -60,17 +62,25 @@ pub(super) fn iterations(unknowns: usize) -> f64 {
 
 /// Copies of the tangent that exist at the same time: assembled, without prescribed unknowns,
 /// scaled for the factorization, and the working space of the elimination order and the iterations.
+/// Measured, without what fits into memory that fronts have left.
+const MATRICES: f64 = 1.5;
+
+/// The same on ranks, whose factors are those of MUMPS or of a contact zone. Measured.
+const MATRICES_ON_RANKS: f64 = 2.5;
+
+/// Memory of contact relative to that of the mortar rows at the start: rows of the previous and the
+/// current state and of the sweep, facets with their derivatives, and more overlap during the path.
 /// Measured.
-const MATRICES: f64 = 2.5;
+const CONTACT: f64 = 13.0;
 
 /// Peak memory of a run, and its reduction without kept factors. \[bytes\]
 ///
 /// The parts are those that grow with the problem: memory left from building, one factorization in
-/// progress, kept factors, copies of the tangent, the states and the filter's lists of neighbours.
-/// Among the kept factors of all steps, the last ones are those in use.
+/// progress, kept factors, copies of the tangent, contact, the states and the filter's lists of
+/// neighbours.
 /// Test: `predicted_memory_is_that_of_runs`.
 pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f64) {
-    let Systems { factors, working, matrix, kept, .. } = *systems;
+    let Systems { factors, working, matrix, contact, kept, .. } = *systems;
     // Plain Uzawa iterations factorize the system with fixed multipliers, the gradient the one with
     // free multipliers, and each keeps its factors for the next time.
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
@@ -83,12 +93,12 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     let fixed = PROGRAM
         + libraries
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
-        + MATRICES * matrix * at_once.max(realisations as f64)
+        + (MATRICES * matrix + CONTACT * contact) * at_once.max(realisations as f64)
         + states(case, problem)
         + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem);
     let peak = fixed + (factors + working + second) * at_once;
-    let all_kept = kept.saturating_sub(1) as f64 * factors;
+    let all_kept = kept as f64 * factors;
     (peak + all_kept, all_kept)
 }
 
@@ -111,6 +121,9 @@ pub struct RankMemory {
     /// Load steps.
     steps: usize,
 }
+
+/// The program itself in each process. Measured. \[bytes\]
+const PROGRAM_ON_RANKS: f64 = 13e6;
 
 /// Memory of MPI and PETSc in a process. Measured by `docs/cluster/undivided.sh`. \[bytes\]
 const LIBRARIES: f64 = 55e6;
@@ -135,11 +148,11 @@ impl RankMemory {
         let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
         Self {
             divided: building
-                + MATRICES * systems.matrix
+                + MATRICES_ON_RANKS * systems.matrix
                 + states(case, problem)
                 + RESPONSE_DIVIDED * responses(problem)
                 + filter(case, problem),
-            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
+            whole: PROGRAM_ON_RANKS + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
             factors: systems.on_ranks.bytes,
             contact_zone: systems.on_ranks.contact_zone,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },

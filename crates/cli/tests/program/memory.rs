@@ -118,14 +118,14 @@ impl Measured {
 
 /// Rows of all runs, in the given order, one run at a time; each prediction is within 25 % of the
 /// measurement.
-fn measure(runs: &[Measured]) -> Vec<Row> {
+fn measure(runs: &[Measured], tolerance: f64) -> Vec<Row> {
     let rows: Vec<Row> = runs.iter().map(Measured::row).collect();
-    let wrong: String = rows.iter().filter(|row| !(0.75..=1.25).contains(&row.ratio())).map(Row::line).collect();
-    assert!(wrong.is_empty(), "predictions off by more than a quarter\n{wrong}");
+    let wrong: String = rows.iter().filter(|row| (row.ratio() - 1.0).abs() > tolerance).map(Row::line).collect();
+    assert!(wrong.is_empty(), "predictions off by more than {tolerance}\n{wrong}");
     rows
 }
 
-/// Prediction and measurement (`VmHWM`) agree within 25 %, for all elements and methods.
+/// Prediction and measurement (`VmHWM`) agree within 15 %, for all elements and methods.
 #[test]
 fn predicted_memory_is_that_of_runs() {
     let run = |name, elements, enforcement, more| {
@@ -137,7 +137,7 @@ fn predicted_memory_is_that_of_runs() {
         Measured { name, elements, cells, enforcement, filter: Some(radius), more }
     };
     let (hexahedra, wedges, tetrahedra) = (Elements::Hexahedra, Elements::Wedges, Elements::Tetrahedra);
-    measure(&[
+    let runs = [
         run("Lagrange", hexahedra, LAGRANGE, NOTHING_KEPT),
         run("penalty", hexahedra, PENALTY, NOTHING_KEPT),
         run("plain Uzawa", hexahedra, "{ augmented = { acceleration = 0, tolerance = 1e-2 } }", NOTHING_KEPT),
@@ -148,7 +148,21 @@ fn predicted_memory_is_that_of_runs() {
         run("penalty", wedges, PENALTY, NOTHING_KEPT),
         run("Lagrange", tetrahedra, LAGRANGE, NOTHING_KEPT),
         run("augmented", tetrahedra, AUGMENTED, NOTHING_KEPT),
-    ]);
+    ];
+    measure(&runs, 0.15);
+}
+
+/// The same where contact takes a good part of the memory: many facets of a dome above a plate.
+#[test]
+fn predicted_memory_includes_contact() {
+    let place = Place::new();
+    place.good("new half-ball --out ball.toml");
+    let set = "--set load_path.steps=2 --set adjoint.memory='0'";
+    let inspection = place.good(&format!("--json check ball.toml {set}")).event("result")["inspection"].clone();
+    let ran = place.good(&format!("--json optimize ball.toml --iterations 1 --threads 1 {set}")).event("result");
+    let [predicted, measured] =
+        [&inspection["peak_bytes"], &ran["peak_bytes"]].map(|of| of.as_f64().expect("a number"));
+    assert!((0.85..=1.15).contains(&(measured / predicted)), "{measured} instead of {predicted}");
 }
 
 /// The table in `docs/robustness.md`: 5,000 to 40,000 unknowns, with hexahedra, wedges and
@@ -171,7 +185,7 @@ fn table_of_memory() {
                 runs.push(run("augmented, filter", AUGMENTED, Some(radius), NOTHING_KEPT));
                 runs.push(run("Lagrange, filter, kept factors", LAGRANGE, Some(radius), ""));
             }
-            rows += &measure(&runs).iter().map(Row::line).collect::<String>();
+            rows += &measure(&runs, 0.2).iter().map(Row::line).collect::<String>();
         }
     }
     publish("memory", &rows);

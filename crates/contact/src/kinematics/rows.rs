@@ -69,6 +69,19 @@ pub struct SlipIncrement {
 }
 
 impl NodeKinematics {
+    /// Memory of the row, nearly all of it for derivatives. \[bytes\]
+    pub fn bytes(&self) -> usize {
+        let lists = [
+            &self.coefficient,
+            &self.gradient,
+            &self.frame.gradient,
+            &self.area_gradient,
+            &self.relative_gradient,
+            &self.height_gradient,
+        ];
+        size_of::<Self>() + 4 * self.support.len() + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
+    }
+
     /// Assembles the node's row from the facets around it. Coordinates `x`: 3 per node.
     ///
     /// Returns `false` if the frame is degenerate (facets folded onto each other).

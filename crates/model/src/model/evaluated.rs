@@ -26,6 +26,13 @@ pub struct Kinematics {
     pub with_gradient: bool,
 }
 
+impl Kinematics {
+    /// Memory of all rows. \[bytes\]
+    pub fn bytes(&self) -> usize {
+        self.nodes.iter().map(NodeKinematics::bytes).sum()
+    }
+}
+
 /// The fixed data of a load step.
 #[derive(Debug)]
 pub struct Step {
