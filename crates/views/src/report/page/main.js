@@ -145,8 +145,11 @@ function view() {
   const cache = new Map(), open = packed => { if (!cache.has(packed)) cache.set(packed, unpacked(packed)); return cache.get(packed); };
   const frame = () => state.mode === "steps" ? steps[state.step] : designs[state.design];
   const density = () => state.mode === "steps" ? m.path_density : frame().density;
-  // An initial design without any density above the threshold is shown whole.
-  if (density() && !open(density()).some((phi, e) => phi > state.threshold && m.bodies[bodyOfHex[e]].designed)) state.threshold = 0;
+  // An initial design is shown whole: most elements below the threshold have the same density, which is not that of void.
+  if (density()) {
+    const below = open(density()).filter((phi, e) => phi <= state.threshold && m.bodies[bodyOfHex[e]].designed).sort(), middle = below[below.length >> 1];
+    if (!designed || middle > 0.05 && below.filter(phi => Math.abs(phi - middle) < 0.02).length > 0.5 * below.length) state.threshold = 0;
+  }
   const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2] };
   const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress" };
   const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? designed : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
