@@ -100,7 +100,7 @@ pub struct New {
     /// The template; if omitted, the available ones are listed
     #[arg(value_name = "TEMPLATE")]
     pub template: Option<String>,
-    /// Write a case for this mesh (.msh, .inp, .vtu), with its bodies and surfaces by name
+    /// Write a case for this mesh (.msh, .inp, .vtu, .vtk), with its bodies and surfaces by name
     /// (template `my-mesh`)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub mesh: Option<PathBuf>,

@@ -12,6 +12,7 @@ pub(crate) enum Encoding {
 }
 
 /// A position in a file's bytes.
+#[derive(Clone)]
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -94,7 +95,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next N bytes, in little-endian order.
-    fn binary<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
+    pub fn binary<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
         let Some((&(mut bytes), _)) = self.bytes[self.at..].split_first_chunk::<N>() else {
             return Err(self.error("the file ends unexpectedly", DAMAGED));
         };

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::{CellKind, MeshFileError, abaqus, gmsh, vtu};
+use crate::{CellKind, MeshFileError, abaqus, gmsh, legacy, vtu};
 
 /// All cells of a file, of any kind.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -98,10 +98,11 @@ impl FileMesh {
             Some(b'$') => gmsh::parse(text),
             Some(b'*') => abaqus::parse(text),
             Some(b'<') => vtu::mesh(text),
+            Some(b'#') if legacy::recognises(text) => vtu::mesh_of(&legacy::read(text)?),
             _ => Err(MeshFileError::new(
                 "line 1",
                 "unknown mesh format",
-                "supported mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp and VTK's .vtu",
+                "supported mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp, and VTK's .vtu and .vtk",
             )),
         }
     }

@@ -5,6 +5,7 @@
 //! | `.msh` 2.2 and 4.1, ASCII and binary | Gmsh | nodes, elements, physical groups |
 //! | `.inp` | Abaqus, CalculiX, Gmsh | `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE` of a flat model |
 //! | `.vtu` | ParaView, VTK, meshio, slipstick | ASCII, inline base64, appended raw or base64; zlib, LZ4, LZMA or no compression |
+//! | `.vtk` | older programs, meshio, VTK | unstructured grids of versions 1 to 5, ASCII and binary |
 //!
 //! [`FileMesh::parse`] recognizes the format by the first character and keeps the contents of the
 //! file, with its own numbers for messages. [`FileMesh::body`] extracts one body as a
@@ -33,6 +34,7 @@ mod error;
 mod file_mesh;
 mod gmsh;
 mod hexahedra;
+mod legacy;
 mod unusable;
 pub mod vtu;
 

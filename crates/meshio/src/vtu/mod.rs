@@ -11,7 +11,7 @@ use slipstick_mesh::wedge_jacobian;
 use crate::builder::Builder;
 use crate::error::DAMAGED;
 use crate::{CellKind, FileMesh, MeshFileError};
-use xml::{Document, Section};
+use xml::Section;
 
 /// A named array of values on points or cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,17 +75,17 @@ pub fn read(bytes: &[u8]) -> Result<Grid, MeshFileError> {
             (Section::PointData | Section::CellData, _) => return Err(bad("the number of values is wrong")),
         }
     }
-    check(&document, &grid)?;
+    check(document.points, document.cells, &grid)?;
     Ok(grid)
 }
 
 /// Checks that points and cells are complete and refer to existing items.
-fn check(document: &Document, grid: &Grid) -> Result<(), MeshFileError> {
+pub(crate) fn check(points: usize, cells: usize, grid: &Grid) -> Result<(), MeshFileError> {
     let error = |message: &str| Err(MeshFileError::new("the file", message, DAMAGED));
-    if grid.points.len() != document.points {
+    if grid.points.len() != points {
         return error("the number of points is wrong");
     }
-    if grid.types.len() != document.cells || grid.offsets.len() != document.cells {
+    if grid.types.len() != cells || grid.offsets.len() != cells {
         return error("the number of cells is wrong");
     }
     if !grid.offsets.is_sorted() || grid.offsets.last().copied().unwrap_or(0) != grid.connectivity.len() {
@@ -100,7 +100,11 @@ fn check(document: &Document, grid: &Grid) -> Result<(), MeshFileError> {
 /// The mesh of a file. Integer fields on the cells define sets: the cells with `f` = 3 form the set
 /// `f=3`.
 pub(crate) fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
-    let grid = read(bytes)?;
+    mesh_of(&read(bytes)?)
+}
+
+/// The mesh of a grid.
+pub(crate) fn mesh_of(grid: &Grid) -> Result<FileMesh, MeshFileError> {
     let mut builder = Builder::default();
     for (number, &x) in grid.points.iter().enumerate() {
         if x.iter().any(|&x| crate::cursor::finite(x).is_none()) {

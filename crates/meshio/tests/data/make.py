@@ -131,6 +131,9 @@ meshio.vtu.write("meshio_ascii.vtu", mesh, binary=False)
 meshio.vtu.write("meshio_base64.vtu", mesh, compression=None)
 meshio.vtu.write("meshio_base64_zlib.vtu", mesh, compression="zlib")
 meshio.write("meshio.inp", mesh)
+for version in ("42", "51"):
+    for kind in ("ascii", "binary"):
+        meshio.vtk.write(f"meshio_{version}_{kind}.vtk", mesh, fmt_version=f"{version[0]}.{version[1]}", binary=kind == "binary")
 
 # the wedges with their faces, in VTK's numbering before version 9.7
 cells = [block for block in wedges.cells if block.type in ("triangle", "quad", "wedge")]
@@ -162,4 +165,11 @@ for name, choose in WRITERS.items():
     writer.SetFileName(name + ".vtu")
     writer.SetInputData(grid)
     choose(writer)
+    writer.Write()
+for version, kind in ((42, "Binary"), (51, "ASCII")):
+    writer = vtk.vtkUnstructuredGridWriter()
+    writer.SetFileName(f"vtk_{version}_{kind.lower()}.vtk")
+    writer.SetInputData(grid)
+    writer.SetFileVersion(version)
+    getattr(writer, f"SetFileTypeTo{kind}")()
     writer.Write()

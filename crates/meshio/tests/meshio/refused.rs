@@ -149,3 +149,36 @@ fn formats_that_are_not_read_are_said() {
     assert!(with("NumberOfCells=\"44\"", "NumberOfCells=\"45\"").message.contains("number"));
     assert!(with("</Piece>", "</Piece><Piece>").message.contains("several pieces"));
 }
+
+/// A hexahedron and a tetrahedron as older programs write them, with attributes of all kinds.
+const LEGACY: &str = "# vtk DataFile Version 2.0\ntwo cells\nASCII\nDATASET UNSTRUCTURED_GRID\n\
+    FIELD FieldData 1\nTIME 1 1 double\n0.5\nPOINTS 9 float\n\
+    0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1 2 0 0\n\
+    CELLS 2 14\n8 0 1 2 3 4 5 6 7\n4 1 8 2 5\nCELL_TYPES 2\n12\n10\n\
+    POINT_DATA 9\nVECTORS u float\n0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n\
+    CELL_DATA 2\nSCALARS part int 1\nLOOKUP_TABLE default\n1 2\nSCALARS load double\nLOOKUP_TABLE default\n.5 1\n\
+    LOOKUP_TABLE colours 1\n0 0 0 1\n";
+
+#[test]
+fn older_vtk_files() {
+    let file = FileMesh::parse(LEGACY.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(file.parts().collect::<Vec<_>>(), ["part=1", "part=2"]);
+    // a cube, and a tetrahedron with the base 1/2 and the height 1
+    let volume = |part| sound(&file, "b", Some(part)).mesh.element_volumes().iter().sum::<f64>();
+    assert!((volume("part=1") - 1.0).abs() < 1e-15);
+    assert!((volume("part=2") - 1.0 / 6.0).abs() < 1e-15);
+    let with = |from: &str, to: &str| {
+        assert!(LEGACY.contains(from), "{from}");
+        refused(&LEGACY.replacen(from, to, 1))
+    };
+    assert!(with("UNSTRUCTURED_GRID", "STRUCTURED_POINTS").message.contains("STRUCTURED_POINTS"));
+    assert!(with("ASCII", "TEXT").message.contains("instead of ASCII or BINARY"));
+    assert!(with("4 1 8 2 5", "4 1 9 2 5").message.contains("does not exist"));
+    assert!(with("4 1 8 2 5", "5 1 8 2 5").message.contains("incomplete"));
+    assert!(with("4 1 8 2 5", "4 1 -8 2 5").message.contains("-8 is not the number of a node"));
+    assert!(with("CELL_DATA 2", "CELL_DATA 3").message.contains("a number is expected"));
+    assert!(with("TIME 1 1 double", "TIME 1 1 string").message.contains("texts"));
+    assert!(with("float", "half").message.contains("not understood"));
+    assert!(with("2 0 0\n", "2 nan 0\n").cure.contains("finite"));
+    assert!(with("CELL_TYPES 2\n12\n10", "CELL_TYPES 1\n12").message.contains("number of cells"));
+}

@@ -8,7 +8,7 @@ use crate::{data, places, sound};
 
 const GMSH: [&str; 5] =
     ["gmsh_22_ascii.msh", "gmsh_22_binary.msh", "gmsh_41_ascii.msh", "gmsh_41_binary.msh", "gmsh.inp"];
-const VTU: [&str; 9] = [
+const VTK: [&str; 15] = [
     "meshio_ascii.vtu",
     "meshio_base64.vtu",
     "meshio_base64_zlib.vtu",
@@ -18,6 +18,12 @@ const VTU: [&str; 9] = [
     "vtk_appended_base64_zlib.vtu",
     "vtk_raw.vtu",
     "vtk_raw_zlib.vtu",
+    "meshio_42_ascii.vtk",
+    "meshio_42_binary.vtk",
+    "meshio_51_ascii.vtk",
+    "meshio_51_binary.vtk",
+    "vtk_42_binary.vtk",
+    "vtk_51_ascii.vtk",
 ];
 
 fn shape(body: &str) -> BoxShape {
@@ -86,7 +92,7 @@ fn all_layouts_of_gmsh_are_one_mesh() {
 /// Integer fields on cells make sets.
 #[test]
 fn vtu_files_are_read_in_every_encoding() {
-    for name in VTU {
+    for name in VTK {
         let file = FileMesh::parse(&data(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(file.parts().collect::<Vec<_>>(), ["group=1", "group=6"], "{name}");
         compare(&file, "slab", "group=1", ["slab_group=2", "slab_group=3"], name);

@@ -77,8 +77,8 @@ fn told(file: &str, error: MeshFileError) -> (String, String) {
 pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) -> Option<MeshFile> {
     let file = table
         .string("file")
-        .check(CaseCode::Empty, |file| !file.is_empty(), "is empty", "name a .msh, .inp or .vtu file")
-        .required(String::new(), "a .msh, .inp or .vtu file, relative to the case file");
+        .check(CaseCode::Empty, |file| !file.is_empty(), "is empty", "name a .msh, .inp, .vtu or .vtk file")
+        .required(String::new(), "a .msh, .inp, .vtu or .vtk file, relative to the case file");
     let part = table.string("part").optional();
     let scale = table.number("scale").positive(CaseCode::OutOfRange).or(1.0);
     let first_order = table.boolean("first_order").or(false);
