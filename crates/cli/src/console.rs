@@ -144,6 +144,19 @@ impl Console {
         }
     }
 
+    /// Prints that void follows linear elasticity from an iteration on.
+    pub fn rescued_void(&self, void: &CrushedVoid, iteration: usize) {
+        let message = format!("{void}; from iteration {iteration} on, void follows linear elasticity");
+        let help = "set `energy_interpolation = {}` in `[design]`, so that all commands analyse the design like this";
+        self.event(
+            "warning",
+            json!({ "code": "rescued_void", "message": message, "help": help, "iteration": iteration, "void": void }),
+        );
+        if !self.json && !self.quiet {
+            self.suspended(|| complain(&format!("warning: {message}\n    help: {help}\n")));
+        }
+    }
+
     /// Prints that a design falls apart: that of an iteration, or the result.
     pub fn loose_pieces(&self, loose: &LoosePieces, iteration: Option<usize>) {
         let help = pieces::CURE;

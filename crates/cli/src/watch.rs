@@ -201,13 +201,16 @@ impl DriveObserver for Watch<'_> {
     }
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
-        let DesignEvaluated { record, ref notice, seconds, ref crushed, ref loose } = *design;
+        let DesignEvaluated { record, ref notice, seconds, ref crushed, rescued, ref loose } = *design;
         // Repeated only if it differs from that of the previous design.
         self.console.notice(notice.as_ref().filter(|notice| Some(*notice) != self.notice.as_ref()));
         self.notice.clone_from(notice);
         if let Some(crushed) = crushed.as_ref().filter(|_| !self.crushed) {
             self.crushed = true;
             self.console.crushed_void(crushed);
+        }
+        if let Some(void) = rescued {
+            self.console.rescued_void(void, record.iteration);
         }
         if let Some(loose) = loose.as_ref().filter(|_| !self.loose) {
             self.console.loose_pieces(loose, Some(record.iteration));

@@ -223,6 +223,11 @@ impl Analysis {
         self.change_model(|model| model.set_penalization(penalization));
     }
 
+    /// Sets the interpolation of energies, from the next analysis on.
+    pub(crate) fn set_energy_interpolation(&mut self, energy: Option<slipstick_solid::EnergyInterpolation>) {
+        self.change_model(|model| model.set_energy_interpolation(energy));
+    }
+
     /// Sets when Uzawa's iteration stops; does nothing if no contact pair uses it.
     pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::model::Uzawa>) {
         self.change_model(|model| model.set_uzawa(uzawa));

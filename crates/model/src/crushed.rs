@@ -7,7 +7,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slipstick_design::ElementValues;
 use slipstick_path::StateError;
 
@@ -21,7 +21,7 @@ pub const CURE: &str =
     "void that follows linear elasticity, which cannot invert: `energy_interpolation = {}` in `[design]`";
 
 /// Void that inverted or folded in failed attempts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CrushedVoid {
     /// Failed attempts in which it did.
     pub attempts: usize,

@@ -8,7 +8,8 @@
 //! sensitivity filter then replaces the pull-back.
 //!
 //! With GCMMA, a design may be rejected after its march and before its sweep; the next candidate is
-//! then marched instead. The approximations by which candidates are judged are part of the state,
+//! then marched instead. The default, MMA with a guard (`guard.rs`), does so only if a step goes too far, and in
+//! the iterations after it. The approximations by which candidates are judged are part of the state,
 //! so each march is made once, and an interrupted iteration is repeated from its first candidate.
 //!
 //! [`Optimization`] only advances; the caller handles time, files and terminals. Everything that
@@ -17,24 +18,28 @@
 
 mod best;
 mod functions;
+mod guard;
 mod maps;
+mod marching;
 mod realisations;
 mod state;
 mod stop;
 
 pub use best::{Best, FEASIBLE};
 pub use state::{
-    FilterOptions, FunctionRecord, IterationRecord, OptimizationOptions, OptimizationState, OptimizeError, PrepareError,
+    FilterOptions, FunctionRecord, Interpolation, IterationRecord, OptimizationOptions, OptimizationState,
+    OptimizeError, PrepareError,
 };
 pub use stop::StopCriteria;
 
 use functions::{Counts, Designs, Gradients, Values};
+use marching::Marched;
 use realisations::Realisations;
 
 use crate::analysis::Forward;
 use crate::problem::Problem;
 use slipstick_design::{
-    DensityMap, ElementValues, Functions, Judgement, Optimizer, Scaling, Schedule, SensitivityFilter, VariableValues,
+    DensityMap, ElementValues, Functions, Optimizer, Scaling, Schedule, SensitivityFilter, VariableValues,
     VolumeConstraint,
 };
 use slipstick_path::{Guide, MarchObserver};
@@ -68,18 +73,11 @@ pub struct Optimization {
     schedule: Schedule,
     /// Whether a march follows the path of the previous design.
     follow: bool,
+    /// Whether void follows linear elasticity once it makes a path fail.
+    rescue_void: bool,
     evaluated: Option<Evaluated>,
     /// All data that the next iteration depends on.
     pub state: OptimizationState,
-}
-
-/// A design whose path could be marched.
-struct Marched {
-    x: VariableValues,
-    designs: Designs,
-    halvings: usize,
-    /// Newton iterations of the paths that failed earlier, and of rejected candidates.
-    lost: usize,
 }
 
 /// Lower and upper bound of every variable.
@@ -100,9 +98,6 @@ impl Bounds {
 
 /// Name of the bound on the volume.
 const VOLUME: &str = "volume_fraction";
-
-/// How many times an update is halved when the path of the new design cannot be marched.
-const MAX_HALVINGS: usize = 3;
 
 impl Optimization {
     /// Prepares the optimization of a problem.
@@ -139,6 +134,7 @@ impl Optimization {
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
         let n = x.len();
+        let rescue_void = options.rescue_void && !problem.analysis.model().interpolates_energies();
         let first = usize::from(volume_fraction.is_some());
         let smooth = problem.analysis.constraints.iter().enumerate();
         let smooth = smooth.filter(|(_, constraint)| constraint.response.extreme().is_some());
@@ -158,6 +154,7 @@ impl Optimization {
             shifts: Vec::new(),
             extremes,
             best: None,
+            interpolation: None,
             history: Vec::new(),
         };
         Ok(Self {
@@ -171,6 +168,7 @@ impl Optimization {
             stop,
             schedule,
             follow: options.follow_previous_design,
+            rescue_void,
             evaluated: None,
             state,
         })
@@ -282,7 +280,10 @@ impl Optimization {
         if let Some(limit) = self.volume_limit() {
             self.volume.set_limit(limit);
         }
-        let Marched { x, mut designs, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
+        if self.rescue_void {
+            self.interpolate_energies(self.state.interpolation.is_some());
+        }
+        let Marched { x, mut designs, halvings, lost, crushed } = self.march_accepted(&mut optimizer, observer)?;
         if designs.is_rounded() {
             designs.forget_factors();
         }
@@ -296,10 +297,12 @@ impl Optimization {
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
         let done = self.done(&x);
-        let changed = self.schedule.changes_values_at(self.state.iteration);
+        let changed = self.schedule.changes_values_at(self.state.iteration) || crushed.is_some();
+        let interpolation = crushed.map(|void| Interpolation { from: self.state.iteration, void });
+        let interpolation = interpolation.or_else(|| self.state.interpolation.clone());
         let evaluated = Evaluated { x: x.clone(), density: designs.nominal().clone(), gradient: None };
         let shifts = if values.shifts.iter().all(|shift| *shift == 0.0) { Vec::new() } else { values.shifts.clone() };
-        let mut next = OptimizationState { x, optimizer, dilated_limit, shifts, ..self.state.clone() };
+        let mut next = OptimizationState { x, optimizer, dilated_limit, shifts, interpolation, ..self.state.clone() };
         let mut derivative = None;
         if !done {
             let gradients = self.realisations.gradients(&mut self.problem.analysis, &designs);
@@ -365,74 +368,6 @@ impl Optimization {
         each.filter(|of| of.2 > FEASIBLE).reduce(|a, b| if b.2 > a.2 { b } else { a })
     }
 
-    /// Marches with the variables of the state and, as long as the optimizer rejects the result,
-    /// with its next candidate.
-    ///
-    /// Where the schedule changes the functions or the bound on the volume, there is nothing to compare
-    /// a design with, and it is accepted. A halved update is judged like a full one. It does not raise the objective
-    /// either: the approximations are convex, so where both ends are no worse than the last design,
-    /// nor is the middle.
-    fn march_accepted(
-        &mut self,
-        optimizer: &mut Optimizer,
-        observer: &mut dyn MarchObserver,
-    ) -> Result<Marched, OptimizeError> {
-        let bounds = Bounds::of_variables(self.state.x.len());
-        let comparable = !self.schedule.changes_values_at(self.state.iteration);
-        let (mut x, mut halvings, mut lost) = (self.state.x.clone(), 0, 0);
-        loop {
-            let mut marched = self.march_or_step_back(x, observer)?;
-            marched.halvings += halvings;
-            marched.lost += lost;
-            let judged = comparable && !marched.designs.is_rounded();
-            // without scales, nothing has been approximated yet
-            let Some(scaling) = self.state.scaling.as_ref().filter(|_| judged) else {
-                return Ok(marched);
-            };
-            let held = Some(&*self.state.shifts);
-            let values = self.values(&marched.designs, self.state.dilated_limit, held);
-            let scaled = values.scaled(scaling);
-            let ranks = self.problem.analysis.linear.ranks();
-            match optimizer.judge(&marched.x, bounds.both(), scaled.objective, &scaled.constraints, ranks)? {
-                Judgement::Conservative | Judgement::Exhausted => return Ok(marched),
-                Judgement::Rejected(next) => x = next.x.into(),
-            }
-            halvings = marched.halvings;
-            lost = marched.lost + marched.designs.newton_iterations() + marched.designs.failed_iterations();
-            if observer.cancelled() {
-                return Err(OptimizeError::Interrupted);
-            }
-        }
-    }
-
-    /// Marches with these variables or, if that fails, with half of the update that led to them.
-    fn march_or_step_back(
-        &mut self,
-        mut x: VariableValues,
-        observer: &mut dyn MarchObserver,
-    ) -> Result<Marched, OptimizeError> {
-        let (mut halvings, mut lost) = (0, 0);
-        loop {
-            let densities = self.realisations.densities(self.state.iteration, &x);
-            let failure = match self.realisations.march(&mut self.problem.analysis, densities, observer) {
-                Ok(designs) if !designs.finished(self.problem.analysis.times.len()) => {
-                    return Err(OptimizeError::Interrupted);
-                }
-                Ok(designs) => return Ok(Marched { x, designs, halvings, lost }),
-                Err(failure) => failure,
-            };
-            let back = match (failure.march(), &self.state.x_before) {
-                (Some(march), Some(before)) if halvings < MAX_HALVINGS => {
-                    lost += march.path.newton_iterations() + march.failed_iterations;
-                    before
-                }
-                _ => return Err(failure.into()),
-            };
-            halvings += 1;
-            x.iter_mut().zip(back).for_each(|(x, b)| *x = 0.5 * (*x + b));
-        }
-    }
-
     /// Pulls the gradients back to the variables or filters them, scales, and lets the optimizer
     /// choose the next variables. `gradients` are, for each realisation, those of the parts of the
     /// objective and of the constraints of the analysis.
@@ -447,7 +382,8 @@ impl Optimization {
         let x = next.x.clone();
         let analysis = &self.problem.analysis;
         let Gradients { parts, constraints } = self.gradients_of(&x, values, designs, gradients);
-        if self.schedule.changes_functions_at(next.iteration) {
+        let interpolates = next.interpolation.as_ref().is_some_and(|of| of.from == next.iteration);
+        if self.schedule.changes_functions_at(next.iteration) || interpolates {
             next.optimizer.restart();
         }
         if let Some(move_limit) = self.schedule.move_limit.at(next.iteration) {

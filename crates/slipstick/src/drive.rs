@@ -47,6 +47,8 @@ pub struct DesignEvaluated<'a> {
     pub notice: Option<ForwardNotice>,
     /// Void that made attempts at its load steps fail, if these cost more than its path.
     pub crushed: Option<CrushedVoid>,
+    /// Void that made its path fail: from this design on, void follows linear elasticity.
+    pub rescued: Option<&'a CrushedVoid>,
     /// Pieces of the design that hang together with nothing.
     pub loose: Option<LoosePieces>,
     /// Wall time of the analysis, the gradient and the update. \[s\]
@@ -266,7 +268,10 @@ pub fn drive(
             let costly = record.failed_iterations > record.newton_iterations;
             let crushed = costly.then(|| optimization.problem.crushed_void(&forward.density, failed.iter())).flatten();
             let loose = optimization.problem.loose_pieces(&forward.density);
-            observer.evaluated(&DesignEvaluated { record, notice: forward.notice.clone(), crushed, loose, seconds });
+            let rescued = optimization.state.interpolation.as_ref();
+            let rescued = rescued.filter(|of| of.from == record.iteration).map(|of| &of.void);
+            let notice = forward.notice.clone();
+            observer.evaluated(&DesignEvaluated { record, notice, crushed, rescued, loose, seconds });
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(optimization, seconds)?;

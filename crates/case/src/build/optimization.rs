@@ -37,12 +37,15 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         },
         schedule: optimizer.schedule.clone(),
         method: match optimizer.method {
+            OptimizerMethod::Mma if optimizer.adaptive => Method::Guarded { inner_iterations: Method::REPETITIONS },
             OptimizerMethod::Mma => Method::Mma,
             OptimizerMethod::Gcmma => {
                 Method::Gcmma { inner_iterations: optimizer.inner_iterations.unwrap_or(Method::INNER_ITERATIONS) }
             }
         },
         mma: optimizer.mma,
+        // a designed body that a load case rotates may not follow linear elasticity
+        rescue_void: !case.load_cases.iter().flat_map(|of| &of.bodies).any(|body| body.rotation.is_some()),
         margin: design.minimum_thickness.map(|_| MARGIN),
         follow_previous_design: case.load_path.start_values == StartValues::PreviousDesign,
     };

@@ -32,6 +32,7 @@ min = -0.6
 minimise = { quantity = "V" }
 [optimizer]
 iterations = 4
+adaptive = false
 "#;
 
 fn beam(text: &str) -> Place {
@@ -203,4 +204,28 @@ fn loose_pieces_are_reported_during_the_run() {
     let text = text.replace("iterations = 8", "iterations = 1");
     let ran = beam(&text).good("optimize case.toml --out run");
     assert_eq!(ran.err.matches("neither a support").count(), 2, "{}", ran.err);
+}
+
+/// A jump of the sharpness makes the approximations of MMA poor: without a guard, every step leaves the
+/// bound further. With it, the run ends with a design that meets the bound; it resumes bit for bit.
+#[test]
+fn a_jump_of_the_sharpness_does_not_break_the_bound() {
+    let text = BEAM
+        .replace("elements = [6, 2, 1]", "elements = [12, 4, 2]")
+        .replace("{ radius = 1.2 }", "{ radius = 0.8 }\nprojection = { sharpness = 1.0 }")
+        .replace("initial = 0.8", "initial = 0.6")
+        .replace("min = -0.6", "min = -0.3")
+        .replace("iterations = 4", "iterations = 18\nschedule = { sharpness = [[0, 1], [12, 16]] }");
+    let place = beam(&text);
+    place.good("optimize case.toml --out plain");
+    assert!(column(&place.table("plain/history.csv"), "violation")[18] > 1.0);
+    place.write("case.toml", &text.replace("adaptive = false\n", ""));
+    let ran = place.good("optimize case.toml --out guarded");
+    assert!(!ran.err.contains("violates"), "{}", ran.err);
+    let history = place.table("guarded/history.csv");
+    assert!(column(&history, "inner_iterations").iter().sum::<f64>() > 0.0);
+    assert!(column(&history, "violation")[18] < 1e-3);
+    place.good("optimize case.toml --iterations 14 --out short");
+    place.good("resume short --iterations 18");
+    assert_eq!(place.read("short/design.csv"), place.read("guarded/design.csv"));
 }

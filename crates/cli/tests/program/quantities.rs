@@ -44,7 +44,7 @@ fn column(table: &[Vec<String>], name: &str) -> Vec<f64> {
 #[test]
 fn quantities_are_maximised_and_bounded() {
     let place = place();
-    let told = place.good("optimize case.toml --iterations 12").out;
+    let told = place.good("optimize case.toml --iterations 12 --set optimizer.adaptive=false").out;
     let history = place.table("case/history.csv");
     let (drag, violation) = (column(&history, "drag"), column(&history, "violation"));
     let settlement = column(&history, "settlement_4");

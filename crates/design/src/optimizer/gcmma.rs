@@ -10,6 +10,11 @@ use super::{Functions, Mma, MmaError, MmaParameters, MmaStep};
 /// Smallest ρ at the start of an iteration. Notes, section on ρ.
 const SMALLEST_RHO: f64 = 1e-6;
 
+/// Of a [guarded](Gcmma::guarded) optimizer: the number of iterations that follow GCMMA after a step was
+/// judged, and the share of the curvatures of an iteration with which the next one starts after that.
+const STRICT: usize = 10;
+const KEPT: f64 = 0.1;
+
 /// GCMMA, the globally convergent method of moving asymptotes, for `n` variables and `m`
 /// constraints `g_i ≤ 0`.
 ///
@@ -66,6 +71,12 @@ pub struct Gcmma {
     mma: Mma,
     /// Maximum number of inner iterations per iteration.
     most_inner_iterations: usize,
+    /// Whether only steps that go too far are judged: [`guarded`](Self::guarded).
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    guarded: bool,
+    /// Iterations left in which all steps are judged nevertheless.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    strict: usize,
     /// The approximations of the last iteration; `None` before the first.
     approximations: Option<Approximations>,
 }
@@ -110,7 +121,20 @@ impl Gcmma {
     /// An optimizer without history for `n` variables and `m` constraints, with at most
     /// `most_inner_iterations` in each iteration. `raa0` of the parameters is not used.
     pub fn new(n: usize, m: usize, parameters: MmaParameters, most_inner_iterations: usize) -> Self {
-        Self { mma: Mma::new(n, m, parameters), most_inner_iterations, approximations: None }
+        let mma = Mma::new(n, m, parameters);
+        Self { mma, most_inner_iterations, guarded: false, strict: 0, approximations: None }
+    }
+
+    /// MMA with a guard. As long as no step goes too far, which the caller decides, its steps are exactly
+    /// those of [`Mma`]. The first one that does is [judged](Self::judge), as are all steps of the next ten
+    /// iterations, which follow GCMMA. Later iterations start with a tenth of the curvatures of the last one.
+    pub fn guarded(n: usize, m: usize, parameters: MmaParameters, most_inner_iterations: usize) -> Self {
+        Self { guarded: true, ..Self::new(n, m, parameters, most_inner_iterations) }
+    }
+
+    /// Whether every step is to be judged.
+    pub fn is_strict(&self) -> bool {
+        !self.guarded || self.strict > 0
     }
 
     /// Designs and asymptotes of earlier iterations, and the parameters.
@@ -173,8 +197,14 @@ impl Gcmma {
     ) -> Result<MmaStep, MmaError> {
         let &Functions { objective, objective_gradient, constraints, constraint_gradients, largest_of } = functions;
         let gradients = [objective_gradient].into_iter().chain(constraint_gradients.iter().map(Vec::as_slice));
-        let rho: Vec<f64> = gradients.map(|gradient| first_rho(gradient, bounds)).collect();
+        let raa0 = self.mma.parameters().raa0;
+        let rho: Vec<f64> = match &self.approximations {
+            _ if self.is_strict() => gradients.map(|gradient| first_rho(gradient, bounds)).collect(),
+            Some(last) => last.rho.iter().map(|rho| (KEPT * rho).max(raa0)).collect(),
+            None => vec![raa0; constraints.len() + 1],
+        };
         let step = self.mma.update_with(x, bounds, functions, &rho, ranks)?;
+        self.strict = self.strict.saturating_sub(1);
         self.approximations = Some(Approximations {
             objective,
             objective_gradient: objective_gradient.to_vec(),
@@ -205,6 +235,9 @@ impl Gcmma {
         constraints: &[f64],
         ranks: &dyn Ranks,
     ) -> Result<Judgement, MmaError> {
+        if self.approximations.is_some() && !self.is_strict() {
+            self.strict = STRICT;
+        }
         let Some(of) = &self.approximations else { return Ok(Judgement::Conservative) };
         self.check_candidate(x, bounds, objective, constraints)?;
         let functions = of.functions();
@@ -214,11 +247,15 @@ impl Gcmma {
         let tolerance = self.mma.parameters().subproblem_tolerance;
         let mut rho = of.rho.clone();
         let mut conservative = true;
-        for (((rho, found), first), approximated) in rho.iter_mut().zip(found).zip(first).zip(changes) {
+        let gradients = [&of.objective_gradient].into_iter().chain(&of.constraint_gradients);
+        let each = rho.iter_mut().zip(gradients).zip(found).zip(first).zip(changes);
+        for ((((rho, gradient), found), first), approximated) in each {
             let excess = found - first - approximated;
             if excess > tolerance * (1.0 + first.abs()) {
                 conservative = false;
-                *rho = (1.1 * (*rho + excess / distance)).min(10.0 * *rho);
+                // from the curvature of MMA, ten times as much would be too little
+                let least = if self.guarded { first_rho(gradient, bounds) } else { 0.0 };
+                *rho = (1.1 * (*rho + excess / distance)).min((10.0 * *rho).max(least));
             }
         }
         if conservative {

@@ -16,12 +16,20 @@ pub enum Method {
         /// Maximum number of inner iterations per iteration.
         inner_iterations: usize,
     },
+    /// MMA that turns to GCMMA for some iterations when a step goes too far: [`Gcmma::guarded`].
+    Guarded {
+        /// Maximum number of repetitions per iteration.
+        inner_iterations: usize,
+    },
 }
 
 impl Method {
     /// Default maximum number of inner iterations of [`Method::Gcmma`]. Each raises ρ at most
     /// tenfold, so ρ, which starts at a tenth of the mean slope, can end far above it.
     pub const INNER_ITERATIONS: usize = 10;
+
+    /// Maximum number of repetitions of a step of [`Method::Guarded`].
+    pub const REPETITIONS: usize = 5;
 }
 
 /// An optimizer of either method, with its memory.
@@ -32,6 +40,8 @@ pub enum Optimizer {
     Mma(Mma),
     /// Accepts a design if the approximations that led to it are conservative.
     Gcmma(Gcmma),
+    /// Accepts a design that is not judged; otherwise as GCMMA.
+    Guarded(Gcmma),
 }
 
 impl Optimizer {
@@ -40,6 +50,7 @@ impl Optimizer {
         match method {
             Method::Mma => Self::Mma(Mma::new(n, m, parameters)),
             Method::Gcmma { inner_iterations } => Self::Gcmma(Gcmma::new(n, m, parameters, inner_iterations)),
+            Method::Guarded { inner_iterations } => Self::Guarded(Gcmma::guarded(n, m, parameters, inner_iterations)),
         }
     }
 
@@ -48,6 +59,7 @@ impl Optimizer {
         match self {
             Self::Mma(_) => "mma",
             Self::Gcmma(_) => "gcmma",
+            Self::Guarded(_) => "guarded",
         }
     }
 
@@ -55,15 +67,20 @@ impl Optimizer {
     pub fn memory(&self) -> &Mma {
         match self {
             Self::Mma(mma) => mma,
-            Self::Gcmma(gcmma) => gcmma.memory(),
+            Self::Gcmma(gcmma) | Self::Guarded(gcmma) => gcmma.memory(),
         }
     }
 
     fn memory_mut(&mut self) -> &mut Mma {
         match self {
             Self::Mma(mma) => mma,
-            Self::Gcmma(gcmma) => gcmma.memory_mut(),
+            Self::Gcmma(gcmma) | Self::Guarded(gcmma) => gcmma.memory_mut(),
         }
+    }
+
+    /// Whether a step need not be [judged](Self::judge) if it does not go too far.
+    pub fn is_lenient(&self) -> bool {
+        matches!(self, Self::Guarded(gcmma) if !gcmma.is_strict())
     }
 
     /// Forgets earlier designs and asymptotes: see [`Mma::restart`]. Call it only before
@@ -81,7 +98,7 @@ impl Optimizer {
     pub fn inner_iterations(&self) -> usize {
         match self {
             Self::Mma(_) => 0,
-            Self::Gcmma(gcmma) => gcmma.inner_iterations(),
+            Self::Gcmma(gcmma) | Self::Guarded(gcmma) => gcmma.inner_iterations(),
         }
     }
 
@@ -94,7 +111,7 @@ impl Optimizer {
     pub fn check(&self, n: usize, m: usize) -> Result<(), MmaError> {
         match self {
             Self::Mma(mma) => mma.check(n, m),
-            Self::Gcmma(gcmma) => gcmma.check(n, m),
+            Self::Gcmma(gcmma) | Self::Guarded(gcmma) => gcmma.check(n, m),
         }
     }
 
@@ -112,7 +129,7 @@ impl Optimizer {
     ) -> Result<MmaStep, MmaError> {
         match self {
             Self::Mma(mma) => mma.update_on(x, bounds, functions, ranks),
-            Self::Gcmma(gcmma) => gcmma.update(x, bounds, functions, ranks),
+            Self::Gcmma(gcmma) | Self::Guarded(gcmma) => gcmma.update(x, bounds, functions, ranks),
         }
     }
 
@@ -132,7 +149,7 @@ impl Optimizer {
     ) -> Result<Judgement, MmaError> {
         match self {
             Self::Mma(_) => Ok(Judgement::Conservative),
-            Self::Gcmma(gcmma) => gcmma.judge(x, bounds, objective, constraints, ranks),
+            Self::Gcmma(gcmma) | Self::Guarded(gcmma) => gcmma.judge(x, bounds, objective, constraints, ranks),
         }
     }
 }

@@ -312,6 +312,11 @@ impl ContactModel {
         self.penalization.interpolation.simp.penalization = penalization;
     }
 
+    /// Sets the interpolation of the energies of designed elements; it takes effect with the next [`Design`].
+    pub(crate) fn set_energy_interpolation(&mut self, energy: Option<slipstick_solid::EnergyInterpolation>) {
+        self.penalization.interpolation.energy = energy;
+    }
+
     /// Whether void elements follow linear elasticity.
     pub fn interpolates_energies(&self) -> bool {
         self.penalization.interpolation.energy.is_some()

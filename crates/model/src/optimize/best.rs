@@ -71,6 +71,7 @@ mod tests {
             shifts: Vec::new(),
             extremes: Vec::new(),
             best: None,
+            interpolation: None,
             history: Vec::new(),
         }
     }

@@ -105,6 +105,16 @@ pub(super) struct Scaled {
 }
 
 impl Values {
+    /// The largest part of the objective.
+    pub fn objective(&self) -> f64 {
+        self.parts.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Largest violation of a constraint, relative to its bound; 0 if all are met.
+    pub fn violation(&self) -> f64 {
+        self.constraints.iter().fold(0.0, |worst: f64, of| worst.max(of.violation.0))
+    }
+
     pub fn scaled(&self, scaling: &Scaling) -> Scaled {
         let bounds = scaling.constraints().zip(&self.constraints).map(|(factor, of)| factor * of.violation.0);
         match self.parts[..] {

@@ -12,6 +12,7 @@ use crate::problem::Problem;
 use crate::side_by_side::{Stop, side_by_side};
 use slipstick_design::{DensityMap, DesignVariables, ElementValues, Schedule, VariableValues};
 use slipstick_path::{Guide, MarchEvent, MarchObserver};
+use slipstick_solid::EnergyInterpolation;
 
 /// The realisations of a design, with an analysis for each.
 pub(super) struct Realisations {
@@ -89,6 +90,11 @@ impl Realisations {
     pub fn set_penalization(&mut self, nominal: &mut Analysis, p: f64) {
         nominal.set_penalization(p);
         self.others.iter_mut().for_each(|analysis| analysis.set_penalization(p));
+    }
+
+    pub fn set_energy_interpolation(&mut self, nominal: &mut Analysis, energy: Option<EnergyInterpolation>) {
+        nominal.set_energy_interpolation(energy);
+        self.others.iter_mut().for_each(|analysis| analysis.set_energy_interpolation(energy));
     }
 
     /// From now on, the marches follow the paths of these designs.

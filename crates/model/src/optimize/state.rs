@@ -1,6 +1,7 @@
 //! The state of an optimization, its options, and what can go wrong.
 
 use crate::analysis::{AnalysisError, Forward};
+use crate::crushed::CrushedVoid;
 use serde::{Deserialize, Serialize};
 use slipstick_design::{
     FilterError, Method, MmaError, MmaParameters, Optimizer, Scaling, Schedule, VariableValues, VolumeError,
@@ -107,8 +108,20 @@ pub struct OptimizationState {
     /// The best design that meets all constraints; `None` if none does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub best: Option<Best>,
+    /// Since when void follows linear elasticity because a path could not be completed otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<Interpolation>,
     /// All evaluated designs.
     pub history: Vec<IterationRecord>,
+}
+
+/// Void that follows linear elasticity from an iteration on, because it made the path of a design fail.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Interpolation {
+    /// The first iteration whose design was analysed like this.
+    pub from: usize,
+    /// The void that inverted or folded.
+    pub void: CrushedVoid,
 }
 
 /// How a problem is optimized.
@@ -131,6 +144,9 @@ pub struct OptimizationOptions {
     pub mma: MmaParameters,
     /// Whether each march takes its start values from the path of the previous design.
     pub follow_previous_design: bool,
+    /// Whether void follows linear elasticity from the first design on whose path fails, or costs more in failed
+    /// attempts than otherwise, because void inverts or folds. Without effect if it does so anyway.
+    pub rescue_void: bool,
     /// Designs with the thresholds η ± `margin` of the projection are analysed too, and the worst
     /// of the three is improved. In (0, 0.5)
     pub margin: Option<f64>,

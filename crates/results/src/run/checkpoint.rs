@@ -145,6 +145,9 @@ impl Checkpoint {
                 return Err(format!("`best` is iteration {}, which was not evaluated", best.iteration));
             }
         }
+        if let Some(of) = self.state.interpolation.as_ref().filter(|of| of.from > updates) {
+            return Err(format!("`interpolation` is from iteration {}, which was not evaluated", of.from));
+        }
         optimizer.check(n, m).map_err(|error| format!("`{}`: {error}", optimizer.name()))?;
         let parts = [x_before.is_some(), scaling.is_some()];
         if optimizer.memory().iteration() != updates || parts.contains(&(updates == 0)) {

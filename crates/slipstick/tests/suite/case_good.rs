@@ -51,8 +51,10 @@ fn values_and_defaults_are_as_documented() {
     assert_eq!(case.load_path.tolerance.relative, 1e-9);
     let kind = ObjectiveKind::ContactForce { steps: ObservedSteps::Last };
     assert_eq!(case.objective, Some(Objective { kind, load_cases: OverLoadCases::Sum }));
-    let Optimizer { mma, method, inner_iterations, .. } = case.optimizer.expect("given");
+    let Optimizer { mma, method, inner_iterations, adaptive, .. } = case.optimizer.expect("given");
     assert_eq!((method, inner_iterations), (OptimizerMethod::Mma, None));
+    // the template gives a move limit
+    assert!(!adaptive);
     assert_eq!((mma.move_limit, mma.asyinit, mma.asydecr, mma.c), (0.1, 0.5, 0.7, 1000.0));
     let minimal = parse(
         "[[body]]\nname = 'a'\nmaterial.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n\
@@ -72,6 +74,22 @@ fn values_and_defaults_are_as_documented() {
             threads: None
         }
     );
+}
+
+/// MMA is adaptive unless a move limit is given, by itself or in a schedule, or gradients are filtered;
+/// GCMMA never is.
+#[test]
+fn mma_is_adaptive_unless_it_is_tuned() {
+    let text = template("half-ball").expect("a template").text;
+    let limit = "mma = { move_limit = 0.1 }        # the largest change of a variable in an iteration";
+    assert!(text.contains(limit) && text.contains("density_filter"));
+    let bare = text.replace(limit, "");
+    let adaptive = |text: &str| parse(text).case.optimizer.expect("given").adaptive;
+    assert!(adaptive(&bare) && !adaptive(text));
+    assert!(adaptive(&text.replace(limit, "mma = { asyinit = 0.3 }")));
+    assert!(adaptive(&text.replace(limit, "mma = { move_limit = 0.1 }\nadaptive = true")));
+    assert!(!adaptive(&text.replace(limit, "adaptive = false")));
+    assert!(!adaptive(&text.replace(limit, "method = \"gcmma\"")));
 }
 
 #[test]

@@ -144,3 +144,31 @@ simp = {{ p = 3, min = {min} }}
     assert!(notice.help.contains("2e-6") || notice.help.contains("3e-6"), "{}", notice.help);
     assert_eq!(found("2e-4"), None);
 }
+
+/// An optimization goes on with void that follows linear elasticity where void makes a path fail: as one that
+/// interpolates from there on, and bit for bit when it resumes.
+#[test]
+fn an_optimization_survives_void_that_inverts() {
+    let run = |text: &str| {
+        let case = slipstick::case::parse_case(text, "case.toml").expect("a case").case;
+        let mut optimization = slipstick::build::optimization(&case, problem(text)).expect("an optimization");
+        optimization.set_iterations(2);
+        optimization
+    };
+    let mut rescued = run(CASE);
+    let mut resumed = run(CASE);
+    let mut interpolated = run(&CASE.replace("[design]", "[design]\nenergy_interpolation = {}"));
+    for number in 0..3 {
+        let copy = serde_json::to_string(&rescued.state).expect("JSON");
+        resumed.state = serde_json::from_str(&copy).expect("a state");
+        rescued.advance(&mut Silent).expect("goes on");
+        interpolated.advance(&mut Silent).expect("goes on");
+        resumed.advance(&mut Silent).expect("goes on");
+        assert_eq!(rescued.state.history[number].objective, resumed.state.history[number].objective);
+        assert_eq!(rescued.state.x, resumed.state.x);
+        assert_eq!(rescued.state.x, interpolated.state.x);
+    }
+    let since = rescued.state.interpolation.as_ref().expect("interpolates");
+    assert_eq!((since.from, since.void.body.as_str()), (0, "block"));
+    assert_eq!(interpolated.state.interpolation, None);
+}

@@ -274,6 +274,7 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
     let words = [("mma", OptimizerMethod::Mma), ("gcmma", OptimizerMethod::Gcmma)];
     let method = table.word("method", &words).or(OptimizerMethod::Mma);
     let conservative = method == OptimizerMethod::Gcmma;
+    let filtered = design.is_some_and(|design| design.sensitivity_filter.is_some());
     let inner_iterations = table
         .integer("inner_iterations")
         .count(CaseCode::OutOfRange, 0)
@@ -285,7 +286,7 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
         )
         .optional();
     let inner_iterations = conservative.then(|| inner_iterations.unwrap_or(Method::INNER_ITERATIONS));
-    if conservative && design.is_some_and(|design| design.sensitivity_filter.is_some()) {
+    if conservative && filtered {
         table.reader.warning(
             "optimizer.method",
             CaseCode::FilteredGradients,
@@ -293,6 +294,17 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
             "use `density_filter` for monotone progress, or `method = \"mma\"`, which needs fewer marches",
         );
     }
+    let given = |name| table.table(name).is_some_and(|table| table.has("move_limit"));
+    let limited = given("mma") || given("schedule");
+    let adaptive = table
+        .boolean("adaptive")
+        .check(
+            CaseCode::Unsupported,
+            |&adaptive| !(adaptive && conservative),
+            "requires `method = \"mma\"`",
+            "omit it: GCMMA shortens updates by itself",
+        )
+        .or(!conservative && !limited && !filtered);
     let mma = table.table("mma").map_or(MmaParameters::for_densities(), mma);
     let iterations = table
         .integer("iterations")
@@ -307,7 +319,17 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
         .optional();
     let schedule = table.table("schedule").map_or(Schedule::default(), |table| schedule(table, design, iterations));
     table.finish();
-    Some(Optimizer { method, inner_iterations, mma, iterations, tolerance, optimality, discreteness, schedule })
+    Some(Optimizer {
+        method,
+        inner_iterations,
+        mma,
+        adaptive,
+        iterations,
+        tolerance,
+        optimality,
+        discreteness,
+        schedule,
+    })
 }
 
 fn mma(table: Table<'_>) -> MmaParameters {

@@ -211,6 +211,9 @@ pub struct Optimizer {
     pub inner_iterations: Option<usize>,
     /// Parameters of the method of moving asymptotes, for either method.
     pub mma: MmaParameters,
+    /// With `mma`: whether updates that leave the bounds or raise the objective are made again as in
+    /// GCMMA, and the next ones made so.
+    pub adaptive: bool,
     /// Maximum number of iterations.
     pub iterations: usize,
     /// The optimizer stops when no variable changes by more than this in an iteration and the other

@@ -183,3 +183,40 @@ fn infeasible_subproblems_with_large_curvature_are_solved() {
     assert!(step.x.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-7), "{:?} {expected:?}", step.x);
     assert!(step.subproblem_residual < 1e-7 && step.subproblem_iterations > 200);
 }
+
+/// Without a judgement, a guarded optimizer takes the steps of MMA, bit for bit. After one, it follows GCMMA
+/// for ten iterations, whose first curvatures are those of GCMMA, and then relaxes. It resumes bit for bit.
+#[test]
+fn a_guard_acts_only_on_demand() {
+    let functions = |x: &[f64]| cantilever(x);
+    let mut mma = Mma::new(5, 1, MmaParameters::default());
+    let mut guarded = Gcmma::guarded(5, 1, MmaParameters::default(), 5);
+    let mut x = vec![5.0; 5];
+    let update = |optimizer: &mut Gcmma, x: &[f64]| {
+        let (f, df, g, dg) = functions(x);
+        optimizer.update(x, bounds(), &Functions::new(f, &df, &g, &dg), &Alone).unwrap().x
+    };
+    for _ in 0..6 {
+        let (f, df, g, dg) = functions(&x);
+        let plain = mma.update(&x, bounds(), &Functions::new(f, &df, &g, &dg)).unwrap().x;
+        let next = update(&mut guarded, &x);
+        assert_eq!(next, plain);
+        x = next;
+    }
+    assert!(!guarded.is_strict() && *guarded.memory() == mma);
+    // a design far too bad: the curvatures rise at once to those with which GCMMA starts
+    let (f, _, g, _) = functions(&x);
+    assert!(matches!(guarded.judge(&x, bounds(), f + 1.0, &[g[0] + 1.0], &Alone), Ok(Judgement::Rejected(_))));
+    assert!(guarded.is_strict() && guarded.curvatures().iter().all(|rho| *rho > 1e-3), "{:?}", guarded.curvatures());
+    let mut strict = 0;
+    for _ in 0..14 {
+        let mut read: Gcmma = serde_json::from_str(&serde_json::to_string(&guarded).unwrap()).unwrap();
+        let again = update(&mut read, &x);
+        strict += usize::from(guarded.is_strict());
+        let next = update(&mut guarded, &x);
+        assert_eq!((&again, &read), (&next, &guarded));
+        x = next;
+    }
+    assert_eq!(strict, 10);
+    assert!(guarded.curvatures().iter().all(|rho| *rho < 1e-3), "{:?}", guarded.curvatures());
+}

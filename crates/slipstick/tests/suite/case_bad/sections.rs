@@ -223,6 +223,7 @@ fn design_and_optimizer() {
     one(36, line, &method("inner_iterations = 5"), Unsupported, "5");
     one(36, line, &method("method = \"mma\"\ninner_iterations = 5"), Unsupported, "5");
     one(36, line, &method("method = \"gcmma\"\ninner_iterations = -1"), OutOfRange, "-1");
+    one(36, line, &method("method = \"gcmma\"\nadaptive = true"), Unsupported, "true");
 }
 
 #[test]
