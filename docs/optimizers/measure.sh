@@ -1,11 +1,18 @@
 #!/usr/bin/env bash
 # Optimizes two designs with MMA and GCMMA and puts what they cost between the marks of docs/optimizers.md; five minutes on
-# two idle cores.
+# two idle cores. `measure.sh problems` instead repeats the default runs of docs/optimizers/problems, makes the tuned ones that are
+# not yet in its table, and puts the table into the page; half an hour, if all are made.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 source docs/tables.sh
 cargo build --release -q
+if [ "${1:-}" = problems ]; then
+    SLIPSTICK=$PWD/$programs/slipstick docs/optimizers/problems/problems.py --again default
+    docs/optimizers/problems/problems.py --table > "$work/problems.md"
+    put docs/optimizers.md problems "$work/problems.md"
+    exit
+fi
 program=$PWD/$programs/slipstick
 
 push="cases/cube_on_cuboid/case.toml --set optimizer.iterations=20 --set design.volume_fraction=0.5 --set design.simp.min=1e-3
