@@ -27,7 +27,7 @@ pub fn run(context: &Context, args: &New) -> Outcome {
         (None, None) => list(context),
         (None | Some(MY_MESH), Some(mesh)) => of_mesh(context, args, mesh),
         (Some(MY_MESH), None) => {
-            let cure = "give a .msh, .inp or .vtu file with --mesh";
+            let cure = "give a .msh, .inp, .vtu or .vtk file with --mesh";
             Err(Failure::input("the template `my-mesh` needs a mesh", cure))
         }
         (Some(name), Some(_)) => {

@@ -152,3 +152,55 @@ fn solve_summarises_each_load_case() {
         assert!((printed - press[row]).abs() <= 1e-6 * press[row].abs(), "{name}: {line} {}", press[row]);
     }
 }
+
+/// A block slides on two others, with a coefficient of friction of its own on each: the second pair
+/// has a surface with the same facets as its slave. All nodes that touch slide, so friction is μ times
+/// the normal force.
+#[test]
+fn a_slave_has_its_own_friction_on_each_master() {
+    let place = Place::new();
+    place.write("case.toml", TWO_MASTERS);
+    let quantities = place.good("--json solve case.toml").event("result")["quantities"].clone();
+    for (slave, friction) in [("top_ymin", 0.1), ("top_second", 0.4)] {
+        let [normal, tangential] =
+            ["normal", "friction"].map(|of| quantities[format!("{slave}_{of}_force")].as_f64().expect("a force"));
+        assert!(normal > 1.0 && (tangential / normal - friction).abs() < 1e-6, "{slave}: {tangential} of {normal}");
+    }
+    let same = TWO_MASTERS.replace("slave = \"top_second\"", "slave = \"top_ymin\"");
+    place.write("case.toml", &same);
+    place.bad("check case.toml", 2, &["is the slave of contact[0] too", "give the slave a second name"]);
+}
+
+const TWO_MASTERS: &str = r#"[[body]]
+name = "left"
+box = { min = [0, 0, 0], max = [2, 1, 1], elements = [4, 2, 2] }
+material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }
+[[body]]
+name = "right"
+box = { min = [2.2, 0, 0], max = [4, 1, 1], elements = [4, 2, 2] }
+material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }
+[[body]]
+name = "top"
+box = { min = [0.5, 1, 0.1], max = [3.5, 1.6, 0.9], elements = [6, 2, 2] }
+material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }
+[[surface]]
+name = "top_second"
+of = ["top_ymin"]
+[[contact]]
+slave = "top_ymin"
+master = "left_ymax"
+friction = 0.1
+[[contact]]
+slave = "top_second"
+master = "right_ymax"
+friction = 0.4
+[[dirichlet]]
+set = "left_ymin"
+[[dirichlet]]
+set = "right_ymin"
+[[dirichlet]]
+set = "top_ymax"
+motion = [{ t = 1, u = [0.05, -0.03, 0] }]
+[load_path]
+steps = 3
+"#;
