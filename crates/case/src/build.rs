@@ -182,7 +182,7 @@ fn interpolation(design: Option<&case::Design>) -> Interpolation {
     let Some(design) = design else {
         return Simp { penalization: 1.0, minimum: 0.0 }.into();
     };
-    Interpolation { simp: design.simp, energy: design.energy_interpolation }
+    Interpolation { simp: design.simp, energy: design.energy_interpolation, strength: design.yield_p }
 }
 
 /// Relative residual of linear solves, forward and transposed: a fraction of the tolerance of the

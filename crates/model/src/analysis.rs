@@ -326,7 +326,11 @@ impl Analysis {
         let elements = model.solid().elements();
         let points = STRESS_POINTS * if reads.stress { elements } else { 0 };
         let stress: Vec<f64> = (0..points).map(spread).collect();
-        let energy: Vec<f64> = if reads.energy { (0..elements).map(spread).collect() } else { Vec::new() };
+        let energy_like = || (0..elements).map(spread).collect();
+        let energy: Vec<f64> = if reads.energy { energy_like() } else { Vec::new() };
+        let plastic_work: Vec<f64> = if reads.plastic_work { energy_like() } else { Vec::new() };
+        let points = STRESS_POINTS * if reads.plastic_strain { elements } else { 0 };
+        let plastic_strain: Vec<f64> = (0..points).map(|i| 0.1 * spread(i)).collect();
         let before: Vec<f64> = displacement.iter().enumerate().map(|(i, d)| spread(3 * i) * d).collect();
         let loads: Vec<f64> = (0..n).map(|i| spread(5 * i) - 1.0).collect();
         let supports: Vec<f64> = reaction.iter().map(|force| 0.5 * force).collect();
@@ -347,6 +351,8 @@ impl Analysis {
                 density: self.design.density(),
                 energy: &energy,
                 stress: &stress,
+                plastic_work: &plastic_work,
+                plastic_strain: &plastic_strain,
                 previous,
             };
             check_derivatives(quantity, &state)?;
@@ -366,7 +372,7 @@ impl Analysis {
             let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
             let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
             // at rest no element is inverted, so this loop ends
-            if self.design.internal_force(&displacement, &mut force).is_ok() {
+            if self.design.internal_force(&displacement, &[], &mut force).is_ok() {
                 return (displacement, force);
             }
             amplitude *= 0.1;

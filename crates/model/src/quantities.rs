@@ -20,7 +20,8 @@
 //! | `offset_work` | everything, if a pair has an offset | F L | work of the offsets of contact pairs since the start of the load case, Σ ∫ F_n dd |
 //! | `viscous_work` | everything, with viscosity | F L | energy that viscous forces have dissipated since the start of the load case |
 //! | `holding_work` | everything, with bodies that only contact holds | F L | work that the springs on their free motions have taken since the start of the load case |
-//! | `energy_balance` | everything | F L | external work + offset work − strain energy − friction work − viscous work − holding work |
+//! | `plastic_work` | everything, with plasticity | F L | plastic work of all bodies since rest |
+//! | `energy_balance` | everything | F L | external work + offset work − strain energy − plastic work − friction work − viscous work − holding work |
 //!
 //! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
 //! under their own names.
@@ -301,7 +302,8 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
     let work = ["strain_energy", "friction_work", "external_work", "contact_work"].into_iter();
     let viscous = (!model.viscosity().is_none()).then_some("viscous_work");
     let holding = model.may_move_freely().then_some("holding_work");
-    for name in work.chain(offset).chain(viscous).chain(holding).chain(["energy_balance"]) {
+    let plastic = model.has_memory().then_some("plastic_work");
+    for name in work.chain(plastic).chain(offset).chain(viscous).chain(holding).chain(["energy_balance"]) {
         push(Subject::Whole, name.into(), name.into(), "F L");
     }
     names

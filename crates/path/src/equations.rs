@@ -215,9 +215,15 @@ impl<E: Equations> StepProblem for Differentiated<E> {
         PreviousPullBack { unknowns: derivative[n..2 * n].to_vec(), history: derivative[2 * n..][..eta.len()].to_vec() }
     }
 
-    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let eta = vec![0.0; at.state.0.len()];
-        let derivative = by_all_inputs(at, lambda, &eta);
+    fn pull_back_design(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let derivative = by_all_inputs(at, lambda, eta);
         let first = derivative.len() - out.len();
         out.iter_mut().zip(&derivative[first..]).for_each(|(out, by)| *out += by);
         Ok(())
@@ -306,7 +312,7 @@ mod tests {
         let tangent = springs.tangent(&(springs.rest(), 1.0), &at, &mut matrix).unwrap();
         assert_eq!(tangent.values(), [[2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0]]);
         let mut design = [0.5];
-        springs.pull_back_design(&at, &[1.0, 10.0, 100.0], &mut design).unwrap();
+        springs.pull_back_design(&(springs.rest(), 1.0), &at, &[1.0, 10.0, 100.0], &[], &mut design).unwrap();
         assert!((design[0] - 32.6).abs() < 1e-13, "{design:?}");
     }
 

@@ -125,7 +125,14 @@ impl StepProblem for Pressed {
         PreviousPullBack { unknowns: vec![0.0; 6], history: Vec::new() }
     }
 
-    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+    fn pull_back_design(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        lambda: &[f64],
+        _: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
         out[0] += lambda[0] * (at.residual[0] + self.pressure(&at.unknowns)) / self.stiffness;
         Ok(())
     }

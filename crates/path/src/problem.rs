@@ -367,11 +367,18 @@ pub trait StepProblem: Sized {
         eta: &[f64],
     ) -> PreviousPullBack;
 
-    /// Adds (∂F/∂φ)ᵀ λ.
+    /// Adds (∂F/∂φ)ᵀ λ + (∂G/∂φ)ᵀ η.
     ///
     /// # Errors
     /// If the equations have no value at `y`.
-    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+    fn pull_back_design(
+        &self,
+        step: &Self::Step,
+        at: &Evaluated<Self>,
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError>;
 
     /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with the prescribed unknowns ŷ and the derivative
     /// μ of θ with respect to them: `adjoint.by_prescribed`.

@@ -189,7 +189,14 @@ impl StepProblem for Spring {
         PreviousPullBack { unknowns, history }
     }
 
-    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+    fn pull_back_design(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        lambda: &[f64],
+        _: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
         for c in 0..3 {
             let e = at.unknowns[3 + c] - at.unknowns[c];
             out[c] += (lambda[3 + c] - lambda[c]) * (e + self.cubic * e.powi(3));

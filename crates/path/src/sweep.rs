@@ -58,6 +58,8 @@ pub struct Explicit<'a> {
     /// ∂θ/∂F_n, for responses that observe the residual, such as the reactions at prescribed
     /// unknowns.
     pub residual: &'a mut [f64],
+    /// ∂θ/∂h_n.
+    pub history: &'a mut [f64],
     /// ∂θ/∂y_{n−1} and ∂θ/∂h_{n−1}.
     pub previous: &'a mut PreviousPullBack,
     /// ∂θ/∂φ and ∂θ/∂p.
@@ -220,7 +222,7 @@ struct Run<'r, 's, P: StepProblem> {
 struct RightHandSide {
     response: usize,
     unknowns: Vec<f64>,
-    /// η_n.
+    /// η_n: ∂θ/∂h_n plus the contributions of later steps.
     eta: Vec<f64>,
     /// Explicit derivatives with respect to the residual: λ at prescribed unknowns.
     residual: Vec<f64>,
@@ -295,7 +297,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
                 let adjoint = Adjoint { lambda: &lambda, eta, by_prescribed, time: here.time };
                 problem.pull_back_parameters(&step, &at, &adjoint, &mut gradient.parameters)?;
             }
-            problem.pull_back_design(&at, &lambda, &mut gradient.design)?;
+            problem.pull_back_design(&step, &at, &lambda, eta, &mut gradient.design)?;
             *from_next = problem.pull_back_previous(&step, &at, &lambda, eta);
             from_next.add(explicit);
             linear.end(Phase::PullBack, begin);
@@ -314,11 +316,16 @@ impl<P: StepProblem> Run<'_, '_, P> {
             unknowns: vec![0.0; from_next.unknowns.len()],
             history: vec![0.0; from_next.history.len()],
         };
-        // responses do not depend directly on the history, so η_n comes only from step n + 1
-        let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(from_next);
+        let PreviousPullBack { unknowns: mut rhs, history: mut eta } = std::mem::take(from_next);
         let mut residual = vec![0.0; rhs.len()];
         if self.responses.observes(response, observed.index) {
-            let mut to = Explicit { unknowns: &mut rhs, residual: &mut residual, previous: &mut explicit, gradient };
+            let mut to = Explicit {
+                unknowns: &mut rhs,
+                residual: &mut residual,
+                history: &mut eta,
+                previous: &mut explicit,
+                gradient,
+            };
             self.responses.add_derivative(response, self.solver.problem, observed, &mut to)?;
         }
         let vanishes = |values: &[f64]| values.iter().all(|&value| value == 0.0);

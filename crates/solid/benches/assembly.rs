@@ -67,7 +67,7 @@ fn measure(mesh: &Mesh, section: Section) -> [f64; 4] {
     let direction: Vec<f64> = (0..unknowns).map(|i| (i as f64 * 0.31).sin()).collect();
     let scalings: Vec<_> =
         (0..model.elements()).map(|e| ElementScaling::stiffness(0.1 + 0.9 * (e as f64).sin().powi(2))).collect();
-    let slopes = vec![ElementScaling { factor: 1.0, gamma: 0.0 }; model.elements()];
+    let slopes = vec![ElementScaling { factor: 1.0, ..ElementScaling::NONE }; model.elements()];
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let scatter = model.scatter(&pattern);
     let mut matrix = BlockMatrix::new(pattern);

@@ -135,7 +135,7 @@ impl WithSimd for PullBack<'_> {
         let mut scratch = Scratch::new();
         for (element, out) in self.elements.iter().zip(self.out) {
             let scalings = [self.scalings[element.number()], self.slopes[element.number()]];
-            if scalings[1] == (ElementScaling { factor: 0.0, gamma: 0.0 }) {
+            if scalings[1] == ElementScaling::NONE {
                 *out = 0.0;
                 continue;
             }
@@ -243,7 +243,7 @@ impl WithSimd for PullBackBatches<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Work::new();
-        let depends = |number: u32| self.slopes[number as usize] != ElementScaling { factor: 0.0, gamma: 0.0 };
+        let depends = |number: u32| self.slopes[number as usize] != ElementScaling::NONE;
         for (batch, out) in self.batches.iter().zip(self.out) {
             if !batch.numbers().iter().any(|&number| depends(number)) {
                 continue;

@@ -16,15 +16,20 @@ pub struct ElementScaling {
     /// Fraction γ of the displacements at which the finite-strain energy is evaluated: 1 in solid
     /// elements, 0 in empty ones.
     pub gamma: f64,
+    /// Strength (yield stress) relative to the solid, divided by `factor`: for laws with memory.
+    pub strength: f64,
 }
 
 impl ElementScaling {
     /// The unscaled solid.
-    pub const SOLID: Self = Self { factor: 1.0, gamma: 1.0 };
+    pub const SOLID: Self = Self { factor: 1.0, gamma: 1.0, strength: 1.0 };
+
+    /// The derivatives of an element that is not designed.
+    pub const NONE: Self = Self { factor: 0.0, gamma: 0.0, strength: 0.0 };
 
     /// A solid with scaled stiffness, without interpolation of the energy.
     pub const fn stiffness(factor: f64) -> Self {
-        Self { factor, gamma: 1.0 }
+        Self { factor, ..Self::SOLID }
     }
 
     /// The scaling, or its derivative, as it applies to a law: for a small-strain law Ψ is Ψ_L, and
@@ -81,13 +86,16 @@ pub struct Interpolation {
     pub simp: Simp,
     /// Energy interpolation; `None`: finite strains at every density.
     pub energy: Option<EnergyInterpolation>,
+    /// Power with which the yield stress falls with the density; `None`: that of the stiffness.
+    pub strength: Option<f64>,
 }
 
 impl Interpolation {
     /// Scaling of an element with a density in [0, 1].
     pub fn scaling(&self, density: f64) -> ElementScaling {
         let gamma = self.energy.map_or(1.0, |energy| energy.gamma(density.powf(self.simp.penalization)));
-        ElementScaling { factor: self.simp.factor(density), gamma }
+        let factor = self.simp.factor(density);
+        ElementScaling { factor, gamma, strength: self.of_strength().map_or(1.0, |own| own.factor(density) / factor) }
     }
 
     /// Its derivative with respect to the density.
@@ -98,13 +106,24 @@ impl Interpolation {
             let by_density = if p == 1.0 { 1.0 } else { p * density.powf(p - 1.0) };
             energy.derivative(density.powf(p)) * by_density
         });
-        ElementScaling { factor: self.simp.derivative(density), gamma }
+        let (factor, slope) = (self.simp.factor(density), self.simp.derivative(density));
+        let strength = self
+            .of_strength()
+            .map_or(0.0, |own| (own.derivative(density) - own.factor(density) / factor * slope) / factor);
+        ElementScaling { factor: slope, gamma, strength }
+    }
+
+    /// The scaling of the yield stress, if it has a power of its own. A void without stiffness has the
+    /// strength of the solid relative to it.
+    fn of_strength(&self) -> Option<Simp> {
+        let own = self.strength.filter(|_| self.simp.minimum > 0.0)?;
+        Some(Simp { penalization: own, ..self.simp })
     }
 }
 
 impl From<Simp> for Interpolation {
     fn from(simp: Simp) -> Self {
-        Self { simp, energy: None }
+        Self { simp, energy: None, strength: None }
     }
 }
 
@@ -113,7 +132,7 @@ mod tests {
     use super::*;
 
     fn interpolation(penalization: f64, energy: EnergyInterpolation) -> Interpolation {
-        Interpolation { simp: Simp { penalization, minimum: 1e-3 }, energy: Some(energy) }
+        Interpolation { simp: Simp { penalization, minimum: 1e-3 }, energy: Some(energy), strength: None }
     }
 
     #[test]
@@ -139,7 +158,7 @@ mod tests {
     #[test]
     fn limits_of_the_energy_interpolation() {
         let law = interpolation(3.0, EnergyInterpolation::PUBLISHED);
-        assert_eq!(law.scaling(0.0), ElementScaling { factor: 1e-3, gamma: 0.0 });
+        assert_eq!(law.scaling(0.0), ElementScaling { factor: 1e-3, gamma: 0.0, strength: 1.0 });
         assert_eq!(law.scaling(1.0), ElementScaling::SOLID);
         assert_eq!((law.scaling(0.4).gamma, law.derivative(0.4).gamma), (1.0, 0.0));
         assert!((law.scaling(0.01_f64.cbrt()).gamma - 0.5).abs() < 1e-4);

@@ -5,6 +5,7 @@ use crate::assembly::{
 };
 use crate::clusters::Clusters;
 use crate::hex8::{self, ReferenceGeometry};
+use crate::inelastic::{self, Energies, Given, Inelastic, Weights};
 use crate::interpolation::ElementScaling;
 use crate::law::Material;
 use crate::quadratic::{Hex27, State, Tet10};
@@ -28,10 +29,39 @@ pub struct InvertedElements {
     pub elements: Vec<u32>,
 }
 
+/// What the bodies' equations depend on besides displacements. From scalings alone, bodies with memory
+/// are at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct SolidStep<'a> {
+    /// Scaling of each element by its density (see [`crate::Interpolation`]).
+    pub scalings: &'a [ElementScaling],
+    /// History of the elements with memory at the start of the step, [`SolidModel::history`] entries;
+    /// empty: at rest. For results at a state that a step has reached, this is the history at its end:
+    /// forces and tangents with it are the same.
+    pub history: &'a [f64],
+}
+
+impl<'a> From<&'a [ElementScaling]> for SolidStep<'a> {
+    fn from(scalings: &'a [ElementScaling]) -> Self {
+        Self { scalings, history: &[] }
+    }
+}
+
+impl<'a> From<&'a Vec<ElementScaling>> for SolidStep<'a> {
+    fn from(scalings: &'a Vec<ElementScaling>) -> Self {
+        scalings[..].into()
+    }
+}
+
+impl<'a, const N: usize> From<&'a [ElementScaling; N]> for SolidStep<'a> {
+    fn from(scalings: &'a [ElementScaling; N]) -> Self {
+        scalings[..].into()
+    }
+}
+
 /// The solid bodies of a mesh.
 ///
-/// In all calls, `scalings` contains the scaling of each element by its density (see
-/// [`crate::Interpolation`]); displacements and forces have three entries per node.
+/// Displacements and forces have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
     /// Hexahedra, and wedges represented as hexahedra, in the order of `clusters`.
@@ -42,6 +72,8 @@ pub struct SolidModel {
     batch_clusters: Clusters,
     pub(crate) tet10: Tet10,
     pub(crate) hex27: Hex27,
+    /// Elements of all types whose law has memory.
+    pub(crate) inelastic: Inelastic,
     pub(crate) sections: Vec<Section>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
@@ -78,6 +110,7 @@ pub struct Scatter {
     batch_positions: Vec<[[u32; 16]; tet4::LANES]>,
     tet10_positions: Vec<Vec<u32>>,
     hex27_positions: Vec<Vec<u32>>,
+    inelastic_positions: Vec<Vec<u32>>,
     /// Number of blocks of the pattern.
     blocks: usize,
 }
@@ -110,14 +143,18 @@ impl SolidModel {
         has: impl Fn(usize) -> bool,
     ) -> Result<Self, InvertedElements> {
         assert_eq!(mesh.bodies.len(), sections.len(), "one section per body");
-        let sections = sections.into_iter().map(Into::into).collect();
+        let sections: Vec<Section> = sections.into_iter().map(Into::into).collect();
         let mut section_of = vec![0; mesh.elements.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {
             section_of[body.elements.clone()].fill(b as u32);
         }
         let (mut hexes, mut tets, mut tet10, mut hex27) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut inelastic = Vec::new();
         for (number, element) in (0_u32..).zip(&mesh.elements).filter(|(number, _)| has(*number as usize)) {
             match element {
+                _ if sections[section_of[number as usize] as usize].material.kind().has_memory() => {
+                    inelastic.push(number);
+                }
                 Element::Hex8(_) | Element::Wedge6(_) => hexes.push(number),
                 Element::Tet4(_) => tets.push(number),
                 Element::Tet10(_) => tet10.push(number),
@@ -151,9 +188,10 @@ impl SolidModel {
         });
         let tet10 = Tet10::new(mesh, tet10, &section_of, &mut flat);
         let hex27 = Hex27::new(mesh, hex27, &section_of, &mut flat);
+        let inelastic = Inelastic::new(mesh, inelastic, &sections, &section_of, &mut flat);
         refuse(flat)?;
         let hexahedra = hexahedra.into_iter().flatten().collect();
-        Ok(Self { hexahedra, clusters, batches, batch_clusters, tet10, hex27, sections, section_of })
+        Ok(Self { hexahedra, clusters, batches, batch_clusters, tet10, hex27, inelastic, sections, section_of })
     }
 
     /// Number of elements.
@@ -161,12 +199,21 @@ impl SolidModel {
         self.section_of.len()
     }
 
+    /// Length of the history: a few numbers for each integration point of elements with memory, zero at
+    /// rest.
+    pub fn history(&self) -> usize {
+        self.inelastic.history()
+    }
+
     /// The same elements with other sections, one per body.
     ///
     /// # Panics
-    /// If there is not one section for each of the present ones.
+    /// If there is not one section for each of the present ones, of a law that has memory if and only if
+    /// the present one has.
     pub fn with_sections(self, sections: Vec<Section>) -> Self {
-        assert_eq!(sections.len(), self.sections.len(), "one section per body");
+        let memories =
+            |sections: &[Section]| sections.iter().map(|s| s.material.kind().has_memory()).collect::<Vec<_>>();
+        assert_eq!(memories(&sections), memories(&self.sections), "one section per body, of the same kind");
         Self { sections, ..self }
     }
 
@@ -185,6 +232,7 @@ impl SolidModel {
         let mut out = self.by_number(|element| element.geometry.volume(), |batch, lane| batch.volumes[lane]);
         self.tet10.add_by_number(|cell| cell.volume(), &mut out);
         self.hex27.add_by_number(|cell| cell.volume(), &mut out);
+        self.inelastic.elements.iter().for_each(|e| out[e.number as usize] = e.weights.iter().sum());
         out
     }
 
@@ -192,12 +240,14 @@ impl SolidModel {
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then unspecified.
-    pub fn internal_force(
+    pub fn internal_force<'a>(
         &self,
         d: &[f64],
-        scalings: &[ElementScaling],
+        step: impl Into<SolidStep<'a>>,
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
+        let step = step.into();
+        let scalings = step.scalings;
         out.fill(0.0);
         let sections = &self.sections[..];
         let nodes = out.as_chunks_mut::<3>().0;
@@ -207,11 +257,16 @@ impl SolidModel {
         });
         rejected.extend(self.add_batch_forces(d, scalings, None, nodes));
         rejected.extend(self.add_quadratic_forces(d, scalings, None, nodes));
+        rejected.extend(self.inelastic.add_forces(self.given(step), d, nodes));
         refuse(rejected)
     }
 
     fn state<'a>(&'a self, d: &'a [f64], scalings: &'a [ElementScaling]) -> State<'a> {
         State { sections: &self.sections, d, scalings }
+    }
+
+    pub(crate) fn given<'a>(&'a self, step: SolidStep<'a>) -> Given<'a> {
+        Given { sections: &self.sections, scalings: step.scalings, history: step.history }
     }
 
     /// The same of the second-order elements.
@@ -260,6 +315,7 @@ impl SolidModel {
             batch_positions: self.batches.par_iter().map(|batch| batch.nodes.map(of_tetrahedron)).collect(),
             tet10_positions: self.tet10.positions(pattern),
             hex27_positions: self.hex27.positions(pattern),
+            inelastic_positions: self.inelastic.positions(pattern),
             blocks: pattern.blocks(),
         }
     }
@@ -272,13 +328,20 @@ impl SolidModel {
     ///
     /// # Panics
     /// If `scatter` was made for a different number of blocks or elements.
-    pub fn add_tangent(
+    pub fn add_tangent<'a>(
         &self,
         d: &[f64],
-        scalings: &[ElementScaling],
+        step: impl Into<SolidStep<'a>>,
         scatter: &Scatter,
         matrix: &mut BlockMatrix,
     ) -> Result<(), InvertedElements> {
+        let step = step.into();
+        let scalings = step.scalings;
+        assert_eq!(
+            scatter.inelastic_positions.len(),
+            self.inelastic.elements.len(),
+            "the scatter belongs to a different model"
+        );
         assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the scatter was made for a different pattern");
         let lengths = (scatter.positions.len(), scatter.batch_positions.len());
         assert_eq!(lengths, (self.hexahedra.len(), self.batches.len()), "the scatter belongs to a different model");
@@ -300,6 +363,8 @@ impl SolidModel {
         let state = self.state(d, scalings);
         rejected.extend(self.tet10.add_tangents(state, &scatter.tet10_positions, matrix.values_mut()));
         rejected.extend(self.hex27.add_tangents(state, &scatter.hex27_positions, matrix.values_mut()));
+        let given = self.given(step);
+        rejected.extend(self.inelastic.add_tangents(given, d, &scatter.inelastic_positions, matrix.values_mut()));
         refuse(rejected)
     }
 
@@ -309,13 +374,15 @@ impl SolidModel {
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then unspecified.
-    pub fn add_tangent_product(
+    pub fn add_tangent_product<'a>(
         &self,
         d: &[f64],
-        scalings: &[ElementScaling],
+        step: impl Into<SolidStep<'a>>,
         v: &[f64],
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
+        let step = step.into();
+        let scalings = step.scalings;
         let sections = &self.sections[..];
         let nodes = out.as_chunks_mut::<3>().0;
         let mut rejected = self.clusters.assemble(nodes, |cluster, target, inverted| {
@@ -324,6 +391,7 @@ impl SolidModel {
         });
         rejected.extend(self.add_batch_forces(d, scalings, Some(v), nodes));
         rejected.extend(self.add_quadratic_forces(d, scalings, Some(v), nodes));
+        rejected.extend(self.inelastic.add_products(self.given(step), d, v, nodes));
         refuse(rejected)
     }
 
@@ -336,14 +404,16 @@ impl SolidModel {
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then unchanged.
-    pub fn pull_back_density(
+    pub fn pull_back_density<'a>(
         &self,
         d: &[f64],
-        scalings: &[ElementScaling],
+        step: impl Into<SolidStep<'a>>,
         slopes: &[ElementScaling],
         adjoint: &[f64],
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
+        let step = step.into();
+        let scalings = step.scalings;
         let sections = &self.sections[..];
         let mut products = vec![0.0; self.hexahedra.len()];
         let chunks = products.par_chunks_mut(CHUNK).zip(self.hexahedra.par_chunks(CHUNK));
@@ -382,6 +452,9 @@ impl SolidModel {
         let mut quadratic = vec![0.0; self.elements()];
         rejected.extend(self.tet10.pull_back(state, slopes, adjoint, &mut quadratic));
         rejected.extend(self.hex27.pull_back(state, slopes, adjoint, &mut quadratic));
+        let weights = Weights { forces: Some(adjoint), history: None };
+        let into = inelastic::PullBack { displacements: None, history: None, density: Some((slopes, &mut quadratic)) };
+        rejected.extend(self.inelastic.pull_back(self.given(step), d, weights, into));
         refuse(rejected)?;
         out.iter_mut().zip(quadratic).for_each(|(to, from)| *to += from);
         for (element, product) in self.hexahedra.iter().zip(products) {
@@ -399,15 +472,17 @@ impl SolidModel {
     ///
     /// # Errors
     /// [`InvertedElements`].
-    pub fn energy(&self, d: &[f64], scalings: &[ElementScaling]) -> Result<f64, InvertedElements> {
-        Ok(self.energies(d, scalings)?.iter().sum())
+    pub fn energy<'a>(&self, d: &[f64], step: impl Into<SolidStep<'a>>) -> Result<f64, InvertedElements> {
+        Ok(self.energies(d, step)?.iter().sum())
     }
 
     /// Strain energy of each element; 0 for elements of other ranks. \[F L\]
     ///
     /// # Errors
     /// [`InvertedElements`].
-    pub fn energies(&self, d: &[f64], scalings: &[ElementScaling]) -> Result<Vec<f64>, InvertedElements> {
+    pub fn energies<'a>(&self, d: &[f64], step: impl Into<SolidStep<'a>>) -> Result<Vec<f64>, InvertedElements> {
+        let step = step.into();
+        let scalings = step.scalings;
         let of_hexahedron = |element: &Hexahedron| {
             let (section, scaling) = (&self.sections[element.section()], scalings[element.number()]);
             hex8::energy(section, scaling, &element.geometry, &local(&element.nodes, d)).unwrap_or(f64::NAN)
@@ -420,6 +495,9 @@ impl SolidModel {
         let state = self.state(d, scalings);
         self.tet10.add_by_number(|cell| self.tet10.energy(cell, state).unwrap_or(f64::NAN), &mut energies);
         self.hex27.add_by_number(|cell| self.hex27.energy(cell, state).unwrap_or(f64::NAN), &mut energies);
+        let mut inelastic = vec![Energies::default(); if self.history() > 0 { self.elements() } else { 0 }];
+        self.inelastic.add_energies(self.given(step), d, &mut inelastic);
+        energies.iter_mut().zip(inelastic).for_each(|(energy, of)| *energy += of.elastic);
         refuse((0_u32..).zip(&energies).filter(|(_, w)| !w.is_finite()).map(|(e, _)| e).collect())?;
         Ok(energies)
     }
@@ -433,6 +511,7 @@ impl SolidModel {
         );
         self.tet10.add_by_number(|cell| self.tet10.smallest_determinant(cell, d), &mut out);
         self.hex27.add_by_number(|cell| self.hex27.smallest_determinant(cell, d), &mut out);
+        self.inelastic.add_determinants(d, &mut out);
         out
     }
 

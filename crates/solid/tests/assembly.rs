@@ -44,7 +44,7 @@ fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<Eleme
 fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
     let simp = Simp { penalization: 3.0, minimum: 1e-3 };
     let densities = (0..elements).map(|e| [0.05, 0.19, 0.22, 0.25, 0.6, 1.0][e % 6]).collect();
-    (Interpolation { simp, energy: Some(EnergyInterpolation::PUBLISHED) }, densities)
+    (Interpolation { simp, energy: Some(EnergyInterpolation::PUBLISHED), strength: None }, densities)
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use slipstick_design::quantity::{
     Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Displacement, ExternalWork, ForcePart,
-    FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Quantity, QuantityError, Reaction, StrainEnergy,
-    Stress, VectorMeasure, Volume,
+    FrictionWork, Gap, GapMeasure, Moment, Patch, PlasticStrain, PressureMeasure, Quantity, QuantityError, Reaction,
+    StrainEnergy, Stress, VectorMeasure, Volume,
 };
 use slipstick_design::response::{Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 use slipstick_mesh::Mesh;
@@ -15,8 +15,8 @@ use slipstick_model::quantities::{column_names, external_work};
 
 use super::BuildError;
 use crate::case::{
-    self, Case, Combination, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, NamedBound, PressureWord,
-    QuantityKind, QuantityTerm, VectorComponent, VectorWord,
+    self, BoxRegion, Case, Combination, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, NamedBound,
+    PressureWord, QuantityKind, QuantityTerm, VectorComponent, VectorWord,
 };
 
 /// What a case asks for: its quantities, and what it minimises and bounds.
@@ -202,16 +202,20 @@ impl Context<'_> {
             }
             QuantityKind::StrainEnergy { body } => Arc::new(StrainEnergy::new(name, self.elements(body.as_deref()))),
             QuantityKind::Stress { body, within, sharpness } => {
-                let centroids = self.mesh.centroids();
-                let inside =
-                    |e: &usize| within.is_empty() || within.iter().any(|region| region.contains(centroids[*e]));
-                let elements: Vec<u32> = self.elements(body.as_deref()).filter(inside).map(|e| e as u32).collect();
-                if elements.is_empty() {
-                    let path = format!("quantity[{number}].{key}.within");
-                    let message = "no element has its centroid in these boxes";
-                    return Err(BuildError::new(path, message, "`slipstick check` shows the extent of the bodies"));
-                }
+                let elements = self.elements_within(body.as_deref(), within, number, key)?;
                 Arc::new(Stress::new(name, elements, *sharpness).map_err(fail)?)
+            }
+            QuantityKind::PlasticStrain { body, within, sharpness } => {
+                let elements = self.elements_within(body.as_deref(), within, number, key)?;
+                let memory = |e: &u32| self.has_memory(*e as usize);
+                if !elements.iter().any(memory) {
+                    let message = "no element here has a law with plastic strain, so it is always 0".into();
+                    return constant(
+                        message,
+                        "give the body a `j2_linear` or `j2_voce` material, or omit the quantity",
+                    );
+                }
+                Arc::new(PlasticStrain::new(name, elements, *sharpness).map_err(fail)?)
             }
             QuantityKind::Compliance {} => {
                 if self.case.loads.is_empty() {
@@ -298,6 +302,30 @@ impl Context<'_> {
             return areas.into_iter().filter(|(_, area)| *area > 0.0).collect();
         }
         self.mesh.set_nodes(set).unwrap_or_default().iter().map(|&node| (node, 1.0)).collect()
+    }
+
+    /// Elements of a body, or of all, whose centroid lies in one of the boxes, if there are any.
+    fn elements_within(
+        &self,
+        body: Option<&str>,
+        within: &[BoxRegion],
+        number: usize,
+        key: &str,
+    ) -> Result<Vec<u32>, BuildError> {
+        let centroids = self.mesh.centroids();
+        let inside = |e: &usize| within.is_empty() || within.iter().any(|region| region.contains(centroids[*e]));
+        let elements: Vec<u32> = self.elements(body).filter(inside).map(|e| e as u32).collect();
+        if elements.is_empty() {
+            let path = format!("quantity[{number}].{key}.within");
+            let message = "no element has its centroid in these boxes";
+            return Err(BuildError::new(path, message, "`slipstick check` shows the extent of the bodies"));
+        }
+        Ok(elements)
+    }
+
+    /// Whether the law of an element has memory.
+    fn has_memory(&self, element: usize) -> bool {
+        self.model.solid().material(element).kind().has_memory()
     }
 
     fn elements(&self, body: Option<&str>) -> std::ops::Range<usize> {

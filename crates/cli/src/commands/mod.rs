@@ -141,9 +141,13 @@ fn tell_row(context: &Context, quantities: &Quantities, row: &QuantityRow, title
     }
     let [work, stored, friction] =
         ["external_work", "strain_energy", "friction_work"].map(|what| value(&Subject::Whole, what));
-    let further =
-        [("offset_work", "work of offsets"), ("viscous_work", "viscous"), ("holding_work", "springs on free motions")]
-            .into_iter();
+    let further = [
+        ("plastic_work", "plastic"),
+        ("offset_work", "work of offsets"),
+        ("viscous_work", "viscous"),
+        ("holding_work", "springs on free motions"),
+    ]
+    .into_iter();
     let has = |what: &str| quantities.names.iter().any(|name| name.subject == Subject::Whole && name.what == what);
     let more: String = further
         .filter(|(what, _)| has(what))

@@ -108,6 +108,8 @@ pub fn check_derivatives(quantity: &dyn Quantity, state: &StateView) -> Result<(
         (Field::Densities, state.density, &by.density),
         (Field::Energies, state.energy, &by.energy),
         (Field::Stresses, state.stress, &by.stress),
+        (Field::PlasticWork, state.plastic_work, &by.plastic_work),
+        (Field::PlasticStrains, state.plastic_strain, &by.plastic_strain),
         (Field::PreviousDisplacements, state.previous.displacement, &by.previous.displacement),
         (Field::PreviousExternalForces, state.previous.external_force, &by.previous.external_force),
         (Field::PreviousReactions, state.previous.reaction, &by.previous.reaction),
@@ -146,6 +148,8 @@ enum Field {
     Densities,
     Energies,
     Stresses,
+    PlasticWork,
+    PlasticStrains,
     PreviousDisplacements,
     PreviousExternalForces,
     PreviousReactions,
@@ -161,6 +165,8 @@ impl Field {
             Self::Densities => "densities",
             Self::Energies => "strain energies",
             Self::Stresses => "stresses",
+            Self::PlasticWork => "plastic work",
+            Self::PlasticStrains => "plastic strains",
             Self::PreviousDisplacements => "displacements at the previous state",
             Self::PreviousExternalForces => "forces of loads at the previous state",
             Self::PreviousReactions => "reactions at the previous state",
@@ -177,6 +183,8 @@ impl Field {
             Self::Densities => StateView { density: values, ..view },
             Self::Energies => StateView { energy: values, ..view },
             Self::Stresses => StateView { stress: values, ..view },
+            Self::PlasticWork => StateView { plastic_work: values, ..view },
+            Self::PlasticStrains => StateView { plastic_strain: values, ..view },
             Self::PreviousDisplacements => {
                 StateView { previous: PreviousView { displacement: values, ..previous }, ..view }
             }
@@ -301,6 +309,8 @@ mod tests {
         density: &[0.5, 1.0, 0.25],
         energy: &[1.0, 2.0, 5.0],
         stress: &STRESS,
+        plastic_work: &[0.5, 0.0, 2.0],
+        plastic_strain: &STRESS,
         previous: PreviousView {
             displacement: &[5e-4, -1e-3, 2e-3, 1e-3, 4e-3, 0.0],
             external_force: &[1.0, 3.0, -2.0, 0.0, 6.0, -1.0],

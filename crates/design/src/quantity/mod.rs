@@ -16,6 +16,7 @@
 //! | [`Displacement`] | nodes: component or norm of their mean | L | `displacement.rs` |
 //! | [`StrainEnergy`] | elements | F L | `strain_energy.rs` |
 //! | [`Stress`] | elements: largest von Mises stress | F/L² | `stress.rs` |
+//! | [`PlasticStrain`] | elements: largest equivalent plastic strain | – | `plastic_strain.rs` |
 //! | [`Compliance`] | loads | F L | `compliance.rs` |
 //! | [`ExternalWork`] | loads and supports | F L | `external_work.rs` |
 //! | [`Volume`] | elements | L³ | `volume.rs` |
@@ -36,6 +37,7 @@ mod extreme;
 mod friction_work;
 mod gap;
 mod patch;
+mod plastic_strain;
 mod reaction;
 mod smooth;
 mod strain_energy;
@@ -56,6 +58,7 @@ pub use extreme::Extreme;
 pub use friction_work::FrictionWork;
 pub use gap::{Gap, GapMeasure};
 pub use patch::Patch;
+pub use plastic_strain::PlasticStrain;
 pub use reaction::{Moment, Reaction};
 pub use strain_energy::StrainEnergy;
 pub use stress::{STRESS_POINTS, Stress};
@@ -188,6 +191,10 @@ pub struct Reads {
     pub energy: bool,
     /// [`StateView::stress`].
     pub stress: bool,
+    /// [`StateView::plastic_work`].
+    pub plastic_work: bool,
+    /// [`StateView::plastic_strain`].
+    pub plastic_strain: bool,
     /// [`StateView::previous`].
     pub previous: bool,
 }
@@ -200,6 +207,8 @@ impl Reads {
             contact: self.contact || other.contact,
             energy: self.energy || other.energy,
             stress: self.stress || other.stress,
+            plastic_work: self.plastic_work || other.plastic_work,
+            plastic_strain: self.plastic_strain || other.plastic_strain,
             previous: self.previous || other.previous,
         }
     }

@@ -26,10 +26,16 @@ pub struct Stress {
 }
 
 /// q.
-const RELAXATION: f64 = 0.5;
+pub(super) const RELAXATION: f64 = 0.5;
 
 /// Entries per element in [`StateView::stress`].
 pub const STRESS_POINTS: usize = 8;
+
+/// Entries of an element in lists of stresses.
+pub(super) fn points(element: u32) -> Range<usize> {
+    let first = STRESS_POINTS * element as usize;
+    first..first + STRESS_POINTS
+}
 
 impl Stress {
     /// The largest stress in these elements, with the exponent p of the norm.
@@ -46,16 +52,11 @@ impl Stress {
         Ok(Self { name: name.into(), elements, exponent, relaxation: RELAXATION })
     }
 
-    fn points(element: u32) -> Range<usize> {
-        let first = STRESS_POINTS * element as usize;
-        first..first + STRESS_POINTS
-    }
-
     /// Relaxed stresses at the points of the elements, in their order.
     fn relaxed(&self, state: &StateView) -> Vec<f64> {
         let of = |&e: &u32| {
             let factor = state.density[e as usize].powf(self.relaxation);
-            state.stress[Self::points(e)].iter().map(move |stress| factor * stress)
+            state.stress[points(e)].iter().map(move |stress| factor * stress)
         };
         self.elements.iter().flat_map(of).collect()
     }
@@ -87,8 +88,8 @@ impl Quantity for Stress {
         for (&e, slopes) in self.elements.iter().zip(slopes.chunks_exact(STRESS_POINTS)) {
             let density = state.density[e as usize];
             let factor = density.powf(self.relaxation);
-            let stresses = &state.stress[Self::points(e)];
-            to.stress[Self::points(e)].iter_mut().zip(slopes).for_each(|(to, slope)| *to += weight * slope * factor);
+            let stresses = &state.stress[points(e)];
+            to.stress[points(e)].iter_mut().zip(slopes).for_each(|(to, slope)| *to += weight * slope * factor);
             // the slope of φ^q is infinite at φ = 0, but the stress there does not count
             if density > 0.0 {
                 let along: f64 = slopes.iter().zip(stresses).map(|(slope, stress)| slope * stress).sum();

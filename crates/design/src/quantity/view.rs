@@ -29,6 +29,12 @@ pub struct StateView<'a> {
     /// [`STRESS_POINTS`](super::STRESS_POINTS) entries per element; 0 for entries without a point.
     /// Empty unless the quantity [reads](super::Reads) it. \[F/L²\]
     pub stress: &'a [f64],
+    /// Plastic work of every element since rest; 0 for elastic elements. Empty unless the quantity
+    /// [reads](super::Reads) it, or without elements with memory. \[F L\]
+    pub plastic_work: &'a [f64],
+    /// Equivalent plastic strain at the Gauss points, as for `stress`; 0 in elastic elements. Empty unless the
+    /// quantity [reads](super::Reads) it.
+    pub plastic_strain: &'a [f64],
     /// The state before, at the start of the (sub-)step. Empty unless the quantity
     /// [reads](super::Reads) it.
     pub previous: PreviousView<'a>,
@@ -118,6 +124,10 @@ pub struct StateDerivative {
     pub energy: Vec<f64>,
     /// With respect to the stresses; empty if the view has none.
     pub stress: Vec<f64>,
+    /// With respect to the plastic work of the elements; empty if the view has none.
+    pub plastic_work: Vec<f64>,
+    /// With respect to the plastic strains; empty if the view has none.
+    pub plastic_strain: Vec<f64>,
     /// By the state before; empty if the view has none.
     pub previous: PreviousDerivative,
 }
@@ -145,6 +155,8 @@ impl StateDerivative {
             density: vec![0.0; view.density.len()],
             energy: vec![0.0; view.energy.len()],
             stress: vec![0.0; view.stress.len()],
+            plastic_work: vec![0.0; view.plastic_work.len()],
+            plastic_strain: vec![0.0; view.plastic_strain.len()],
             previous: PreviousDerivative {
                 displacement: vec![0.0; view.previous.displacement.len()],
                 external_force: vec![0.0; view.previous.external_force.len()],

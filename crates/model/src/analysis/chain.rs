@@ -27,6 +27,9 @@ pub(crate) struct StateData {
     pub(crate) energy: Vec<f64>,
     /// Von Mises, at the Gauss points. Empty unless read. \[F/L²\]
     stress: Vec<f64>,
+    /// Empty without elements with memory.
+    pub(crate) plastic_work: Vec<f64>,
+    plastic_strain: Vec<f64>,
     /// The state before. Empty unless read.
     previous: PreviousData,
 }
@@ -78,7 +81,7 @@ impl StateData {
         let n = model.prescribed().fixed().len();
         let d = &state.unknowns[..n];
         let (mut internal, mut external) = (vec![0.0; n], vec![0.0; n]);
-        design.internal_force(d, &mut internal)?;
+        design.internal_force(d, model.solid_history(previous), &mut internal)?;
         model.external_force(d, time, &mut external);
         let mut data = Self {
             time,
@@ -89,6 +92,8 @@ impl StateData {
             results: None,
             energy: Vec::new(),
             stress: Vec::new(),
+            plastic_work: Vec::new(),
+            plastic_strain: Vec::new(),
             previous: PreviousData::default(),
         };
         if reads.reaction || reads.contact {
@@ -102,11 +107,17 @@ impl StateData {
             data.results = Some(results);
         }
         if reads.energy {
-            data.energy = design.energies(d)?;
+            data.energy = design.energies(d, model.solid_history(state))?;
             model.share().sum(&mut [&mut data.energy]);
         }
+        if model.has_memory() && (reads.energy || reads.plastic_work) {
+            data.plastic_work = design.plastic_work(state);
+        }
+        if reads.plastic_strain {
+            data.plastic_strain = design.plastic_strains(state);
+        }
         if reads.stress {
-            data.stress = design.von_mises_stresses(d)?;
+            data.stress = design.von_mises_stresses(state)?;
         }
         Ok(data)
     }
@@ -142,6 +153,8 @@ impl StateData {
             density: design.density(),
             energy: &self.energy,
             stress: &self.stress,
+            plastic_work: &self.plastic_work,
+            plastic_strain: &self.plastic_strain,
             previous: PreviousView {
                 displacement: &self.previous.displacement,
                 external_force: &self.previous.external,
@@ -385,14 +398,25 @@ impl PathResponses<Design> for Adapter<'_> {
         let d = view.displacement;
         let by_internal = by.internal_force.iter().any(|&weight| weight != 0.0);
         if by_internal {
-            design.add_internal_tangent_product(d, &by.internal_force, &mut by.displacement)?;
+            let before = model.solid_history(at.previous);
+            design.add_internal_tangent_product(d, before, &by.internal_force, &mut by.displacement)?;
+            design.pull_back_internal_history(d, before, &by.internal_force, &mut to.previous.history);
         }
         model.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
         if reads.energy {
             design.pull_back_energies(d, &view, &by.energy, self.parameters, &mut by.displacement, to.gradient)?;
         }
         if reads.stress {
-            design.pull_back_stresses(d, &view, &by.stress, self.parameters, &mut by.displacement, to.gradient);
+            let by_state = (&mut by.displacement[..], &mut to.history[..]);
+            design.pull_back_stresses(at.state, &view, &by.stress, self.parameters, by_state, to.gradient);
+        }
+        if reads.energy || reads.plastic_work {
+            let weights = [&by.energy[..], &by.plastic_work];
+            let by_history = (&mut to.history[..], &mut to.gradient.design[..]);
+            design.pull_back_inelastic_energies(at.state, weights, &mut by.displacement, by_history);
+        }
+        if reads.plastic_strain {
+            design.pull_back_plastic_strains(&by.plastic_strain, to.history);
         }
         to.unknowns.iter_mut().zip(&by.displacement).for_each(|(to, from)| *to += from);
         let prescribed = by.reaction.iter().zip(model.prescribed().fixed()).enumerate();
@@ -408,12 +432,22 @@ impl PathResponses<Design> for Adapter<'_> {
             design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
         }
         if by_internal {
-            design.pull_back_density(d, &by.internal_force, &mut to.gradient.design)?;
+            design.pull_back_density(
+                d,
+                model.solid_history(at.previous),
+                &by.internal_force,
+                &mut to.gradient.design,
+            )?;
         }
         to.gradient.design.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
         if self.parameters {
             if by_internal {
-                design.pull_back_moduli(d, &by.internal_force, &mut to.gradient.parameters)?;
+                design.pull_back_moduli(
+                    d,
+                    model.solid_history(at.previous),
+                    &by.internal_force,
+                    &mut to.gradient.parameters,
+                )?;
             }
             model.pull_back_loads(d, at.time, &by.external_force, &mut to.gradient.parameters);
         }

@@ -69,59 +69,84 @@ impl Design {
         Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
     }
 
-    /// Internal force at displacements `d`. \[F\]
+    /// Internal force at displacements `d`, with the history of elements with memory at the start of the
+    /// step (or at its end: the result is the same). \[F\]
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let result = self.model.solid.internal_force(d, &self.scalings, out).map_err(inverted);
+    pub fn internal_force(&self, d: &[f64], history: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let result = self.model.solid.internal_force(d, self.solid_step(history), out).map_err(inverted);
         self.model.share.agree(result)?;
         self.model.share.sum(&mut [out]);
         Ok(())
     }
 
-    /// Strain energy of each element at displacements `d`; 0 for elements of other ranks. \[F L\]
+    /// Strain energy of each element at displacements `d` and a history; 0 for elements of other ranks. \[F L\]
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn energies(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
-        self.model.share.agree(self.model.solid.energies(d, &self.scalings).map_err(inverted))
+    pub fn energies(&self, d: &[f64], history: &[f64]) -> Result<Vec<f64>, StateError> {
+        self.model.share.agree(self.model.solid.energies(d, self.solid_step(history)).map_err(inverted))
     }
 
     /// Adds K v with K = ∂f_int/∂d, which is symmetric.
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn add_internal_tangent_product(&self, d: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let solid = &self.model.solid;
-        self.model.share.add(out, |out| solid.add_tangent_product(d, &self.scalings, v, out).map_err(inverted))
+    pub fn add_internal_tangent_product(
+        &self,
+        d: &[f64],
+        history: &[f64],
+        v: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let (solid, step) = (&self.model.solid, self.solid_step(history));
+        self.model.share.add(out, |out| solid.add_tangent_product(d, step, v, out).map_err(inverted))
     }
 
     /// Adds λᵀ ∂f_int/∂φ of every element.
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn pull_back_density(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let (solid, scalings, slopes) = (&self.model.solid, &self.scalings, &self.slopes);
-        self.model.share.add(out, |out| solid.pull_back_density(d, scalings, slopes, lambda, out).map_err(inverted))
+    pub fn pull_back_density(
+        &self,
+        d: &[f64],
+        history: &[f64],
+        lambda: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let (solid, step, slopes) = (&self.model.solid, self.solid_step(history), &self.slopes);
+        self.model.share.add(out, |out| solid.pull_back_density(d, step, slopes, lambda, out).map_err(inverted))
     }
 
     /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E.
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn pull_back_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.model.share.add(out, |out| self.pull_back_own_moduli(d, lambda, out))
+    pub fn pull_back_moduli(
+        &self,
+        d: &[f64],
+        history: &[f64],
+        lambda: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        self.model.share.add(out, |out| self.pull_back_own_moduli(d, history, lambda, out))
     }
 
     /// The contribution of this rank.
-    pub(super) fn pull_back_own_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+    pub(super) fn pull_back_own_moduli(
+        &self,
+        d: &[f64],
+        history: &[f64],
+        lambda: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
         let model = &*self.model;
         let whole: Vec<ElementScaling> =
-            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma: 0.0 }).collect();
+            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, ..ElementScaling::NONE }).collect();
         let mut works = vec![0.0; model.solid.elements()];
         let lambda = &lambda[..model.displacement_count()];
-        model.solid.pull_back_density(d, &self.scalings, &whole, lambda, &mut works).map_err(inverted)?;
+        model.solid.pull_back_density(d, self.solid_step(history), &whole, lambda, &mut works).map_err(inverted)?;
         let first = model.interfaces.len();
         for (body, elements) in model.bodies.iter().enumerate() {
             out[first + body] +=
@@ -134,7 +159,7 @@ impl Design {
 impl ContactModel {
     /// Scaling of every element by its density, and its derivative: zero outside the design.
     pub(super) fn scale(&self, density: &[f64]) -> (Vec<ElementScaling>, Vec<ElementScaling>) {
-        let none = ElementScaling { factor: 0.0, gamma: 0.0 };
+        let none = ElementScaling::NONE;
         let of = |(&density, &designed): (&f64, &bool)| match designed {
             true => {
                 (self.penalization.interpolation.scaling(density), self.penalization.interpolation.derivative(density))

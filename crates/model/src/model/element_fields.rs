@@ -2,6 +2,7 @@
 
 use super::Design;
 use slipstick_mesh::Mesh;
+use slipstick_path::StepState;
 use slipstick_solid::stress::{stress_points, von_mises};
 
 /// Fields of the bodies at a state, for output.
@@ -18,28 +19,31 @@ pub struct ElementFields {
     pub von_mises: Vec<f64>,
     /// Strain energy of every element over its reference volume. Empty likewise. \[F/L²\]
     pub energy_density: Vec<f64>,
+    /// Equivalent plastic strain of every element, the largest among its Gauss points. Empty without
+    /// elements with memory.
+    pub plastic_strain: Vec<f64>,
     /// Forces of supports and prescribed motions, three per node; zero where nothing is prescribed.
     /// Empty likewise. \[F\]
     pub reaction: Vec<f64>,
 }
 
 impl Design {
-    /// Fields of the bodies at displacements `d` and pseudo-time `time`, with the contact forces on
-    /// all nodes; any rank may call it without the others.
+    /// Fields of the bodies at a state and its pseudo-time, with the contact forces on all nodes; any rank may
+    /// call it without the others.
     ///
     /// Test: `fields_of_a_bar` (tests/suite/quantities.rs).
-    pub fn element_fields(&self, mesh: &Mesh, d: &[f64], time: f64, contact_force: &[f64]) -> ElementFields {
+    pub fn element_fields(&self, mesh: &Mesh, state: &StepState, time: f64, contact_force: &[f64]) -> ElementFields {
         let model = &*self.model;
+        let d = &state.unknowns[..model.displacement_count()];
+        let step = self.solid_step(model.solid_history(state));
         let solid = model.whole_solid(mesh);
         let (mut determinants, volumes) = (solid.smallest_determinants(d), solid.element_volumes());
         // rigid elements have no part in the solid
         determinants.iter_mut().zip(&volumes).filter(|(_, volume)| **volume == 0.0).for_each(|(j, _)| *j = 1.0);
         let mut internal = vec![0.0; d.len()];
-        let (Ok(()), Ok(stresses), Ok(energies)) = (
-            solid.internal_force(d, &self.scalings, &mut internal),
-            solid.cauchy_stresses(d, &self.scalings),
-            solid.energies(d, &self.scalings),
-        ) else {
+        let (Ok(()), Ok(stresses), Ok(energies)) =
+            (solid.internal_force(d, step, &mut internal), solid.cauchy_stresses(d, step), solid.energies(d, step))
+        else {
             return ElementFields { determinants, ..ElementFields::default() };
         };
         let mut external = vec![0.0; d.len()];
@@ -60,6 +64,12 @@ impl Design {
             stress,
             von_mises: sizes,
             energy_density: energies.iter().zip(&volumes).map(density).collect(),
+            plastic_strain: if model.has_memory() {
+                let largest = |points: &[f64; 8]| points.iter().copied().fold(0.0, f64::max);
+                solid.plastic_strains(step.history).iter().map(largest).collect()
+            } else {
+                Vec::new()
+            },
             reaction: model.reactions(&internal, &external, contact_force),
         }
     }

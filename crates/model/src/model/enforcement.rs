@@ -6,7 +6,8 @@
 
 use super::ContactModel;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
-use slipstick_path::UzawaOptions;
+use slipstick_path::{StepState, UzawaOptions};
+use std::ops::Range;
 
 /// How an interface is enforced.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +83,26 @@ impl Method {
     }
 }
 
+/// The parts of a history.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct HistoryLayout {
+    /// Tangential tractions of the penalty method, two per slave node.
+    pub contact: Range<usize>,
+    /// History of the elements with memory.
+    pub solid: Range<usize>,
+}
+
 impl ContactModel {
+    /// The history of the elements with memory at a state.
+    pub fn solid_history<'a>(&self, state: &'a StepState) -> &'a [f64] {
+        &state.history[self.history.solid.clone()]
+    }
+
+    /// Whether elements have memory.
+    pub fn has_memory(&self) -> bool {
+        self.solid.history() > 0
+    }
+
     /// Method of slave node j.
     pub(super) fn method_of(&self, j: usize) -> Method {
         self.interfaces[self.slaves[j].interface as usize].enforcement.method
@@ -95,8 +115,14 @@ impl ContactModel {
 
     /// Length of the history: two tangential tractions per slave node if an interface has the
     /// penalty method; those of other interfaces' nodes are zero.
-    pub(super) fn tangential_history(&self) -> usize {
+    fn tangential_history(&self) -> usize {
         if self.has(Method::Penalty) { 2 * self.slaves.len() } else { 0 }
+    }
+
+    /// Where a history holds what.
+    pub(super) fn history_layout(&self) -> HistoryLayout {
+        let contact = self.tangential_history();
+        HistoryLayout { contact: 0..contact, solid: contact..contact + self.solid.history() }
     }
 
     /// Uzawa's iteration, if an interface has the augmented Lagrangian.

@@ -40,7 +40,7 @@ pub struct Step {
     pub(super) previous: Arc<Kinematics>,
     /// Mortar rows of the previous state.
     pub(super) rows: Vec<PreviousRow>,
-    /// Tangential tractions of the penalty method at the previous state.
+    /// History of the previous state.
     pub(super) history: Vec<f64>,
     /// Pseudo-time at its end.
     pub(super) time: f64,
@@ -69,6 +69,11 @@ impl Step {
             rotations: Vec::new(),
             anchor: None,
         }
+    }
+
+    /// History of the elements with memory at the start of the step.
+    pub(super) fn solid_history(&self, model: &ContactModel) -> &[f64] {
+        &self.history[model.history.solid.clone()]
     }
 
     /// Tangential traction of the penalty method at node j, at the end of the previous step.

@@ -52,6 +52,7 @@ mod viscosity;
 
 pub use design::Design;
 pub use element_fields::ElementFields;
+use enforcement::HistoryLayout;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 pub use loads::{Loaded, Loads};
@@ -113,6 +114,7 @@ pub struct ContactModel {
     contact_elements: ContactElements,
     start: StartDesign,
     unknowns: Unknowns,
+    history: HistoryLayout,
     pattern: ContactPattern,
     floors: Floors,
 }
@@ -228,17 +230,19 @@ impl ContactModel {
             contact_elements,
             start: StartDesign::default(),
             unknowns: Unknowns::default(),
+            history: HistoryLayout::default(),
             pattern,
             floors,
         };
         model.start_at(start.to_vec());
+        model.history = model.history_layout();
         model.unknowns = model.count_unknowns();
         model
     }
 
     fn count_unknowns(&self) -> Unknowns {
         let mut unknowns = Unknowns {
-            history: self.tangential_history(),
+            history: self.history.solid.end,
             parameters: self.all_parameters().len(),
             ..Unknowns::displacements(self.prescribed.fixed(), self.solid.elements())
         };

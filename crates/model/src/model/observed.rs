@@ -6,9 +6,9 @@ use super::{ContactModel, ContactResults, Design, Step, node};
 use nalgebra::{Vector2, Vector3};
 use slipstick_design::quantity::{ContactDerivative, ContactNode, StateView};
 use slipstick_mesh::Rigid;
-use slipstick_path::{Evaluated, Explicit, PathGradient, PreviousPullBack, StateError};
-use slipstick_solid::ElementScaling;
+use slipstick_path::{Evaluated, Explicit, PathGradient, PreviousPullBack, StateError, StepState};
 use slipstick_solid::stress::{STRESS_POINTS, von_mises};
+use slipstick_solid::{ElementScaling, EnergyWeights, SolidAdjoint};
 
 impl ContactModel {
     /// The data of the slave nodes that quantities read.
@@ -107,7 +107,6 @@ impl Design {
         model.pull_to_nodes(&mut unknowns);
         model.pull_to_nodes(&mut previous.unknowns);
         model.share.sum(&mut [&mut unknowns, &mut previous.unknowns, &mut previous.history, &mut by_parameters]);
-        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
         add(to.unknowns, &unknowns);
         add(&mut to.previous.unknowns, &previous.unknowns);
         add(&mut to.previous.history, &previous.history);
@@ -133,6 +132,8 @@ impl Design {
         to: &mut PathGradient,
     ) -> Result<(), StateError> {
         let model = &*self.model;
+        let all = weights;
+        let weights = &self.without_memory(weights);
         let weighted =
             |(scaling, weight): (&ElementScaling, &f64)| ElementScaling { factor: weight * scaling.factor, ..*scaling };
         let scalings: Vec<ElementScaling> = self.scalings.iter().zip(weights).map(weighted).collect();
@@ -158,11 +159,87 @@ impl Design {
         if parameters {
             let first = model.interfaces.len();
             for (body, elements) in model.bodies.iter().enumerate() {
-                let of = |e: usize| weights[e] * view.energy[e] / model.solid.material(e).youngs_modulus();
+                let of = |e: usize| all[e] * view.energy[e] / model.solid.material(e).youngs_modulus();
                 to.parameters[first + body] += elements.clone().map(of).sum::<f64>();
             }
         }
         Ok(())
+    }
+
+    /// Adds the derivatives of the energies of elements with memory, with weights of the elastic energies and
+    /// of the plastic work, at a state. Elastic elements do not count. Test:
+    /// `gradients_through_plastic_states` (tests/suite/plasticity.rs).
+    pub(crate) fn pull_back_inelastic_energies(
+        &self,
+        state: &StepState,
+        [elastic, plastic]: [&[f64]; 2],
+        by_displacement: &mut [f64],
+        (by_history, by_density): (&mut [f64], &mut [f64]),
+    ) {
+        let model = &*self.model;
+        if !model.has_memory() {
+            return;
+        }
+        let d = &state.unknowns[..model.displacement_count()];
+        let (mut force, mut history) = (vec![0.0; d.len()], vec![0.0; model.history.solid.len()]);
+        let mut density = vec![0.0; by_density.len()];
+        let step = self.solid_step(model.solid_history(state));
+        let weights = EnergyWeights { elastic, plastic };
+        let states = (&mut force[..], &mut history[..]);
+        let slopes = (self.scaling_slopes(), &mut density[..]);
+        model.solid.pull_back_inelastic_energies(d, step, weights, states, slopes);
+        model.share.sum(&mut [&mut force, &mut history, &mut density]);
+        add(by_displacement, &force);
+        add(&mut by_history[model.history.solid.clone()], &history);
+        add(by_density, &density);
+    }
+
+    /// Adds the derivatives of Σ w α with respect to the history, for weights of the equivalent plastic
+    /// strains.
+    pub(crate) fn pull_back_plastic_strains(&self, weights: &[f64], by_history: &mut [f64]) {
+        let model = &*self.model;
+        let mut history = vec![0.0; model.history.solid.len()];
+        model.solid.pull_back_plastic_strains(weights, &mut history);
+        model.share.sum(&mut [&mut history]);
+        add(&mut by_history[model.history.solid.clone()], &history);
+    }
+
+    /// Adds (∂f_int/∂h)ᵀ λ for the history at the start of the step.
+    pub(crate) fn pull_back_internal_history(&self, d: &[f64], before: &[f64], lambda: &[f64], by_history: &mut [f64]) {
+        let model = &*self.model;
+        if !model.has_memory() {
+            return;
+        }
+        let mut history = vec![0.0; model.history.solid.len()];
+        let none = vec![0.0; history.len()];
+        let adjoint = SolidAdjoint { forces: lambda, history: &none };
+        let result = model.solid.pull_back_previous(d, self.solid_step(before), adjoint, &mut history);
+        result.expect("the state has been evaluated with these displacements");
+        model.share.sum(&mut [&mut history]);
+        add(&mut by_history[model.history.solid.clone()], &history);
+    }
+
+    /// Weights of the elements, zero for those with memory.
+    fn without_memory(&self, weights: &[f64]) -> Vec<f64> {
+        let memory = |e: usize| self.model.solid.material(e).kind().has_memory();
+        weights.iter().enumerate().map(|(e, weight)| if memory(e) { 0.0 } else { *weight }).collect()
+    }
+
+    /// Plastic work of every element at a state, complete on every rank. \[F L\]
+    pub(crate) fn plastic_work(&self, state: &StepState) -> Vec<f64> {
+        let model = &*self.model;
+        let step = self.solid_step(model.solid_history(state));
+        let mut work = model.solid.plastic_work(&state.unknowns[..model.displacement_count()], step);
+        model.share.sum(&mut [&mut work]);
+        work
+    }
+
+    /// Equivalent plastic strain at the Gauss points of all elements, complete on every rank.
+    pub(crate) fn plastic_strains(&self, state: &StepState) -> Vec<f64> {
+        let model = &*self.model;
+        let mut strains = model.solid.plastic_strains(model.solid_history(state)).into_flattened();
+        model.share.sum(&mut [&mut strains]);
+        strains
     }
 
     /// Energies with factor 1, complete on every rank. \[F L\]
@@ -181,9 +258,11 @@ impl Design {
     ///
     /// # Errors
     /// If elements are inverted.
-    pub(crate) fn von_mises_stresses(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+    pub(crate) fn von_mises_stresses(&self, state: &StepState) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
-        let stresses = model.solid.cauchy_stresses(d, &self.scalings).map_err(super::inverted);
+        let d = &state.unknowns[..model.displacement_count()];
+        let stresses =
+            model.solid.cauchy_stresses(d, self.solid_step(model.solid_history(state))).map_err(super::inverted);
         let stresses = model.share.agree(stresses)?;
         let mut sizes: Vec<f64> = stresses.as_flattened().iter().map(von_mises).collect();
         model.share.sum(&mut [&mut sizes]);
@@ -196,18 +275,21 @@ impl Design {
     /// (tests/suite/quantity_gradients.rs).
     pub(crate) fn pull_back_stresses(
         &self,
-        d: &[f64],
+        state: &StepState,
         view: &StateView<'_>,
         by_stress: &[f64],
         parameters: bool,
-        by_displacement: &mut [f64],
+        (by_displacement, by_history): (&mut [f64], &mut [f64]),
         to: &mut PathGradient,
     ) {
         let model = &*self.model;
+        let d = &state.unknowns[..model.displacement_count()];
         let (mut force, mut by_density) = (vec![0.0; d.len()], vec![0.0; self.scalings.len()]);
-        let scalings = (&self.scalings[..], self.scaling_slopes());
-        model.solid.pull_back_stresses(d, scalings, by_stress, &mut force, &mut by_density);
-        model.share.sum(&mut [&mut force, &mut by_density]);
+        let mut history = vec![0.0; model.history.solid.len()];
+        let step = (self.solid_step(model.solid_history(state)), self.scaling_slopes());
+        model.solid.pull_back_stresses(d, step, by_stress, (&mut force, &mut history), &mut by_density);
+        model.share.sum(&mut [&mut force, &mut history, &mut by_density]);
+        add(&mut by_history[model.history.solid.clone()], &history);
         by_displacement.iter_mut().zip(force).for_each(|(to, from)| *to += from);
         to.design.iter_mut().zip(by_density).for_each(|(to, from)| *to += from);
         if parameters {
@@ -225,7 +307,7 @@ impl Design {
     fn energies_by_gamma(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let scaled = |gamma: f64| -> Vec<ElementScaling> {
-            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma }).collect()
+            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma, ..*s }).collect()
         };
         let mut work = vec![0.0; self.scalings.len()];
         let result = model.solid.pull_back_density(d, &self.scalings, &scaled(0.0), d, &mut work);
@@ -238,4 +320,8 @@ impl Design {
         model.share.sum(&mut [&mut work]);
         Ok(work)
     }
+}
+
+fn add(to: &mut [f64], from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
 }

@@ -133,7 +133,7 @@ impl Design {
     ) {
         let lambda = self.model.contact_vector(lambda);
         for (j, now, node) in contact.own() {
-            let weights = self.law_weights(j, now, &node.law, &lambda, eta);
+            let weights = self.law_weights(j, now, &node.law, &lambda, &eta[self.model.history.contact.clone()]);
             self.pull_back_law_parameters(step, j, &weights, out);
         }
     }

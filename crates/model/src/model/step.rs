@@ -13,6 +13,7 @@ use slipstick_path::{
     Adjoint, Attempt, Evaluated, Held, HeldMotions, Iteration, Phase, PreviousPullBack, Scales, StateError,
     StepProblem, StepState, Unknowns, Wanted,
 };
+use slipstick_solid::{SolidAdjoint, SolidStep};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -80,7 +81,10 @@ impl StepProblem for Design {
         if wanted.residual() {
             let begin = workspace.timings.begin();
             internal.resize(split, 0.0);
-            result = model.solid.internal_force(&y[..split], &self.scalings, &mut internal).map_err(inverted);
+            result = model
+                .solid
+                .internal_force(&y[..split], self.solid_step(step.solid_history(model)), &mut internal)
+                .map_err(inverted);
             workspace.timings.end(Phase::Solid, begin);
         }
         let begin = workspace.timings.begin();
@@ -139,7 +143,10 @@ impl StepProblem for Design {
         let Workspace { scatter, matrix, .. } = workspace;
         let (scatter, matrix) = (scatter.as_ref().expect("made above"), matrix.as_mut().expect("made above"));
         matrix.set_zero();
-        let result = model.solid.add_tangent(&y[..split], &self.scalings, scatter, matrix).map_err(inverted);
+        let result = model
+            .solid
+            .add_tangent(&y[..split], self.solid_step(step.solid_history(model)), scatter, matrix)
+            .map_err(inverted);
         if !model.loads.is_empty() && model.share.has_rest() {
             model.loads.add_tangent(step.time, &model.positions(y), matrix);
         }
@@ -226,6 +233,10 @@ impl StepProblem for Design {
             for (j, _, node) in at.state.own().filter(|(j, ..)| model.method_of(*j) == Method::Penalty) {
                 history[2 * j..][..2].copy_from_slice(&node.law.value().as_slice()[1..]);
             }
+            let split = model.displacement_count();
+            let (before, solid) = (step.solid_history(model), &mut history[model.history.solid.clone()]);
+            let result = model.solid.update_history(&at.unknowns[..split], self.solid_step(before), solid);
+            model.share.agree(result.map_err(inverted))?;
             model.share.sum(&mut [&mut history]);
         }
         Ok(history)
@@ -233,12 +244,18 @@ impl StepProblem for Design {
 
     fn pull_back_current(
         &self,
-        _: &Step,
+        step: &Step,
         at: &Evaluated<Self>,
         eta: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
+        let (model, split) = (&*self.model, self.model.displacement_count());
         self.model.share.add(out, |out| {
+            if model.has_memory() {
+                let (d, solid) = (&at.unknowns[..split], self.solid_step(step.solid_history(model)));
+                let eta = &eta[model.history.solid.clone()];
+                model.solid.pull_back_current(d, solid, eta, &mut out[..split]).map_err(inverted)?;
+            }
             self.model.add_from_contact(out, |out| {
                 for (j, now, node) in at.state.own().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty) {
                     let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
@@ -270,23 +287,46 @@ impl StepProblem for Design {
         let x = model.contact_positions(&at.unknowns);
         let mapped = model.contact_vector(lambda);
         for (j, now, node) in at.state.own() {
-            let weights = self.law_weights(j, now, &node.law, &mapped, eta);
+            let weights = self.law_weights(j, now, &node.law, &mapped, &eta[model.history.contact.clone()]);
             self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
         }
         model.pull_to_nodes(&mut out.unknowns);
         model.pull_back_viscous_force(step, lambda, &mut out.unknowns);
         model.pull_back_holding_force(&at.state.free, lambda, &mut out.unknowns);
+        if model.has_memory() {
+            let (split, solid) = (model.displacement_count(), model.history.solid.clone());
+            let adjoint = SolidAdjoint { forces: &lambda[..split], history: &eta[solid.clone()] };
+            let before = self.solid_step(step.solid_history(model));
+            let result =
+                model.solid.pull_back_previous(&at.unknowns[..split], before, adjoint, &mut out.history[solid]);
+            result.expect("the state has been evaluated with these displacements");
+        }
         model.share.sum(&mut [&mut out.unknowns, &mut out.history]);
         out
     }
 
-    /// The density enters only through the internal force: neither contact nor C depends on it.
+    /// The density enters only through the internal force and the history of elements with memory: neither
+    /// contact nor C depends on it.
     ///
     /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences`
     /// (tests/suite/derivatives.rs).
-    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let split = self.model.displacement_count();
-        self.pull_back_density(&at.unknowns[..split], &lambda[..split], out)
+    fn pull_back_design(
+        &self,
+        step: &Step,
+        at: &Evaluated<Self>,
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let (model, split) = (&*self.model, self.model.displacement_count());
+        let (d, history) = (&at.unknowns[..split], step.solid_history(model));
+        self.pull_back_density(d, history, &lambda[..split], out)?;
+        if !model.has_memory() {
+            return Ok(());
+        }
+        let (solid, eta) = (self.solid_step(history), &eta[model.history.solid.clone()]);
+        let slopes = self.scaling_slopes();
+        model.share.add(out, |out| model.solid.pull_back_history_density(d, solid, slopes, eta, out).map_err(inverted))
     }
 
     fn pull_back_parameters(
@@ -301,7 +341,7 @@ impl StepProblem for Design {
         let d = &at.unknowns[..split];
         self.model.share.add(out, |out| {
             self.pull_back_contact(step, &at.state, lambda, eta, out);
-            self.pull_back_own_moduli(d, lambda, out)
+            self.pull_back_own_moduli(d, step.solid_history(&self.model), lambda, out)
         })?;
         self.model.pull_back_amplitudes(d, time, &lambda[..split], by_prescribed, out);
         Ok(())
@@ -349,6 +389,11 @@ impl StepProblem for Design {
 }
 
 impl Design {
+    /// What the solids depend on in a step that starts with this history.
+    pub(super) fn solid_step<'a>(&'a self, history: &'a [f64]) -> SolidStep<'a> {
+        SolidStep { scalings: &self.scalings, history }
+    }
+
     /// Carries the tangent over to the unknowns of rigid bodies, on which loads and contact act.
     fn carry_over(&self, step: &Step, at: &Evaluated<Self>, matrix: &mut BlockMatrix) {
         let model = &*self.model;

@@ -328,10 +328,13 @@ impl Recorder<'_> {
         values.extend(&energies);
         let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
         values.extend([stored, dissipated, sums.external, sums.contact]);
+        let plastic: f64 = data.plastic_work.iter().sum();
+        values.extend(self.model.has_memory().then_some(plastic));
         values.extend(has_offset(self.model).then_some(sums.offset));
         values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
         values.extend(self.model.may_move_freely().then_some(sums.holding));
-        values.push(sums.external + sums.offset - stored - dissipated - sums.viscous - sums.holding);
+        let taken = stored + plastic + dissipated + sums.viscous + sums.holding;
+        values.push(sums.external + sums.offset - taken);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
         values.extend(extremes);

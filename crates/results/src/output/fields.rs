@@ -95,7 +95,8 @@ impl From<Vec<i64>> for Stored<'_> {
 }
 
 /// The fields of a state, in the order in which files list them: displacement, reaction and contact
-/// fields at the nodes; density, body, determinant, stress and energy in the elements
+/// fields at the nodes; density, body, determinant, stress and energy in the elements, and
+/// their plastic strain if a law has one
 /// ([`ElementFields`]).
 ///
 /// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1
@@ -149,7 +150,7 @@ pub fn of_state<'a>(mesh: &Mesh, state: &State<'a>) -> Vec<Field<'a>> {
         let [from, to] = [rigid.reference, rigid.rotation()].map(|node| 3 * node as usize);
         displacement.to_mut().copy_within(from..from + 3, to);
     }
-    vec![
+    let mut fields = vec![
         point("displacement", 3, Stored::F64(displacement)),
         point("contact_force", 3, all(&contact.force, 3 * nodes)),
         point("contact_traction", 3, all(&contact.traction, 3 * nodes)),
@@ -167,7 +168,11 @@ pub fn of_state<'a>(mesh: &Mesh, state: &State<'a>) -> Vec<Field<'a>> {
         cell("cauchy_stress", 6, all(&elements.stress, 6 * cells)),
         cell("von_mises_stress", 1, all(&elements.von_mises, cells)),
         cell("strain_energy_density", 1, all(&elements.energy_density, cells)),
-    ]
+    ];
+    if !elements.plastic_strain.is_empty() {
+        fields.push(cell("plastic_strain", 1, Stored::from(&elements.plastic_strain[..])));
+    }
+    fields
 }
 
 /// Writes a state at pseudo-time `time` with its fields ([`of_state`]). If `pieces` gives the piece

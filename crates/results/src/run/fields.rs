@@ -135,7 +135,7 @@ impl<'a> Files<'a> {
         let (mesh, design) = (self.mesh, self.designs.at(time));
         let model = design.model();
         let displacement = &state.unknowns[..3 * mesh.nodes.len()];
-        let mut elements = design.element_fields(mesh, displacement, time, &contact.force);
+        let mut elements = design.element_fields(mesh, state, time, &contact.force);
         // a failed iterate may be huge, but files can contain only finite numbers
         elements.determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
         // If no facet is opposite, the gap is at least the search distance.

@@ -358,7 +358,9 @@ fn current_and_design_pull_back_match_finite_differences() {
         let mut lambda = random.vector(y.len(), 1.0);
         let design = |lambda: &[f64]| {
             let mut found = vec![0.0; generic.density.len()];
-            generic.design().pull_back_design(&generic.evaluate(&y), lambda, &mut found).unwrap();
+            let (mut workspace, at) = (Workspace::default(), generic.evaluate(&y));
+            let step = generic.step(&mut workspace);
+            generic.design().pull_back_design(&step, &at, lambda, &eta, &mut found).unwrap();
             found
         };
         let found = design(&lambda);

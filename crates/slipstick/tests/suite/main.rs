@@ -33,6 +33,7 @@ mod overlaps;
 mod pairs;
 mod parameters;
 mod patch;
+mod plasticity;
 mod quantities;
 mod quantity_gradients;
 mod rigid;

@@ -7,10 +7,12 @@ use crate::common::quantities::every_quantity;
 use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
 use crate::common::{Random, designed, forward, norm, problem, problem_with, random_density, status_path};
 use slipstick::build::Problem;
+use slipstick::design::quantity::PlasticStrain;
 use slipstick::design::{Bound, Constraint, Curve, ElementValues, ObservedSteps, Reduction, Response, Term};
 use slipstick::model::Parameter;
 use slipstick_mesh::{BoxShape, box_mesh};
 use slipstick_path::Silent;
+use std::sync::Arc;
 
 /// The largest error, relative to the norm of the gradient. Most are below 1e-9.
 const BOUND: f64 = 1e-6;
@@ -24,6 +26,11 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
         .enumerate()
         .map(|(i, quantity)| Response::of(quantity.clone(), steps[i % 3].clone(), 0.5 + i as f64))
         .collect();
+    if problem.analysis.model().has_memory() {
+        let elements = (0..problem.mesh.elements.len() as u32).collect();
+        let strain = PlasticStrain::new("plastic strain", elements, 6.0).expect("right");
+        responses.push(Response::of(Arc::new(strain), ObservedSteps::Last, 1.0));
+    }
     let term = |i: usize, weight| Term { quantity: all[i].clone(), steps: ObservedSteps::All, weight };
     responses.push(Response::new("largest", vec![term(1, 1.0), term(7, 0.7)], Reduction::Largest));
     responses.push(Response::new("sum", vec![term(17, 1.0), term(all.len() - 1, -2.0), term(3, 0.1)], Reduction::Sum));
@@ -46,7 +53,7 @@ fn set(problem: &mut Problem, responses: Vec<Response>) {
 }
 
 /// Largest error of every response along random directions in the design.
-fn check(name: &str, problem: &mut Problem, seed: u64, cases: &[f64]) -> Vec<(String, f64)> {
+pub(crate) fn check(name: &str, problem: &mut Problem, seed: u64, cases: &[f64]) -> Vec<(String, f64)> {
     let density = random_density(problem, seed);
     set(problem, responses(problem, cases));
     let base = forward(problem, &density);
@@ -69,6 +76,7 @@ fn check(name: &str, problem: &mut Problem, seed: u64, cases: &[f64]) -> Vec<(St
             };
             let (p1, m1, p2, m2) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
             if !same {
+                println!("statuses change at h = {h:e}");
                 continue;
             }
             for (r, gradient) in gradients.iter().enumerate() {

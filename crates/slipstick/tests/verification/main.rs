@@ -19,6 +19,7 @@ mod nafems;
 mod objectivity;
 mod patch;
 mod peers;
+mod plasticity;
 mod press_fit;
 mod ring;
 mod roller;

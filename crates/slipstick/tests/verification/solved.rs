@@ -84,7 +84,9 @@ impl Solved {
         let time = self.problem.analysis.times[step - 1];
         let mut loads = force.clone();
         self.problem.analysis.model().external_force(d, time, &mut loads);
-        self.problem.analysis.design.internal_force(d, &mut force).expect("a converged state");
+        let state = &self.forward.path.states[self.at(step)].state;
+        let history = self.problem.analysis.model().solid_history(state);
+        self.problem.analysis.design.internal_force(d, history, &mut force).expect("a converged state");
         force.iter_mut().zip(loads).for_each(|(f, load)| *f -= load);
         force
     }

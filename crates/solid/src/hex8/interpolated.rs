@@ -25,7 +25,7 @@ pub(crate) fn internal_force<S: Simd>(
     scaling: ElementScaling,
     d: &Corners,
 ) -> Option<Corners> {
-    let ElementScaling { factor, gamma } = scaling;
+    let ElementScaling { factor, gamma, .. } = scaling;
     if gamma == 1.0 {
         return kernel::internal_force(simd, scratch, section, at, factor, d);
     }
@@ -49,7 +49,7 @@ pub(crate) fn tangent_product<S: Simd>(
     d: &Corners,
     direction: &Corners,
 ) -> Option<Corners> {
-    let ElementScaling { factor, gamma } = scaling;
+    let ElementScaling { factor, gamma, .. } = scaling;
     if gamma == 1.0 {
         return kernel::tangent_product(simd, scratch, section, at, factor, d, direction);
     }
@@ -74,7 +74,7 @@ pub(crate) fn tangent<S: Simd>(
     d: &Corners,
     mut add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
-    let ElementScaling { factor, gamma } = scaling;
+    let ElementScaling { factor, gamma, .. } = scaling;
     // the finite-strain part first: if it is inverted, nothing is added
     let square = gamma * gamma;
     let finite = (gamma != 0.0).then(|| (factor * square, if gamma == 1.0 { *d } else { scaled(d, gamma) }));
@@ -109,7 +109,7 @@ pub(crate) fn pull_back<S: Simd>(
     d: &Corners,
     lambda: &Corners,
 ) -> Option<f64> {
-    let ElementScaling { factor, gamma } = scaling;
+    let ElementScaling { factor, gamma, .. } = scaling;
     if gamma == 1.0 && slope.gamma == 0.0 {
         let force = kernel::internal_force(simd, scratch, section, at, 1.0, d)?;
         return Some(slope.factor * dot(&force, lambda));

@@ -112,13 +112,13 @@ pub(crate) fn transposed(b: [f64; 9]) -> [f64; 9] {
 /// Energy W of the element. \[F L\]. `None` if J ≤ 0 at a Gauss point, at γ d if the energy is
 /// interpolated.
 pub fn energy(section: &Section, scaling: ElementScaling, at: &ReferenceGeometry, d: &[[f64; 3]; 8]) -> Option<f64> {
-    let ElementScaling { factor, gamma } = scaling.effective(section.material.small_strains());
+    let ElementScaling { factor, gamma, .. } = scaling.effective(section.material.small_strains());
     let finite = finite_strain_energy(section, at, &d.map(|d| d.map(|d| gamma * d)))?;
     if gamma == 1.0 {
         return Some(factor * finite);
     }
     // the small-strain energy is the second-order term at rest
-    let linear = ElementScaling { factor: 1.0, gamma: 0.0 };
+    let linear = ElementScaling { factor: 1.0, gamma: 0.0, ..ElementScaling::SOLID };
     let force = internal_force(section, linear, at, d)?;
     let work: f64 = force.as_flattened().iter().zip(d.as_flattened()).map(|(f, d)| f * d).sum();
     Some(factor * (finite + (1.0 - gamma * gamma) * 0.5 * work))

@@ -48,6 +48,8 @@ pub enum Range {
     Any,
     /// Greater than zero.
     Positive,
+    /// Zero or greater.
+    NotNegative,
     /// Between two excluded bounds, with advice for values outside.
     Between(f64, f64, &'static str),
 }
@@ -99,6 +101,7 @@ impl Range {
     pub fn problem(self, value: f64) -> Option<(String, &'static str)> {
         match self {
             Self::Positive if !(value > 0.0) => Some(("must be greater than zero".into(), "")),
+            Self::NotNegative if !(value >= 0.0) => Some(("must not be negative".into(), "")),
             Self::Between(least, most, help) if !(least < value && value < most) => {
                 Some((format!("must lie between {least} and {most}, bounds excluded"), help))
             }

@@ -13,14 +13,18 @@
 
 mod any;
 mod constants;
+mod hencky;
 mod invariants;
+mod j2;
 mod linear_elastic;
+pub(crate) mod memory;
 mod mooney_rivlin;
 mod neo_hooke;
 mod neo_hooke_isochoric;
 mod neo_hooke_ln;
 mod ogden;
 mod orthotropic;
+mod principal;
 mod schema;
 mod st_venant_kirchhoff;
 mod volume;
@@ -28,6 +32,7 @@ mod yeoh;
 
 pub(crate) use any::AnyLaw;
 pub use constants::{Constant, Form, Range, Value};
+pub use memory::HISTORY;
 
 use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
 use any::any_law;
@@ -45,19 +50,40 @@ macro_rules! laws {
         own kernels { $( #[doc = $own_about:literal] $own_word:ident: $own:ident, )+ }
         one kernel { $( #[doc = $shared_about:literal] $shared_word:ident: $shared:ident, )+ }
         other forms { $( #[doc = $other_about:literal] $other_file:ident: $other:ident of $other_word:ident, )+ }
+        with memory { $( #[doc = $memory_about:literal] $memory_file:ident: $memory:ident of $memory_word:ident, )+ }
     ) => {
         list! {
             $d
             $( #[doc = $own_about] $own_word: $own of $own_word, )+
             $( #[doc = $shared_about] $shared_word: $shared of $shared_word, )+
             $( #[doc = $other_about] $other_file: $other of $other_word, )+
+            $( #[doc = $memory_about] $memory_file: $memory of $memory_word, )+
         }
 
         impl LawKind {
             /// The names of all laws in case files, in the order of the documentation; one name for
             /// all [forms](Self::form) of a law.
-            pub const WORDS: &[&str] = &[$( stringify!($own_word), )+ $( stringify!($shared_word), )+];
+            pub const WORDS: &[&str] = &[
+                $( stringify!($own_word), )+ $( stringify!($shared_word), )+ $( stringify!($memory_word), )+
+            ];
+
+            /// Whether the stress depends on the deformations before, not only on the present one.
+            pub fn has_memory(self) -> bool {
+                matches!(self, $( Self::$memory )|+)
+            }
         }
+
+        /// `with_memory!(material, law => expression)`: the expression, compiled for each law with memory,
+        /// with `law` as the body's.
+        macro_rules! with_memory {
+            ($d material:expr, $d bound:ident => $d body:expr) => {
+                match $d material {
+                    $( $crate::law::Material::$memory($d bound) => $d body, )+
+                    _ => unreachable!("only laws with memory have histories"),
+                }
+            };
+        }
+        pub(crate) use with_memory;
 
         /// `with_stress!(S, &material, law => expression)`: the expression, compiled for each law with
         /// its own kernels, and once for all others, with `law` as the body's [`Stress`]. Without
@@ -86,7 +112,6 @@ macro_rules! list {
         $( pub use $file::$law; )+
 
         /// The law of a body, with its constants.
-        #[expect(clippy::large_enum_variant, reason = "a body has one material, which is copied only with it")]
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Material {
             $( #[doc = $about] $law($law), )+
@@ -206,6 +231,8 @@ laws! { $
         yeoh: Yeoh,
         /// Ogden; rubber at any stretch, in principal stretches.
         ogden: Ogden,
+        /// Hooke's law in logarithmic strains; metals.
+        hencky: Hencky,
         /// Orthotropic elasticity; printed and rolled parts at small strains and any rotation.
         orthotropic: Orthotropic,
     }
@@ -214,6 +241,14 @@ laws! { $
         neo_hooke_ln: NeoHookeLn of neo_hooke,
         /// Neo-Hooke with split energy: μ/2 (J^(−2/3) I₁ − 3) + K/2 (J − 1)².
         neo_hooke_isochoric: NeoHookeIsochoric of neo_hooke,
+    }
+    with memory {
+        /// J2 plasticity at finite strains with linear hardening; metals.
+        j2: J2Linear of j2_linear,
+        /// J2 plasticity at finite strains with hardening that saturates (Voce).
+        j2: J2Voce of j2_voce,
+        /// J2 plasticity at finite strains with hardening from a table.
+        j2: J2Table of j2_table,
     }
 }
 
@@ -448,6 +483,16 @@ fn hooke<S: Simd>(simd: S, lame_ratio: f64, mut doubled: Matrix<S>) -> Matrix<S>
 pub(crate) fn determinant<T: Real>(f: &[[T; 3]; 3]) -> T {
     let minor = |a: usize, b: usize| f[1][a] * f[2][b] - f[1][b] * f[2][a];
     f[0][0] * minor(1, 2) - f[0][1] * minor(0, 2) + f[0][2] * minor(0, 1)
+}
+
+/// F⁻¹.
+pub(crate) fn inverse<T: Real>(f: &[[T; 3]; 3]) -> [[T; 3]; 3] {
+    let cofactor = |a: usize, b: usize| {
+        let (a1, a2, b1, b2) = ((a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3);
+        f[a1][b1] * f[a2][b2] - f[a1][b2] * f[a2][b1]
+    };
+    let factor = T::from(1.0) / determinant(f);
+    std::array::from_fn(|a| std::array::from_fn(|b| factor * cofactor(b, a)))
 }
 
 #[cfg(test)]

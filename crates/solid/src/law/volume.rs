@@ -70,6 +70,13 @@ impl<S: Simd> Volume<S> {
         Self { pressure: simd.mul_f64s(scaled, growth), stiffness: simd.mul_f64s(scaled, simd.add_f64s(growth, j)) }
     }
 
+    /// The same for U = K/2 (ln J)²: K ln J and K.
+    #[inline(always)]
+    pub fn logarithmic(simd: S, at: &Local<'_>, bulk: f64) -> Self {
+        let bulk = simd.splat_f64s(bulk);
+        Self { pressure: simd.mul_f64s(bulk, load::<S>(at.volumetric, at.v)), stiffness: bulk }
+    }
+
     /// Adds the pressure to a stress.
     #[inline(always)]
     pub fn add_stress(&self, simd: S, at: &Local<'_>, stress: &Matrix<S>) -> Matrix<S> {

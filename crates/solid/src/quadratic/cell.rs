@@ -216,7 +216,7 @@ impl<const N: usize, const B: usize, const M: usize> Cell<N, B, M> {
         scaling: ElementScaling,
         d: &Corners<N>,
     ) -> Option<f64> {
-        let ElementScaling { factor, gamma } = scaling.effective(section.material.small_strains());
+        let ElementScaling { factor, gamma, .. } = scaling.effective(section.material.small_strains());
         let (points, bar) = (table.points(), section.formulation == Formulation::FBar);
         let h = self.displacement_gradients(table, d);
         let weight = |p: usize| self.weights[p / POINTS][p % POINTS];

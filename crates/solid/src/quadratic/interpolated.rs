@@ -18,7 +18,7 @@ pub(super) fn interpolated<S: Simd, const N: usize, const B: usize, const P: usi
     scratch: &mut Scratch<N, B, P>,
     section: &Section,
     cell: &Cell<N, B, M>,
-    ElementScaling { factor, gamma }: ElementScaling,
+    ElementScaling { factor, gamma, .. }: ElementScaling,
     d: &Corners<N>,
     direction: Option<&Corners<N>>,
 ) -> Option<Corners<N>> {
@@ -45,7 +45,7 @@ pub(super) fn tangent<S: Simd, const N: usize, const B: usize, const P: usize, c
     scratch: &mut Scratch<N, B, P>,
     section: &Section,
     cell: &Cell<N, B, M>,
-    ElementScaling { factor, gamma }: ElementScaling,
+    ElementScaling { factor, gamma, .. }: ElementScaling,
     d: &Corners<N>,
     add: &mut impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {

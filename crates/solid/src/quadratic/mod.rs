@@ -18,9 +18,10 @@ mod kernel;
 use crate::assembly::local;
 use crate::clusters::{Clusters, Target};
 use crate::hex8::transposed;
+use crate::inelastic::Reference;
 use crate::interpolation::ElementScaling;
 use crate::law::determinant;
-use crate::registers::POINTS;
+use crate::registers::{AtPoints, POINTS};
 use crate::section::Section;
 use cell::{Cell, Corners, HEX27, TET10, Table, Tensor, gradients_of, plus_identity, scaled};
 use interpolated::{force, interpolated, tangent};
@@ -200,6 +201,32 @@ pub(crate) struct AveragedPoints<const N: usize> {
     pub average: Vec<Vec<f64>>,
 }
 
+/// The integration points of a second-order element, as elements with memory need them; `None` if a
+/// Jacobian is not positive.
+pub(crate) fn reference_points(mesh: &Mesh, number: u32) -> Option<Reference> {
+    fn points<const N: usize, const B: usize, const P: usize, const M: usize>(
+        mesh: &Mesh,
+        number: u32,
+    ) -> Option<Reference>
+    where
+        Group<N, B, P, M>: Kind<N, B, P>,
+    {
+        let nodes = Group::<N, B, P, M>::nodes(&mesh.elements[number as usize])?;
+        let table = Group::<N, B, P, M>::table();
+        let cell = Cell::<N, B, M>::new(table, &mesh.coordinates(&nodes), nodes, number, 0)?;
+        let points = table.points();
+        let at = |x: &[AtPoints; B], q: usize| x[q / POINTS][q % POINTS];
+        let share = |q: usize, p: usize| -> f64 {
+            cell.modes.iter().map(|mode| at(mode, q) * at(mode, p) * at(&cell.weights, p)).sum()
+        };
+        let gradients = (0..points).map(|q| cell.gradients(table, q).to_vec()).collect();
+        let weights = (0..points).map(|q| at(&cell.weights, q)).collect();
+        let average = (0..points).map(|q| (0..points).map(|p| share(q, p)).collect()).collect();
+        Some((nodes.to_vec(), gradients, weights, average))
+    }
+    points::<10, 1, 16, 1>(mesh, number).or_else(|| points::<27, 4, 32, 4>(mesh, number))
+}
+
 struct AddForces<'a, G, T> {
     group: &'a G,
     cluster: Range<usize>,
@@ -309,14 +336,14 @@ where
         for (cell, out) in self.cells.iter().zip(self.out) {
             let section = &sections[cell.section as usize];
             let (scaling, slope) = (scalings[cell.number as usize], self.slopes[cell.number as usize]);
-            if slope == (ElementScaling { factor: 0.0, gamma: 0.0 }) {
+            if slope == ElementScaling::NONE {
                 continue;
             }
             let (d, lambda) = (local(&cell.nodes, d), local(&cell.nodes, self.adjoint));
             let dot = |force: Corners<N>| -> f64 {
                 force.as_flattened().iter().zip(lambda.as_flattened()).map(|(f, l)| f * l).sum()
             };
-            let ElementScaling { factor, gamma } = scaling;
+            let ElementScaling { factor, gamma, .. } = scaling;
             let mut of = |d: &Corners<N>, direction: Option<&Corners<N>>| {
                 force(simd, table, &mut scratch, section, cell, 1.0, d, direction).map(dot)
             };

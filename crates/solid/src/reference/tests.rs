@@ -35,7 +35,7 @@ fn force(section: &Section, x: &Vectors, u: &Vectors, v: &Vectors, scaling: Elem
     for i in 0..3 * x.len() {
         let mut unit = vec![[0.0; 3]; x.len()];
         unit[i / 3][i % 3] = 1.0;
-        let none = ElementScaling { factor: 0.0, gamma: 0.0 };
+        let none = ElementScaling::NONE;
         [_, out[0][i], out[1][i]] = work(section, x, [u, v, &unit], scaling, none);
     }
     out
@@ -68,8 +68,8 @@ fn field(size: f64, frequency: f64) -> Vec<[f64; 3]> {
 const SCALINGS: [ElementScaling; 4] = [
     ElementScaling::SOLID,
     ElementScaling::stiffness(0.2),
-    ElementScaling { factor: 0.3, gamma: 0.6 },
-    ElementScaling { factor: 0.1, gamma: 0.0 },
+    ElementScaling { factor: 0.3, gamma: 0.6, ..ElementScaling::SOLID },
+    ElementScaling { factor: 0.1, gamma: 0.0, ..ElementScaling::SOLID },
 ];
 
 fn assert_near(found: &[f64], expected: &[f64], what: &str) {
@@ -104,6 +104,11 @@ fn kernels_agree_with_the_reference_element() {
         let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
         let (d, direction) = (u.as_flattened(), v.as_flattened());
         for (section, scaling) in sections().flat_map(|section| SCALINGS.map(|scaling| (section, scaling))) {
+            // laws with memory have no interpolated energy
+            let memory = section.material.kind().has_memory();
+            if memory && scaling.gamma != 1.0 {
+                continue;
+            }
             let what = format!("{number} nodes, {section:?}, {scaling:?}");
             let model = SolidModel::new(&mesh, vec![section]).unwrap();
             let [expected_force, expected_product] = force(&section, &x, &u, &v, scaling);
@@ -117,7 +122,9 @@ fn kernels_agree_with_the_reference_element() {
             found.fill(0.0);
             model.add_tangent_product(d, &[scaling], direction, &mut found).unwrap();
             assert_near(&found, &expected_product, &what);
-            for slope in [ElementScaling { factor: 1.5, gamma: 0.0 }, ElementScaling { factor: 0.7, gamma: 2.3 }] {
+            let by_factor = ElementScaling { factor: 1.5, ..ElementScaling::NONE };
+            let by_both = ElementScaling { factor: 0.7, gamma: 2.3, strength: 0.0 };
+            for slope in [by_factor, by_both].into_iter().filter(|slope| !memory || slope.gamma == 0.0) {
                 let zero = vec![[0.0; 3]; x.len()];
                 let [energy, _, expected] = work(&section, &x, [&u, &zero, &v], scaling, slope);
                 let mut found = [0.0];

@@ -61,7 +61,7 @@ impl Work {
         self.modulus = [0.0; LANES];
         self.gamma = ONES;
         for (lane, &number) in batch.numbers().iter().enumerate() {
-            let ElementScaling { factor, gamma } = scalings[number as usize].effective(law.small_strains());
+            let ElementScaling { factor, gamma, .. } = scalings[number as usize].effective(law.small_strains());
             self.modulus[lane] = factor * batch.volumes[lane] * law.shear_modulus();
             self.gamma[lane] = gamma;
         }
@@ -357,7 +357,7 @@ fn pull_back_of<S: Simd>(
     }
     let mut out = [0.0; LANES];
     for (lane, &number) in batch.numbers().iter().enumerate() {
-        let [ElementScaling { factor, gamma }, slope] =
+        let [ElementScaling { factor, gamma, .. }, slope] =
             [scalings, slopes].map(|of| of[number as usize].effective(law.small_strains()));
         let by_factor = gamma * force[lane] + (1.0 - gamma * gamma) * linear[lane];
         let by_gamma = factor * (force[lane] + gamma * (finite[lane] - 2.0 * linear[lane]));

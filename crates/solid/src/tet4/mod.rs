@@ -100,7 +100,7 @@ impl Batch {
 
     /// Energy of one element; `None` if J ≤ 0, at γ d if the energy is interpolated. \[F L\]
     pub fn energy(&self, lane: usize, material: &Material, scaling: ElementScaling, d: &[f64]) -> Option<f64> {
-        let ElementScaling { factor, gamma } = scaling.effective(material.small_strains());
+        let ElementScaling { factor, gamma, .. } = scaling.effective(material.small_strains());
         let h = self.displacement_gradient(lane, d);
         let f = plus_identity(&h, gamma);
         if !(determinant(&f) > 0.0) {

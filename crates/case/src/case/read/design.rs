@@ -41,6 +41,15 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         initial,
         volume_fraction,
         simp: simp(&table),
+        yield_p: table
+            .number("yield_p")
+            .check(
+                CaseCode::Simp,
+                |&p| p >= 1.0,
+                "must be at least 1",
+                "2.5 is usual; omit it for that of the stiffness",
+            )
+            .optional(),
         energy_interpolation: table.table("energy_interpolation").map(energy_interpolation),
         sensitivity_filter,
         density_filter,
@@ -63,6 +72,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         );
     }
     check_passive(table.reader, &design, bodies);
+    check_memory(&table, &design, bodies);
     table.finish();
     Some(design)
 }
@@ -120,6 +130,21 @@ fn check_filters(table: &Table<'_>) {
     if let Some((key, cure)) = cures.into_iter().find(|(key, _)| table.has(key)) {
         let message = format!("`{key}` cannot be combined with `sensitivity_filter`");
         table.reader.error(&table.path_of(key), CaseCode::Unsupported, message, cure);
+    }
+}
+
+/// Laws with memory have no interpolated energy; the power of the yield stress needs one of them.
+fn check_memory(table: &Table<'_>, design: &Design, bodies: &[Body]) {
+    let has_memory = |body: &&Body| design.bodies.contains(&body.name) && body.material.kind().has_memory();
+    let found = bodies.iter().find(has_memory);
+    if let (Some(body), true) = (found, design.energy_interpolation.is_some()) {
+        let message = format!("the energy of `{}`, whose law has memory, cannot be interpolated", body.name);
+        let help = "omit `energy_interpolation`, or use an elastic law for this body";
+        table.reader.error(&table.path_of("energy_interpolation"), CaseCode::Unsupported, message, help);
+    }
+    if found.is_none() && design.yield_p.is_some() {
+        let message = "no design body has a law with a yield stress";
+        table.reader.error(&table.path_of("yield_p"), CaseCode::Unsupported, message, "omit it");
     }
 }
 

@@ -135,6 +135,11 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
         "stress" => {
             QuantityKind::Stress { body: body(), within: super::boxes(table, "within"), sharpness: sharpness(12.0) }
         }
+        "plastic_strain" => QuantityKind::PlasticStrain {
+            body: body(),
+            within: super::boxes(table, "within"),
+            sharpness: sharpness(12.0),
+        },
         "compliance" => QuantityKind::Compliance {},
         "volume" => QuantityKind::Volume { body: body() },
         "mass" => {

@@ -26,6 +26,9 @@ pub struct Design {
     pub volume_fraction: Option<f64>,
     /// Stiffness as a function of density.
     pub simp: Simp,
+    /// Power with which the yield stress rises with the density, ≥ 1; `None`: that of the stiffness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yield_p: Option<f64>,
     /// Linear elasticity for elements with very low density; `None`: finite strains everywhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy_interpolation: Option<EnergyInterpolation>,

@@ -124,6 +124,16 @@ pub enum QuantityKind {
         /// Exponent p of the norm: the larger, the closer to the largest stress.
         sharpness: f64,
     },
+    /// Largest equivalent plastic strain: the p-norm over the Gauss points, relaxed for intermediate densities.
+    PlasticStrain {
+        /// The body; `None`: all.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        body: Option<String>,
+        /// Only elements whose centroid lies in one of these boxes count; empty: all.
+        within: Vec<BoxRegion>,
+        /// Exponent p of the norm: the larger, the closer to the largest strain.
+        sharpness: f64,
+    },
     /// Work of the loads on the displacements, f_ext · d. \[F L\]
     Compliance {},
     /// Volume of the material in the reference configuration, Σ φ_e V_e. \[L³\]
@@ -156,6 +166,7 @@ impl QuantityKind {
         "displacement",
         "strain_energy",
         "stress",
+        "plastic_strain",
         "compliance",
         "volume",
         "mass",
@@ -175,6 +186,7 @@ impl QuantityKind {
             Self::Displacement { .. } => "displacement",
             Self::StrainEnergy { .. } => "strain_energy",
             Self::Stress { .. } => "stress",
+            Self::PlasticStrain { .. } => "plastic_strain",
             Self::Compliance {} => "compliance",
             Self::Volume { .. } => "volume",
             Self::Mass { .. } => "mass",
@@ -196,6 +208,7 @@ impl QuantityKind {
             | Self::StrainEnergy { .. }
             | Self::Compliance {} => Dimension::WORK,
             Self::ContactPressure { measure: PressureWord::Spread, .. } | Self::ContactShare { .. } => Dimension::NONE,
+            Self::PlasticStrain { .. } => Dimension::NONE,
             Self::ContactPressure { .. } | Self::Stress { .. } => Dimension::STRESS,
             Self::Gap { .. } | Self::Displacement { .. } => Dimension::LENGTH,
             Self::Volume { .. } => Dimension::VOLUME,

@@ -1,0 +1,97 @@
+//! Plasticity in the whole path: gradients through loading, unloading and reloading with friction, for all
+//! methods and elements, and the energy balance.
+
+use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
+use crate::common::{forward, problem, problem_with};
+use crate::quantity_gradients::check;
+use slipstick::quantities::quantities;
+use slipstick_mesh::{BoxShape, box_mesh};
+
+/// A text with plastic bodies in place of elastic ones of E = 1000.
+fn plastic(text: &str, material: &str) -> String {
+    let elastic = "{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    assert!(text.contains(elastic));
+    text.replace(elastic, material)
+}
+
+const LINEAR: &str =
+    "{ j2_linear = { youngs_modulus = 1000, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 } }";
+const VOCE: &str = "{ j2_voce = { youngs_modulus = 1000, poisson_ratio = 0.3, yield_stress = 20, saturation_stress = 45, \
+                    saturation_rate = 15, hardening_modulus = 30 } }";
+
+/// Pressed, lifted, and pressed again with sliding.
+fn scene() -> Scene {
+    Scene {
+        slab: [3, 1, 1],
+        block: [1, 1, 1],
+        friction: 0.35,
+        motion: "[{ t = 0.4, u = [0, -0.12, 0] }, { t = 0.6, u = [0.004, -0.112, 0] }, { t = 1.0, u = [0.12, -0.16, 0.03] }]"
+            .into(),
+        steps: 5,
+        design: "yield_p = 2.5".into(),
+        ..Scene::default()
+    }
+}
+
+/// Every quantity by random directions in the design, all methods and both hardening laws.
+#[test]
+fn gradients_through_plastic_states() {
+    let methods = [("Lagrange", LAGRANGE.to_owned()), ("penalty", penalty(2e4)), ("augmented", augmented(1e4, 1e-11))];
+    for ((method, enforcement), material) in methods.into_iter().zip([LINEAR, VOCE, LINEAR]) {
+        let text = plastic(&Scene { enforcement, ..scene() }.text(), material);
+        let mut problem = problem(&text);
+        let errors = check(&format!("plastic {method}"), &mut problem, 3, &[1.0]);
+        assert!(errors.iter().any(|(name, _)| name == "plastic strain"));
+        // the steps do cause flow, and some of them do not
+        let density = crate::common::random_density(&problem, 3);
+        let run = forward(&mut problem, &density);
+        let model = problem.analysis.model().clone();
+        let largest = |index: usize| {
+            let history = &run.path.states[index].state.history;
+            let solid = &history[history.len() - model.solid().history()..];
+            let strains = model.solid().plastic_strains(solid);
+            strains.as_flattened().iter().copied().fold(0.0, f64::max)
+        };
+        assert!(largest(run.path.states.len() - 1) > 0.02, "{}", largest(run.path.states.len() - 1));
+    }
+}
+
+/// Other elements and formulations; every second hexahedron of the slab is divided into tetrahedra.
+#[test]
+fn gradients_of_all_elements() {
+    let divided = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3], every: usize| {
+        let shape = BoxShape { min, max, elements, grading: [1.0; 3] };
+        box_mesh(name, &shape).expect("a mesh").divided(|element| element % every == 0)
+    };
+    let slab = divided("slab", [0.0; 3], [4.0, 1.0, 1.0], [3, 1, 1], 2);
+    let block = divided("block", [0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3], 1);
+    let files = [("slab", slab), ("block", block)];
+    for (name, keys, tetrahedra) in [
+        ("f_bar", "element = \"f_bar\"\n", false),
+        ("hex27", "order = 2\nelement = \"f_bar\"\n", false),
+        ("tet4", "", true),
+        ("tet10", "order = 2\n", true),
+    ] {
+        let mut text = plastic(&scene().text(), LINEAR).replace("place = {}\n", keys);
+        for name in ["slab", "block"].into_iter().filter(|_| tetrahedra) {
+            let start = text.find("box = ").expect("a box");
+            let end = start + text[start..].find('\n').expect("a line");
+            text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
+        }
+        check(&format!("plastic {name}"), &mut problem_with(&text, &files), 5, &[1.0]);
+    }
+}
+
+/// External work is stored, or taken by plastic flow and friction: the balance of a fine path closes.
+#[test]
+fn the_energy_balance_closes() {
+    let text = plastic(&Scene { steps: 80, ..scene() }.text(), LINEAR);
+    let mut problem = problem(&text);
+    let density = vec![1.0; problem.mesh.elements.len()].into();
+    let run = forward(&mut problem, &density);
+    let found = quantities(&problem, &run.path);
+    let last = |name: &str| *found.get(name).unwrap().last().unwrap();
+    let (work, plastic, balance) = (last("external_work"), last("plastic_work"), last("energy_balance"));
+    assert!(plastic > 0.3 * work, "{plastic} {work}");
+    assert!(balance.abs() < 0.02 * work, "{balance} {work}");
+}

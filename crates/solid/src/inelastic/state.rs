@@ -1,0 +1,196 @@
+//! What follows from a state and the history at this state: energies, stresses, plastic strains.
+
+use super::points::{PointElement, Tensor};
+use super::{Given, Inelastic};
+use crate::dual::Dual;
+use crate::law::memory::Inelastic as _;
+use crate::law::{HISTORY, determinant, with_memory};
+use crate::stress::STRESS_POINTS;
+use rayon::prelude::*;
+use std::array::from_fn;
+
+/// Energies of an element. \[F L\]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// Elastic energy.
+    pub elastic: f64,
+    /// Work done on the history since rest, for plasticity the plastic work.
+    pub plastic: f64,
+}
+
+/// Derivatives of a function of states with history.
+pub(crate) struct ByState<'a> {
+    pub displacements: &'a mut [f64],
+    pub history: &'a mut [f64],
+}
+
+/// F̄ and the history, in dual numbers.
+const DIRECTIONS: usize = 9 + HISTORY;
+type Varied = Dual<f64, DIRECTIONS>;
+
+fn varied(f: &Tensor, history: &[f64; HISTORY]) -> ([[Varied; 3]; 3], [Varied; HISTORY]) {
+    let unit = |value: f64, k: usize| Dual { value, slopes: from_fn(|l| f64::from(k == l)) };
+    (from_fn(|a| from_fn(|b| unit(f[a][b], 3 * a + b))), from_fn(|i| unit(history[i], 9 + i)))
+}
+
+/// Whether the state of point q is listed among the stresses: hex27 lists the outermost of its points.
+fn listed(element: &PointElement) -> Vec<usize> {
+    match element.points() {
+        27 => vec![0, 2, 8, 6, 18, 20, 26, 24],
+        points => (0..points).collect(),
+    }
+}
+
+impl Inelastic {
+    /// Energies of each element, by its number; NaN if it is inverted.
+    pub fn add_energies(&self, given: Given<'_>, d: &[f64], out: &mut [Energies]) {
+        let of = |element: &PointElement| {
+            let Some(at) = element.deformed(d) else { return Energies { elastic: f64::NAN, plastic: f64::NAN } };
+            let (material, scaling) = given.of(element);
+            let mut sum = Energies::default();
+            for (q, f) in at.bar.iter().enumerate() {
+                let history = given.history(element, q);
+                let [elastic, plastic] = with_memory!(material, law => law.energies(f, &history, scaling.strength));
+                let weight = scaling.factor * element.weights[q];
+                sum.elastic += weight * elastic;
+                sum.plastic += weight * plastic;
+            }
+            sum
+        };
+        let found: Vec<Energies> = self.elements.par_iter().map(of).collect();
+        for (element, energies) in self.elements.iter().zip(found) {
+            out[element.number as usize] = energies;
+        }
+    }
+
+    /// Smallest J of each element, by its number.
+    pub fn add_determinants(&self, d: &[f64], out: &mut [f64]) {
+        let found: Vec<f64> = self.elements.par_iter().map(|element| element.smallest_determinant(d)).collect();
+        for (element, j) in self.elements.iter().zip(found) {
+            out[element.number as usize] = j;
+        }
+    }
+
+    /// Cauchy stresses of the solid material at the points of each element, by its number.
+    pub fn add_stresses(&self, given: Given<'_>, d: &[f64], out: &mut [[Tensor; STRESS_POINTS]]) {
+        let of = |element: &PointElement| {
+            let mut out = [[[f64::NAN; 3]; 3]; STRESS_POINTS];
+            let Some(at) = element.deformed(d) else { return out };
+            out = [[[0.0; 3]; 3]; STRESS_POINTS];
+            let (material, _) = given.of(element);
+            for (out, q) in out.iter_mut().zip(listed(element)) {
+                let (f, history) = (&at.bar[q], given.history(element, q));
+                let j = determinant(f);
+                *out = with_memory!(material, law => law.kirchhoff(f, &history)).map(|row| row.map(|x| x / j));
+            }
+            out
+        };
+        let found: Vec<_> = self.elements.par_iter().map(of).collect();
+        for (element, stresses) in self.elements.iter().zip(found) {
+            out[element.number as usize] = stresses;
+        }
+    }
+
+    /// Equivalent plastic strain at the points of each element that its stresses belong to.
+    pub fn add_plastic_strains(&self, history: &[f64], out: &mut [[f64; STRESS_POINTS]]) {
+        for element in &self.elements {
+            for (out, q) in out[element.number as usize].iter_mut().zip(listed(element)) {
+                *out = history.get(element.entries(q)).map_or(0.0, |of| of[HISTORY - 1]);
+            }
+        }
+    }
+
+    /// Adds the derivatives of Σ w α with respect to the history.
+    pub fn pull_back_plastic_strains(&self, weights: &[f64], history: &mut [f64]) {
+        for element in &self.elements {
+            let weights = &weights[STRESS_POINTS * element.number as usize..][..STRESS_POINTS];
+            for (weight, q) in weights.iter().zip(listed(element)) {
+                history[element.entries(q)][HISTORY - 1] += weight;
+            }
+        }
+    }
+
+    /// Adds the derivatives of Σ w σ_v over the listed points.
+    pub fn pull_back_stresses(&self, given: Given<'_>, d: &[f64], weights: &[f64], into: ByState<'_>) {
+        for element in &self.elements {
+            let own = &weights[STRESS_POINTS * element.number as usize..][..STRESS_POINTS];
+            if own.iter().all(|&w| w == 0.0) {
+                continue;
+            }
+            let Some(at) = element.deformed(d) else { continue };
+            let (material, _) = given.of(element);
+            let mut tensors = vec![[[0.0; 3]; 3]; element.points()];
+            for (weight, q) in own.iter().zip(listed(element)).filter(|(weight, _)| **weight != 0.0) {
+                let (f, history) = varied(&at.bar[q], &given.history(element, q));
+                let j = determinant(&f);
+                let tau = with_memory!(material, law => law.kirchhoff(&f, &history));
+                let mean = Dual::from(1.0 / 3.0) * (tau[0][0] + tau[1][1] + tau[2][2]);
+                let entry = |n: usize| if n.is_multiple_of(4) { tau[n / 3][n % 3] - mean } else { tau[n / 3][n % 3] };
+                let square = (0..9).fold(Varied::from(0.0), |sum, n| sum + entry(n) * entry(n));
+                let size = (1.5 * square.value).sqrt();
+                if size == 0.0 {
+                    continue;
+                }
+                // d√(3/2 x)/J
+                let slope =
+                    |k: usize| 0.75 * square.slopes[k] / (size * j.value) - size * j.slopes[k] / (j.value * j.value);
+                tensors[q] = from_fn(|a| from_fn(|b| weight * slope(3 * a + b)));
+                let out = &mut into.history[element.entries(q)];
+                out.iter_mut().enumerate().for_each(|(i, out)| *out += weight * slope(9 + i));
+            }
+            add(element, &element.forces(&at, &tensors), into.displacements);
+        }
+    }
+
+    /// Adds the derivatives of Σ_e (w_e elastic energy + v_e plastic work) with respect to displacements
+    /// and history, and with respect to the densities, given slopes of the scalings.
+    pub fn pull_back_energies(
+        &self,
+        given: Given<'_>,
+        d: &[f64],
+        [elastic, plastic]: [&[f64]; 2],
+        into: ByState<'_>,
+        (slopes, by_density): (&[crate::ElementScaling], &mut [f64]),
+    ) {
+        for element in &self.elements {
+            let e = element.number as usize;
+            let weights = [elastic, plastic].map(|of| of.get(e).copied().unwrap_or(0.0));
+            if weights == [0.0; 2] {
+                continue;
+            }
+            let Some(at) = element.deformed(d) else { continue };
+            let (material, scaling) = given.of(element);
+            let mut tensors = Vec::with_capacity(element.points());
+            for (q, f) in at.bar.iter().enumerate() {
+                let (f, history) = varied(f, &given.history(element, q));
+                let energies = with_memory!(material, law => law.energies(&f, &history, scaling.strength.into()));
+                let weight = element.weights[q];
+                let both = Varied::from(weights[0]) * energies[0] + Varied::from(weights[1]) * energies[1];
+                tensors.push(from_fn(|a| from_fn(|b| scaling.factor * weight * both.slopes[3 * a + b])));
+                let out = &mut into.history[element.entries(q)];
+                out.iter_mut().enumerate().for_each(|(i, out)| *out += scaling.factor * weight * both.slopes[9 + i]);
+                by_density[e] += weight * slopes[e].factor * both.value;
+                if slopes[e].strength != 0.0 {
+                    // the plastic work is proportional to the strength
+                    let plastic = weights[1] * energies[1].value / scaling.strength;
+                    by_density[e] += weight * scaling.factor * slopes[e].strength * plastic;
+                }
+            }
+            add(element, &element.forces(&at, &tensors), into.displacements);
+        }
+    }
+}
+
+impl PointElement {
+    /// Smallest J over the points, without F̄; −∞ if it is not a number.
+    fn smallest_determinant(&self, d: &[f64]) -> f64 {
+        let smallest = |least: f64, j: f64| if j.is_nan() { f64::NEG_INFINITY } else { least.min(j) };
+        self.determinants(d).fold(f64::INFINITY, smallest)
+    }
+}
+
+fn add(element: &PointElement, forces: &[[f64; 3]], out: &mut [f64]) {
+    for (&node, force) in element.nodes.iter().zip(forces) {
+        (0..3).for_each(|c| out[3 * node as usize + c] += force[c]);
+    }
+}

@@ -1,0 +1,120 @@
+//! Elements with memory in a model: their history, and the transposed derivatives through it.
+
+use crate::inelastic::{ByState, Energies, PullBack, Weights};
+use crate::interpolation::ElementScaling;
+use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
+use crate::stress::STRESS_POINTS;
+
+/// Adjoint variables of the bodies' equations in a step: λ of the forces, η of the history.
+#[derive(Debug, Clone, Copy)]
+pub struct SolidAdjoint<'a> {
+    /// λ, three entries per node.
+    pub forces: &'a [f64],
+    /// η, [`SolidModel::history`] entries.
+    pub history: &'a [f64],
+}
+
+/// Weights of the energies of elements: one per element, or empty.
+#[derive(Debug, Clone, Copy)]
+pub struct EnergyWeights<'a> {
+    /// Of the elastic energies.
+    pub elastic: &'a [f64],
+    /// Of the plastic work.
+    pub plastic: &'a [f64],
+}
+
+impl SolidModel {
+    /// The history at the end of a step. Entries of other ranks remain.
+    ///
+    /// # Errors
+    /// [`InvertedElements`].
+    pub fn update_history(&self, d: &[f64], step: SolidStep<'_>, out: &mut [f64]) -> Result<(), InvertedElements> {
+        refuse(self.inelastic.update(self.given(step), d, out))
+    }
+
+    /// Adds (∂h′/∂d)ᵀ η.
+    ///
+    /// # Errors
+    /// [`InvertedElements`].
+    pub fn pull_back_current(
+        &self,
+        d: &[f64],
+        step: SolidStep<'_>,
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), InvertedElements> {
+        let weights = Weights { forces: None, history: Some(eta) };
+        let into = PullBack { displacements: Some(out), history: None, density: None };
+        refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+    }
+
+    /// Adds (∂f/∂h)ᵀ λ + (∂h′/∂h)ᵀ η for the history h at the start of the step.
+    ///
+    /// # Errors
+    /// [`InvertedElements`].
+    pub fn pull_back_previous(
+        &self,
+        d: &[f64],
+        step: SolidStep<'_>,
+        adjoint: SolidAdjoint<'_>,
+        out: &mut [f64],
+    ) -> Result<(), InvertedElements> {
+        let weights = Weights { forces: Some(adjoint.forces), history: Some(adjoint.history) };
+        let into = PullBack { displacements: None, history: Some(out), density: None };
+        refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+    }
+
+    /// Adds (∂h′/∂φ)ᵀ η of every element, given the slopes of the scalings.
+    ///
+    /// # Errors
+    /// [`InvertedElements`].
+    pub fn pull_back_history_density(
+        &self,
+        d: &[f64],
+        step: SolidStep<'_>,
+        slopes: &[ElementScaling],
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), InvertedElements> {
+        let weights = Weights { forces: None, history: Some(eta) };
+        let into = PullBack { displacements: None, history: None, density: Some((slopes, out)) };
+        refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+    }
+
+    /// Plastic work of each element at a state with the history `step.history`; 0 for elements without
+    /// memory and those of other ranks. \[F L\]
+    pub fn plastic_work(&self, d: &[f64], step: SolidStep<'_>) -> Vec<f64> {
+        let mut energies = vec![Energies::default(); self.elements()];
+        self.inelastic.add_energies(self.given(step), d, &mut energies);
+        energies.iter().map(|of| of.plastic).collect()
+    }
+
+    /// Equivalent plastic strain at the stress points of every element, [`STRESS_POINTS`] each; 0 for
+    /// elements without memory and those of other ranks. In 27-node hexahedra with memory, these points
+    /// are the outermost of the 27 integration points.
+    pub fn plastic_strains(&self, history: &[f64]) -> Vec<[f64; STRESS_POINTS]> {
+        let mut out = vec![[0.0; STRESS_POINTS]; self.elements()];
+        self.inelastic.add_plastic_strains(history, &mut out);
+        out
+    }
+
+    /// Adds the derivatives of Σ w α over all points with respect to the history.
+    pub fn pull_back_plastic_strains(&self, weights: &[f64], history: &mut [f64]) {
+        self.inelastic.pull_back_plastic_strains(weights, history);
+    }
+
+    /// Adds the derivatives of weighted energies of elements with memory with respect to displacements,
+    /// history and densities.
+    pub fn pull_back_inelastic_energies(
+        &self,
+        d: &[f64],
+        step: SolidStep<'_>,
+        weights: EnergyWeights<'_>,
+        (displacements, history): (&mut [f64], &mut [f64]),
+        density: (&[ElementScaling], &mut [f64]),
+    ) {
+        let into = ByState { displacements, history };
+        let weights = [weights.elastic, weights.plastic];
+        self.inelastic.pull_back_energies(self.given(step), d, weights, into, density);
+    }
+}
