@@ -1,6 +1,6 @@
 //! Elements with memory in a model: their history, and the transposed derivatives through it.
 
-use crate::inelastic::{ByState, Energies, PullBack, Weights};
+use crate::inelastic::{ByState, Energies, PointElement, PullBack, Weights};
 use crate::interpolation::ElementScaling;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::stress::STRESS_POINTS;
@@ -24,6 +24,16 @@ pub struct EnergyWeights<'a> {
 }
 
 impl SolidModel {
+    /// Memory that the reference geometry of the elements with memory takes. \[bytes\]
+    pub fn bytes_of_memory(&self) -> f64 {
+        let of = |element: &PointElement| {
+            let (points, nodes) = (element.points() as f64, element.nodes.len() as f64);
+            let averages = if element.average.is_some() { points * points } else { 0.0 };
+            8.0 * (3.0 * points * nodes + averages)
+        };
+        self.inelastic.elements.iter().map(of).sum()
+    }
+
     /// The history at the end of a step. Entries of other ranks remain.
     ///
     /// # Errors

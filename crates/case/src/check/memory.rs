@@ -96,7 +96,8 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + (MATRICES * matrix + CONTACT * contact) * at_once.max(realisations as f64)
         + states(case, problem)
         + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
-        + filter(case, problem);
+        + filter(case, problem)
+        + problem.analysis.model().solid().bytes_of_memory();
     let peak = fixed + (factors + working + second) * at_once;
     let all_kept = kept as f64 * factors;
     (peak + all_kept, all_kept)
@@ -230,8 +231,9 @@ fn states(case: &Case, problem: &Problem) -> f64 {
     let steps = case.steps();
     let (mesh, model) = (&problem.mesh, problem.analysis.model());
     let displacements = 3.0 * mesh.nodes.len() as f64;
-    // Multipliers, and the same amount for history and statuses.
-    let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);
+    // Multipliers, and the same amount for the history of contact and statuses.
+    let history = model.solid().history() as f64;
+    let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64 + history);
     // The previous design's path in single precision, and the path of the current design that
     // replaces it.
     let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
