@@ -134,7 +134,8 @@ impl Optimization {
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
         let n = x.len();
-        let rescue_void = options.rescue_void && !problem.analysis.model().interpolates_energies();
+        let model = problem.analysis.model();
+        let rescue_void = options.rescue_void && !model.interpolates_energies() && !model.designs_memory();
         let first = usize::from(volume_fraction.is_some());
         let smooth = problem.analysis.constraints.iter().enumerate();
         let smooth = smooth.filter(|(_, constraint)| constraint.response.extreme().is_some());
