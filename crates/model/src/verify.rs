@@ -7,7 +7,8 @@
 //! which is also of second order. Three effects spoil a difference although the gradient is right,
 //! and the check distinguishes them:
 //!
-//! * if a slave node changes its status between φ − hv and φ + hv, θ has a kink there;
+//! * if a slave node changes its status between φ − hv and φ + hv, or a point begins or ceases to flow
+//!   plastically, θ has a kink there;
 //! * a path that is cut back differently has different steps, so its θ is a different function. All
 //!   paths therefore use the sub-steps of the path at φ, as long as they converge;
 //! * θ is only known up to round-off, which the difference divides by h. A few more analyses near φ
@@ -462,7 +463,9 @@ fn along(
         let other_branch = (0..2).any(|side| second_order(side) && !sides[1 - side].is_empty());
         // with a one-sided difference, another status means that the branch may be another one
         let other_status = stencil == Stencil::OneSided && sides.iter().any(|side| !side.is_empty());
-        let spans_kink = (other_branch || other_status) && relative_error > options.tolerance;
+        // each point that begins or ceases to flow is a small kink of its own
+        let other_flow = function.analysis.model().has_memory() && sides.iter().any(|side| !side.is_empty());
+        let spans_kink = (other_branch || other_status || other_flow) && relative_error > options.tolerance;
         last_remainders = remainders;
         let kink = if cut_back || smooth && !spans_kink {
             Vec::new()
@@ -498,14 +501,22 @@ fn same_steps(a: &Forward, b: &Forward) -> bool {
         && a.path.states.iter().zip(&b.path.states).all(|(p, q)| p.time == q.time)
 }
 
-/// Slave nodes whose status differs in another path with the same steps, as (user step, global
-/// node).
+/// Slave nodes whose status differs in another path with the same steps, and nodes of elements with a
+/// point that flows in only one of the paths, as (user step, global node).
 fn changes(base: &Forward, others: [&Forward; 2], analysis: &Analysis) -> Vec<(usize, u32)> {
-    let slaves = analysis.model().slave_nodes();
+    let model = analysis.model();
+    let slaves = model.slave_nodes();
     let mut all = Vec::new();
     for other in others {
         let mut step = 1;
-        for (p, q) in base.path.states.iter().zip(&other.path.states).skip(1) {
+        let both: Vec<_> = base.path.states.iter().zip(&other.path.states).collect();
+        for pair in both.windows(2) {
+            let [before, now] = [pair[0], pair[1]].map(|(p, q)| [p, q].map(|at| model.solid_history(&at.state)));
+            if model.has_memory() && !pair[1].0.rest {
+                let flow = [0, 1].map(|path| model.solid().flowing(before[path], now[path]));
+                all.extend(flow[0].symmetric_difference(&flow[1]).map(|(_, node)| (step, *node)));
+            }
+            let (p, q) = pair[1];
             let nodes = p.active_set.iter().zip(&q.active_set).zip(&slaves);
             all.extend(nodes.filter(|((s, t), _)| s != t).map(|(_, &node)| (step, node)));
             step += usize::from(p.completes.is_some());

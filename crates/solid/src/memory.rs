@@ -4,6 +4,7 @@ use crate::inelastic::{ByState, Energies, PointElement, PullBack, Weights};
 use crate::interpolation::ElementScaling;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::stress::STRESS_POINTS;
+use std::collections::BTreeSet;
 
 /// Adjoint variables of the bodies' equations in a step: λ of the forces, η of the history.
 #[derive(Debug, Clone, Copy)]
@@ -89,6 +90,19 @@ impl SolidModel {
         let weights = Weights { forces: None, history: Some(eta) };
         let into = PullBack { displacements: None, history: None, density: Some((slopes, out)) };
         refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+    }
+
+    /// Points whose plastic strain grows between two histories, each with a node of its element.
+    pub fn flowing(&self, before: &[f64], after: &[f64]) -> BTreeSet<(usize, u32)> {
+        let grows = |entries: std::ops::Range<usize>| {
+            let last = entries.end - 1;
+            after.get(last).is_some_and(|now| *now > before.get(last).copied().unwrap_or(0.0))
+        };
+        let of = |element: &PointElement| -> Vec<(usize, u32)> {
+            let points = (0..element.points()).filter(|&q| grows(element.entries(q)));
+            points.map(|q| (element.first + q, element.nodes[0])).collect()
+        };
+        self.inelastic.elements.iter().flat_map(of).collect()
     }
 
     /// Plastic work of each element at a state with the history `step.history`; 0 for elements without

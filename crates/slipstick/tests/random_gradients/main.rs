@@ -15,8 +15,8 @@ use std::panic::catch_unwind;
 use std::time::Instant;
 
 use problem::{
-    FIRST_OF_JOINTS, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS, RandomProblem,
-    random_map, random_problem,
+    FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS,
+    RandomProblem, random_map, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
@@ -244,6 +244,12 @@ fn gradients_of_random_quadratic_elements() {
     suite(FIRST_OF_QUADRATIC..FIRST_OF_QUADRATIC + 12, With::Densities);
 }
 
+/// The same with bodies that yield, with linear and quadratic elements.
+#[test]
+fn gradients_of_random_plastic_bodies() {
+    suite(FIRST_OF_PLASTIC..FIRST_OF_PLASTIC + 16, With::Densities);
+}
+
 /// The same with a rigid block, whose rotations are prescribed, free or loaded by a moment.
 #[test]
 fn gradients_of_random_rigid_bodies() {
@@ -319,6 +325,13 @@ fn gradients_of_two_hundred_random_problems_with_quadratic_elements() {
 fn gradients_of_three_hundred_random_rigid_bodies() {
     let table = suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 300, With::Densities);
     publish("6_rigid", "rigid bodies", &table);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_two_hundred_random_plastic_bodies() {
+    let table = suite(FIRST_OF_PLASTIC..FIRST_OF_PLASTIC + 200, With::Densities);
+    publish("7_plastic", "plastic bodies", &table);
 }
 
 /// Publishes the sums of a suite as a row of the table by kind of problem.

@@ -9,7 +9,7 @@ use slipstick::case::LawKind;
 use slipstick::design::ElementValues;
 use std::sync::Arc;
 
-use slipstick_design::quantity::Reaction;
+use slipstick_design::quantity::{PlasticStrain, Reaction};
 use slipstick_design::{
     DensityFilter, DensityMap, ObservedSteps, PrintedBox, Projection, Reduction, Response, Term, Ties, VectorMeasure,
 };
@@ -89,10 +89,10 @@ fn body(random: &mut Random, name: &str, size: [f64; 3], place: &str, others: bo
     )
 }
 
-/// All laws for finite strains except the forms of neo-Hooke.
+/// All elastic laws for finite strains except the forms of neo-Hooke.
 fn other_laws() -> Vec<LawKind> {
     let finite = |law: &LawKind| law.word() != LawKind::NeoHooke.word() && *law != LawKind::LinearElastic;
-    LawKind::ALL.iter().copied().filter(finite).collect()
+    LawKind::ALL.iter().copied().filter(|law| finite(law) && !law.has_memory()).collect()
 }
 
 fn enforcement(random: &mut Random) -> (&'static str, String) {
@@ -219,6 +219,38 @@ fn with_rigid_block(random: &mut Random, text: &str, centre: [f64; 3], rests: bo
     out + "[[quantity]]\nname = \"press\"\nreaction = { set = \"slab_ymin\", component = \"norm\" }\n"
 }
 
+/// Problems from this seed on have plastic bodies, with linear elements or, for odd seeds, quadratic ones.
+pub const FIRST_OF_PLASTIC: u64 = 6000;
+
+/// The same case with bodies that yield, and a yield stress with a power of its own in half of the cases.
+fn with_plastic_bodies(random: &mut Random, text: &str) -> String {
+    let mut own_power = chance(random, 0.5);
+    let mut out = String::new();
+    for line in text.lines().filter(|line| !line.starts_with("energy_interpolation")) {
+        if line.starts_with("material") {
+            let modulus = random.within(500.0, 2000.0);
+            let (poisson, first) = (random.within(0.0, 0.45), modulus * random.within(0.01, 0.04));
+            let hardening = modulus * random.within(0.0, 0.2);
+            let law = match chance(random, 0.5) {
+                true => format!("j2_linear = {{ hardening_modulus = {hardening:?}, "),
+                false => format!(
+                    "j2_voce = {{ saturation_stress = {:?}, saturation_rate = {:?}, hardening_modulus = {hardening:?}, ",
+                    first * random.within(1.0, 2.0),
+                    random.within(5.0, 20.0)
+                ),
+            };
+            let elastic = format!("youngs_modulus = {modulus:?}, poisson_ratio = {poisson:?}");
+            let _ = writeln!(out, "material = {{ {law}yield_stress = {first:?}, {elastic} }} }}");
+            continue;
+        }
+        let _ = writeln!(out, "{line}");
+        if line == "[design]" && std::mem::take(&mut own_power) {
+            let _ = writeln!(out, "yield_p = {:?}", random.within(1.0, 4.0));
+        }
+    }
+    out
+}
+
 /// What the hexahedra of a body become.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -300,6 +332,10 @@ fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
     // without loads, the compliance is 0
     let mut all = every_quantity(problem);
     all.retain(|quantity| quantity.name() != "compliance");
+    if problem.analysis.model().has_memory() {
+        let elements: Vec<u32> = (0..problem.mesh.elements.len() as u32).collect();
+        all.push(Arc::new(PlasticStrain::new("plastic strain", elements, 6.0).expect("a quantity")));
+    }
     let count = one_of(random, &[1, 1, 1, 2, 3]);
     let worst = chance(random, 0.2);
     let steps = problem.analysis.times.len();
@@ -434,7 +470,10 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         let inside = |c: usize| centre[c].min(slab[c] - centre[c]) > 0.4 * block[c];
         with_rigid_block(r, &text, middle.into(), gap == 0.0 && inside(0) && inside(2))
     };
+    let is_plastic = (FIRST_OF_PLASTIC..FIRST_OF_RIGID).contains(&seed);
+    let text = if is_plastic { with_plastic_bodies(r, &text) } else { text };
     let mut problem = match seed {
+        FIRST_OF_PLASTIC..FIRST_OF_RIGID if seed.is_multiple_of(2) => problem(&text),
         FIRST_OF_QUADRATIC..FIRST_OF_RIGID => quadratic(r, &text),
         _ => problem(&text),
     };
@@ -445,6 +484,8 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
     if seed >= FIRST_OF_RIGID {
         objective = format!("rigid: {}", draw_objective(r, &mut problem));
+    } else if is_plastic {
+        objective = format!("plastic: {}", draw_objective(r, &mut problem));
     } else if seed >= FIRST_OF_QUADRATIC {
         objective = format!("quadratic: {}", draw_objective(r, &mut problem));
     } else if (FIRST_OF_SCENARIOS..FIRST_OF_JOINTS).contains(&seed) {
