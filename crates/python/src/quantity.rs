@@ -37,7 +37,7 @@ pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool, b
 /// The quantity of a definition.
 pub fn defined((adapter, name, (force, length), reads, accumulates): Definition) -> Defined {
     let (reaction, contact, energy, stress, previous) = reads;
-    let reads = Reads { reaction, contact, energy, stress, previous };
+    let reads = Reads { reaction, contact, energy, stress, previous, ..Reads::default() };
     Defined { name, dimension: Dimension::of(force, length), reads, accumulates, adapter }
 }
 
