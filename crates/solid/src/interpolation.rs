@@ -86,7 +86,8 @@ pub struct Interpolation {
     pub simp: Simp,
     /// Energy interpolation; `None`: finite strains at every density.
     pub energy: Option<EnergyInterpolation>,
-    /// Power with which the yield stress falls with the density; `None`: that of the stiffness.
+    /// Power with which the yield stress falls with the density; `None`: that of the stiffness. With a power
+    /// of its own, the minimum of `simp` must be positive.
     pub strength: Option<f64>,
 }
 
@@ -113,11 +114,9 @@ impl Interpolation {
         ElementScaling { factor: slope, gamma, strength }
     }
 
-    /// The scaling of the yield stress, if it has a power of its own. A void without stiffness has the
-    /// strength of the solid relative to it.
+    /// The scaling of the yield stress, if it has a power of its own.
     fn of_strength(&self) -> Option<Simp> {
-        let own = self.strength.filter(|_| self.simp.minimum > 0.0)?;
-        Some(Simp { penalization: own, ..self.simp })
+        self.strength.map(|own| Simp { penalization: own, ..self.simp })
     }
 }
 

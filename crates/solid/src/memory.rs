@@ -26,7 +26,7 @@ pub struct EnergyWeights<'a> {
 
 impl SolidModel {
     /// Memory that the reference geometry of the elements with memory takes. \[bytes\]
-    pub fn bytes_of_memory(&self) -> f64 {
+    pub fn reference_bytes(&self) -> f64 {
         let of = |element: &PointElement| {
             let (points, nodes) = (element.points() as f64, element.nodes.len() as f64);
             let averages = if element.average.is_some() { points * points } else { 0.0 };

@@ -51,7 +51,12 @@ fn loaded(each: impl Fn(&Loaded)) {
     for mesh in meshes() {
         for formulation in [Formulation::Full, Formulation::FBar] {
             let model = SolidModel::new(&mesh, vec![Section { material: plastic(30.0), formulation }]).unwrap();
-            let of = |e: usize| ElementScaling { factor: 0.5 + 0.1 * e as f64, gamma: 1.0, strength: 0.9 };
+            let of = |e: usize| ElementScaling {
+                // the first element has no stiffness
+                factor: if e == 0 { 0.0 } else { 0.5 + 0.1 * e as f64 },
+                gamma: 1.0,
+                strength: 0.9,
+            };
             let scalings: Vec<ElementScaling> = (0..mesh.elements.len()).map(of).collect();
             let mut history = vec![0.0; model.history()];
             let step = SolidStep { scalings: &scalings, history: &vec![0.0; model.history()] };

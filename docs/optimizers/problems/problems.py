@@ -17,10 +17,14 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 
 from definitions import PROBLEMS
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from toml_case import toml
 
 HERE = pathlib.Path(__file__).parent
 PROGRAM = pathlib.Path(os.environ["SLIPSTICK"]) if "SLIPSTICK" in os.environ else HERE.parents[2] / "target/release/slipstick"
@@ -35,27 +39,6 @@ FEASIBLE = 1e-3
 
 #: How much worse than the best tuned run a run may be.
 CLOSE = 0.02
-
-
-def inline(value):
-    """A value in TOML."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {inline(inner)}" for key, inner in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(inline(inner) for inner in value) + "]"
-    return json.dumps(value) if isinstance(value, str) else repr(value)
-
-
-def toml(case):
-    lines = []
-    for table, entries in case.items():
-        for entry in entries if isinstance(entries, list) else [entries]:
-            lines.append(f"[[{table}]]" if isinstance(entries, list) else f"[{table}]")
-            lines += [f"{key} = {inline(value)}" for key, value in entry.items()]
-            lines.append("")
-    return "\n".join(lines)
 
 
 def moves(limit):

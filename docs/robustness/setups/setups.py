@@ -13,18 +13,21 @@ import collections
 import concurrent.futures
 import copy
 import csv
-import json
 import os
 import pathlib
 import random
 import shutil
 import statistics
 import subprocess
+import sys
 import time
 
 import kinds
 import results
 from geometry import permuted, turned, scaled
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from toml_case import toml
 
 PROGRAM = pathlib.Path(os.environ["SLIPSTICK"]) if "SLIPSTICK" in os.environ else pathlib.Path(__file__).parents[3] / "target/release/slipstick"
 
@@ -33,27 +36,6 @@ LIMIT = 120.0
 
 #: Times as many steps, to tell errors of the trapezoidal rule from losses.
 FINER = 8
-
-
-def inline(value):
-    """A value in TOML."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {inline(inner)}" for key, inner in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(inline(inner) for inner in value) + "]"
-    return json.dumps(value) if isinstance(value, str) else repr(value)
-
-
-def toml(case):
-    lines = []
-    for table, entries in case.items():
-        for entry in entries if isinstance(entries, list) else [entries]:
-            lines.append(f"[[{table}]]" if isinstance(entries, list) else f"[{table}]")
-            lines += [f"{key} = {inline(value)}" for key, value in entry.items()]
-            lines.append("")
-    return "\n".join(lines)
 
 
 def set_up(seed):

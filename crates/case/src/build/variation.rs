@@ -151,7 +151,7 @@ fn check_rotation(case: &Case, body: usize, path: &str) -> Result<(), BuildError
     let interpolated = |design: &case::Design| design.energy_interpolation.is_some() && design.bodies.contains(name);
     if case.design.as_ref().is_some_and(interpolated) {
         let message = format!("`{name}` is designed with energy interpolation: rotating it would strain its voids");
-        return Err(BuildError::new(path, message, "rotate the other bodies, or set energy_interpolation = false"));
+        return Err(BuildError::new(path, message, "rotate the other bodies, or omit `energy_interpolation`"));
     }
     Ok(())
 }

@@ -97,7 +97,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + states(case, problem)
         + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem)
-        + problem.analysis.model().solid().bytes_of_memory();
+        + problem.analysis.model().solid().reference_bytes();
     let peak = fixed + (factors + working + second) * at_once;
     let all_kept = kept as f64 * factors;
     (peak + all_kept, all_kept)

@@ -39,6 +39,7 @@ mod gap;
 mod patch;
 mod plastic_strain;
 mod reaction;
+mod relaxed;
 mod smooth;
 mod strain_energy;
 mod stress;
@@ -60,8 +61,9 @@ pub use gap::{Gap, GapMeasure};
 pub use patch::Patch;
 pub use plastic_strain::PlasticStrain;
 pub use reaction::{Moment, Reaction};
+pub use relaxed::STRESS_POINTS;
 pub use strain_energy::StrainEnergy;
-pub use stress::{STRESS_POINTS, Stress};
+pub use stress::Stress;
 pub use view::{ContactDerivative, ContactNode, PreviousDerivative, PreviousView, StateDerivative, StateView};
 pub use volume::Volume;
 

@@ -95,3 +95,20 @@ fn the_energy_balance_closes() {
     assert!(plastic > 0.3 * work, "{plastic} {work}");
     assert!(balance.abs() < 0.02 * work, "{balance} {work}");
 }
+
+/// What has no meaning for plastic bodies, or only for them, is refused with its place and a cure.
+#[test]
+fn keys_that_do_not_fit_are_refused() {
+    let refused = |text: &str| match slipstick::case::parse_case(text, "case.toml") {
+        Err(errors) => errors.to_string(),
+        Ok(resolved) => slipstick::build::build(&resolved.case).err().expect("an error").to_string(),
+    };
+    let text = plastic(&scene().text(), LINEAR);
+    let interpolated = text.replace("yield_p = 2.5", "energy_interpolation = {}");
+    assert!(refused(&interpolated).contains("whose law has memory, cannot be interpolated"));
+    assert!(refused(&text.replace("min = 1e-3", "min = 0")).contains("set simp.min, usually to 1e-3"));
+    assert!(refused(&scene().text()).contains("no design body has a law with a yield stress"));
+    let strain = "[[quantity]]\nname = 'strain'\nplastic_strain = {}\n";
+    let elastic = scene().text().replace("yield_p = 2.5", "") + strain;
+    assert!(refused(&elastic).contains("no element here has a law with plastic strain"));
+}

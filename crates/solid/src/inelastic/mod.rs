@@ -74,13 +74,13 @@ impl<'a> Given<'a> {
     }
 }
 
-/// The derivatives of Λ : P + η · h′ at one point.
+/// The derivatives of s Λ : P + η · h′ at one point, with the factor s of the stiffness.
 struct Slopes {
     by_f: Tensor,
     by_history: [f64; HISTORY],
     by_strength: f64,
-    /// Λ : P.
-    value: f64,
+    /// The derivative with respect to s, Λ : P.
+    by_factor: f64,
 }
 
 fn slopes(
@@ -88,7 +88,7 @@ fn slopes(
     strength: f64,
     f: &Tensor,
     previous: &[f64; HISTORY],
-    by_stress: &Tensor,
+    (factor, by_stress): (f64, &Tensor),
     eta: &[f64; HISTORY],
 ) -> Slopes {
     let unit = |value: f64, k: usize| Dual::<f64, DIRECTIONS> { value, slopes: from_fn(|l| f64::from(k == l)) };
@@ -97,17 +97,22 @@ fn slopes(
     let strength = unit(strength, 9 + HISTORY);
     let (p, h) = with_memory!(material, law => law.update(&f, &previous, strength));
     let mut sum = [0.0; DIRECTIONS];
-    let mut value = 0.0;
-    let stresses = p.as_flattened().iter().zip(by_stress.as_flattened());
-    stresses.clone().for_each(|(p, w)| value += w * p.value);
-    for (x, w) in stresses.chain(h.iter().zip(eta)).filter(|(_, w)| **w != 0.0) {
-        sum.iter_mut().zip(&x.slopes).for_each(|(sum, slope)| *sum += w * slope);
+    let mut add = |x: &Dual<f64, DIRECTIONS>, weight: f64| {
+        if weight != 0.0 {
+            sum.iter_mut().zip(&x.slopes).for_each(|(sum, slope)| *sum += weight * slope);
+        }
+    };
+    let mut by_factor = 0.0;
+    for (p, weight) in p.as_flattened().iter().zip(by_stress.as_flattened()) {
+        by_factor += weight * p.value;
+        add(p, factor * weight);
     }
+    h.iter().zip(eta).for_each(|(h, weight)| add(h, *weight));
     Slopes {
         by_f: from_fn(|a| from_fn(|b| sum[3 * a + b])),
         by_history: from_fn(|i| sum[9 + i]),
         by_strength: sum[9 + HISTORY],
-        value,
+        by_factor,
     }
 }
 
@@ -236,19 +241,18 @@ impl Inelastic {
             let mut by_density = 0.0;
             for (q, f) in at.bar.iter().enumerate() {
                 let weight = element.weights[q];
-                let unscaled =
+                let by_stress =
                     changes.as_ref().map_or([[0.0; 3]; 3], |changes| changes[q].map(|row| row.map(|x| weight * x)));
-                let by_stress = unscaled.map(|row| row.map(|x| scaling.factor * x));
+                let by_stress = (scaling.factor, &by_stress);
                 let eta: [f64; HISTORY] = weights.history.map_or([0.0; HISTORY], |eta| {
                     let eta = &eta[element.entries(q)];
                     from_fn(|i| eta[i])
                 });
-                let slopes = slopes(material, scaling.strength, f, &given.history(element, q), &by_stress, &eta);
+                let slopes = slopes(material, scaling.strength, f, &given.history(element, q), by_stress, &eta);
                 tensors.push(slopes.by_f);
                 by_history.push(slopes.by_history);
                 if let Some(slope) = slope_of.map(|of| of[element.number as usize]) {
-                    let value = if scaling.factor == 0.0 { 0.0 } else { slopes.value / scaling.factor };
-                    by_density += slope.factor * value + slope.strength * slopes.by_strength;
+                    by_density += slope.factor * slopes.by_factor + slope.strength * slopes.by_strength;
                 }
             }
             // the derivative of the force with respect to displacements is the tangent's

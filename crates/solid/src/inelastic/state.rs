@@ -33,7 +33,7 @@ fn varied(f: &Tensor, history: &[f64; HISTORY]) -> ([[Varied; 3]; 3], [Varied; H
     (from_fn(|a| from_fn(|b| unit(f[a][b], 3 * a + b))), from_fn(|i| unit(history[i], 9 + i)))
 }
 
-/// Whether the state of point q is listed among the stresses: hex27 lists the outermost of its points.
+/// The points of an element that lists of stresses contain: of hex27, the outermost.
 fn listed(element: &PointElement) -> Vec<usize> {
     match element.points() {
         27 => vec![0, 2, 8, 6, 18, 20, 26, 24],

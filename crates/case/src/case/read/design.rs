@@ -142,6 +142,11 @@ fn check_memory(table: &Table<'_>, design: &Design, bodies: &[Body]) {
         let help = "omit `energy_interpolation`, or use an elastic law for this body";
         table.reader.error(&table.path_of("energy_interpolation"), CaseCode::Unsupported, message, help);
     }
+    if design.yield_p.is_some() && design.simp.minimum == 0.0 {
+        let message =
+            "`yield_p` needs a void with some stiffness: without it, stiffness and yield stress vanish together";
+        table.reader.error(&table.path_of("yield_p"), CaseCode::Simp, message, "set simp.min, usually to 1e-3");
+    }
     if found.is_none() && design.yield_p.is_some() {
         let message = "no design body has a law with a yield stress";
         table.reader.error(&table.path_of("yield_p"), CaseCode::Unsupported, message, "omit it");

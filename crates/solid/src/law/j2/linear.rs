@@ -1,6 +1,7 @@
 //! Linear hardening.
 
 use super::Hardening;
+use crate::law::constants::ELASTIC;
 use crate::law::{Constant, Form, MaterialError, Range, Real, Value};
 
 /// σ_y = σ₀ + H α; H = 0 is perfect plasticity.
@@ -27,7 +28,7 @@ pub(super) const HARDENING_MODULUS: Constant = Constant {
 };
 
 impl Hardening for Linear {
-    const CONSTANTS: &'static [Constant] = &[YIELD_STRESS, HARDENING_MODULUS];
+    const CONSTANTS: &'static [Constant] = &[ELASTIC[0], ELASTIC[1], YIELD_STRESS, HARDENING_MODULUS];
 
     fn with_constants(values: &[Value]) -> Result<Self, MaterialError> {
         Ok(Self { initial: values[0].number(), modulus: values[1].number() })

@@ -44,16 +44,16 @@ use std::array::from_fn;
 /// A hardening law: the yield stress σ_y as a function of the equivalent plastic strain α ≥ 0. It must
 /// not decrease.
 pub trait Hardening: Copy {
-    /// Its constants, after those of elasticity.
+    /// The constants of elasticity, then its own.
     const CONSTANTS: &'static [Constant];
 
-    /// From values of the constants, each of which is in its range.
+    /// From values of its own constants, each of which is in its range.
     ///
     /// # Errors
     /// If they contradict each other.
     fn with_constants(values: &[Value]) -> Result<Self, MaterialError>;
 
-    /// The values of the constants.
+    /// The values of its own constants.
     fn values(&self) -> Vec<Value>;
 
     /// A hardening for a solid with this Young's modulus, for [`super::LawKind::like`]: so strong that a
@@ -204,11 +204,8 @@ impl<H: Hardening> Inelastic for J2<H> {
     }
 }
 
-impl<H: Hardening> Law for J2<H>
-where
-    Self: Listed,
-{
-    const CONSTANTS: &'static [Constant] = <Self as Listed>::ALL;
+impl<H: Hardening> Law for J2<H> {
+    const CONSTANTS: &'static [Constant] = H::CONSTANTS;
 
     fn with_constants(values: &[Value]) -> Result<Self, MaterialError> {
         let (elastic, rest) = values.split_at(ELASTIC.len());
@@ -234,32 +231,6 @@ where
         self.elastic.energy(f)
     }
 }
-
-/// The constants of elasticity and of a hardening law in one list.
-pub trait Listed {
-    /// All of them.
-    const ALL: &'static [Constant];
-}
-
-macro_rules! listed {
-    ($( $hardening:ident: $count:literal, )+) => {
-        $(
-            impl Listed for J2<$hardening> {
-                const ALL: &'static [Constant] = &{
-                    let mut all = [ELASTIC[0]; $count];
-                    all[1] = ELASTIC[1];
-                    let mut i = 2;
-                    while i < $count {
-                        all[i] = <$hardening as Hardening>::CONSTANTS[i - 2];
-                        i += 1;
-                    }
-                    all
-                };
-            }
-        )+
-    };
-}
-listed! { Linear: 4, Voce: 6, Table: 4, }
 
 /// The stress before any plastic strain.
 impl<H: Hardening> Stress for J2<H> {

@@ -1,6 +1,7 @@
 //! Hardening from a table.
 
 use super::Hardening;
+use crate::law::constants::ELASTIC;
 use crate::law::{Constant, Form, MaterialError, Real, Value};
 
 /// Maximum number of rows.
@@ -32,6 +33,8 @@ impl Table {
 
 impl Hardening for Table {
     const CONSTANTS: &'static [Constant] = &[
+        ELASTIC[0],
+        ELASTIC[1],
         Constant {
             key: "yield_stress",
             about: "Yield stresses (true stresses), the first at plastic strain 0; they do not decrease. [F/L²]",

@@ -2,6 +2,7 @@
 
 use super::Hardening;
 use super::linear::{HARDENING_MODULUS, YIELD_STRESS};
+use crate::law::constants::ELASTIC;
 use crate::law::{Constant, Form, MaterialError, Range, Real, Value};
 
 /// σ_y = σ₀ + (σ_∞ − σ₀) (1 − e^(−δα)) + H α.
@@ -18,6 +19,8 @@ pub struct Voce {
 
 impl Hardening for Voce {
     const CONSTANTS: &'static [Constant] = &[
+        ELASTIC[0],
+        ELASTIC[1],
         YIELD_STRESS,
         Constant {
             key: "saturation_stress",
