@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
     grep -v -E '^(slipstick|version|edition|rust-version|license|keywords|lints)' | sort -u |
-    grep -v -E '^(cc|pkg-config|proptest|tempfile)$'))
+    grep -v -E '^(cc|pkg-config|proptest|pyo3|tempfile)$'))
 for crate in "${direct[@]}"; do
     # if the tree has several versions, use the newest
     said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)

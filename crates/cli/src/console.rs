@@ -13,10 +13,12 @@ use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 use slipstick::pieces::{self, LoosePieces};
 use slipstick::words::{is_hidden, visible};
+use slipstick_service::read::object;
 
 use crate::Outcome;
 use crate::args::Common;
-use crate::case_file;
+use crate::diagnostics;
+use crate::exit::Exit;
 use crate::failure::Failure;
 
 /// Output of text and events.
@@ -201,10 +203,10 @@ impl Console {
     fn diagnostics(&self, event: &str, diagnostics: &[CaseDiagnostic], shown: bool) {
         if self.json {
             for diagnostic in diagnostics {
-                self.event(event, case_file::object(diagnostic));
+                self.event(event, object(diagnostic));
             }
         } else if shown {
-            let text = case_file::report(diagnostics, io::stderr().is_terminal());
+            let text = diagnostics::report(diagnostics, io::stderr().is_terminal());
             self.suspended(|| write_error(&text));
         }
     }
@@ -219,7 +221,7 @@ impl Console {
     /// Prints why the command ends, even on a silent rank.
     pub fn speak(&self, failure: &Failure) {
         self.end_bar();
-        let exit = failure.exit() as u8;
+        let exit = Exit::from(failure) as u8;
         match failure {
             // If events cannot be written, the error must still be shown.
             _ if self.refused.get().is_some() => complain(&format!("{}\n", failure.text())),

@@ -2,6 +2,8 @@
 
 use std::process::{ExitCode, Termination};
 
+use slipstick_service::failure::Failure;
+
 /// The program's exit codes. Invalid command lines also end with 2, which is clap's own code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -14,6 +16,16 @@ pub enum Exit {
     AnalysisFailed = 3,
     /// Interrupted; the results so far are on disk.
     Interrupted = 4,
+}
+
+impl From<&Failure> for Exit {
+    fn from(failure: &Failure) -> Self {
+        match failure {
+            Failure::Case(_) | Failure::Input { .. } => Self::BadInput,
+            Failure::Analysis { .. } | Failure::Check { .. } => Self::AnalysisFailed,
+            Failure::Interrupted { .. } => Self::Interrupted,
+        }
+    }
 }
 
 impl Termination for Exit {

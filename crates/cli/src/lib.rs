@@ -1,23 +1,24 @@
 //! The parts of the slipstick program.
 //!
-//! [`run`] executes a command line. The program adds nothing to the method: it reads cases,
-//! observes analyses, and manages the directory of a run ([`slipstick::run`]).
+//! [`run`] executes a command line. The program renders what `slipstick_service` and the library do: as
+//! text and events, and as an exit status.
 
 pub mod args;
-pub mod case_file;
 pub mod clock;
 pub mod commands;
 pub mod console;
+pub mod diagnostics;
 pub mod exit;
-pub mod failure;
 pub mod interrupt;
-pub mod memory;
 pub mod parallel;
 pub mod program;
 pub mod runs;
 pub mod setup;
 pub mod table;
 pub mod watch;
+
+pub use slipstick_service::failure::Outcome;
+use slipstick_service::{failure, memory};
 
 use args::{Cli, Command, VerifyWhat};
 use console::Console;
@@ -47,7 +48,7 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
         Ok(parallel) => parallel,
         Err(failure) => {
             console.failure(&failure);
-            return failure.exit();
+            return Exit::from(&failure);
         }
     };
     if !parallel.leads() {
@@ -60,7 +61,7 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
         context.console.failure(failure);
     }
     context.parallel.leave(&context, &result);
-    result.map_or_else(|failure| failure.exit(), |()| Exit::Ok)
+    result.map_or_else(|failure| Exit::from(&failure), |()| Exit::Ok)
 }
 
 fn execute(context: &Context, command: &Command) -> Outcome {
@@ -98,6 +99,3 @@ fn execute(context: &Context, command: &Command) -> Outcome {
         },
     }
 }
-
-/// The result of a command.
-pub type Outcome<T = ()> = Result<T, Failure>;

@@ -3,20 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use slipstick::build::{Problem, build_on};
-use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
-use slipstick::check::{ContactSummary, Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
+use slipstick::build::Problem;
+use slipstick::case::{CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
+use slipstick::check::{ContactSummary, Inspection, Notice, start_volume};
 use slipstick::design::{DesignVariables, ElementValues, Role};
+use slipstick::path::Interrupt;
 use slipstick::run::{StoredDesign, load_design};
 use slipstick::words::{counted, quantity};
+use slipstick_service::check::{Checked, check, refuse_too_large, too_large};
+use slipstick_service::read::case_file;
 
 use serde_json::json;
 
 use crate::args::{CaseFile, DesignFrom, Out};
-use crate::case_file::{self, Unreadable};
-use crate::commands::bytes;
 use crate::failure::Failure;
-use crate::memory;
 use crate::{Context, Outcome};
 
 /// A case that has been read and inspected; the problem built from it is separate.
@@ -43,18 +43,7 @@ pub struct Setup {
 /// [`Failure::Case`], [`Failure::Input`].
 pub fn read(file: &CaseFile) -> Outcome<Resolved> {
     let path = &file.case;
-    case_file::read(path, &file.set).map_err(|error| match error {
-        Unreadable::Wrong(errors) => errors.into(),
-        Unreadable::Encoding(at) => {
-            let message = format!("{}:{}:{}: {at}", path.display(), at.line, at.column);
-            Failure::input(message, "save the case file as UTF-8")
-        }
-        Unreadable::Override(error) => Failure::input(error.to_string(), error.cure()),
-        Unreadable::Io(error) => {
-            let cure = "check the name; `slipstick new half-ball` writes a case to start from";
-            Failure::input(format!("cannot read the case file {}: {error}", path.display()), cure)
-        }
-    })
+    case_file(path, &file.set).map_err(|error| error.at(path))
 }
 
 /// Reads and builds a case that will run, sets the number of threads, and shows warnings;
@@ -96,31 +85,6 @@ pub fn prepare_for(
     }
 }
 
-/// What to do about a case that is too large.
-const FEWER: &str = "use fewer elements, or a machine with more memory";
-
-/// Refuses a case that could not be built in the memory that is available.
-///
-/// # Errors
-/// [`Failure::Case`].
-pub fn refuse_too_large(resolved: &Resolved) -> Outcome {
-    let needed = bytes_to_build(&resolved.case);
-    let Some(available) = memory::available().filter(|&available| needed > available) else { return Ok(()) };
-    let count = |body: &Body| body.shape.element_count().unwrap_or(usize::MAX);
-    let elements = resolved.case.bodies.iter().fold(0, |sum: usize, body| sum.saturating_add(count(body)));
-    let (needed, available) = (bytes(needed), bytes(available));
-    let message =
-        format!("{elements} elements need about {needed} before anything is solved; {available} is available");
-    Err(resolved.source_map.error(&largest_body(resolved), CaseCode::TooLarge, message, FEWER).into())
-}
-
-/// The place in the case that sets the number of elements of the largest body.
-fn largest_body(resolved: &Resolved) -> String {
-    let bodies = resolved.case.bodies.iter().enumerate();
-    let largest = bodies.max_by_key(|(_, body)| body.shape.element_count().unwrap_or(usize::MAX));
-    largest.map_or(String::new(), |(b, body)| format!("body[{b}].{}.elements", body.shape.key()))
-}
-
 /// Builds a case to inspect it, sets the number of threads, and shows warnings.
 ///
 /// # Errors
@@ -128,27 +92,20 @@ fn largest_body(resolved: &Resolved) -> String {
 pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setup, Problem)> {
     refuse_too_large(&resolved)?;
     let threads = set_threads(context, &resolved)?;
-    let map = &resolved.source_map;
     let machine = context.parallel.machine(resolved.case.solver.linear == LinearSolverChoice::Petsc)?;
-    let mut problem = build_on(&resolved.case, &machine).map_err(|error| Failure::build(&error, map))?;
     let (interrupt, ranks) = (context.interrupt.clone(), context.parallel.ranks());
-    problem.analysis.linear.set_interrupt(Some(Arc::new(move || ranks.any(interrupt.requested()))));
-    let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
-        let message = format!("the reference configuration cannot be evaluated: {error}");
-        Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
-    })?;
+    let interrupt: Interrupt = Arc::new(move || ranks.any(interrupt.requested()));
+    let Checked { problem, inspection, errors, warnings } = check(&resolved, &machine, Some(interrupt))?;
     let problem_is_shared = context.parallel.size() > 1;
-    let mut setup = Setup {
+    let setup = Setup {
         file: path.to_owned(),
         resolved,
         inspection,
         threads,
-        warnings: 0,
+        warnings: warnings.len(),
         problem_is_shared,
         design_of: OnceLock::new(),
     };
-    let (errors, warnings) = diagnostics(&setup.resolved, &setup.inspection, &problem);
-    setup.warnings = warnings.len();
     context.console.warnings(&warnings);
     if errors.is_empty() { Ok((setup, problem)) } else { Err(Failure::Case(errors)) }
 }
@@ -170,65 +127,6 @@ fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
         Failure::input(format!("cannot start {threads} threads: {error}"), "request fewer with --threads")
     })?;
     Ok(threads)
-}
-
-/// Errors and warnings about a built case at their places in the case file, those of its reader
-/// included.
-///
-/// A body that supports leave free is an error if no contact could hold it: its equations are
-/// singular.
-pub fn diagnostics(
-    resolved: &Resolved,
-    inspection: &Inspection,
-    problem: &Problem,
-) -> (Vec<CaseDiagnostic>, Vec<CaseDiagnostic>) {
-    let map = &resolved.source_map;
-    let mut warnings = resolved.warnings.clone();
-    let mut errors = Vec::new();
-    for notice in &inspection.notices {
-        let (code, severity) = match notice.kind {
-            NoticeKind::LooseBody if touches_nothing(&resolved.case, problem, &notice.path) => {
-                (CaseCode::UnsupportedBody, Severity::Error)
-            }
-            NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
-            NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
-            NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
-            NoticeKind::PenetratingStart | NoticeKind::OpenOverlap => (CaseCode::PenetratingStart, Severity::Warning),
-            NoticeKind::TiedApart => (CaseCode::NoContact, Severity::Warning),
-            NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
-            NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
-            NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
-            NoticeKind::RigidSlave => (CaseCode::RigidSlave, Severity::Warning),
-            NoticeKind::CoarseSlave => (CaseCode::CoarseSlave, Severity::Warning),
-            NoticeKind::HeldTwice => (CaseCode::HeldTwice, Severity::Warning),
-            NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
-            NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
-            NoticeKind::StiffVoid => (CaseCode::StiffVoid, Severity::Warning),
-            NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
-            NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
-        };
-        let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
-        // The case reader warns about bodies without any condition; this diagnostic is more
-        // specific.
-        if notice.kind == NoticeKind::LooseBody {
-            let name = map.span(&format!("{}.name", notice.path));
-            warnings.retain(|other| other.code() != code || other.span() != name);
-        }
-        if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
-    }
-    (errors, warnings)
-}
-
-/// Whether no contact pair has a surface of the body that `path` (`body[1]`) names.
-fn touches_nothing(case: &Case, problem: &Problem, path: &str) -> bool {
-    let number = path.trim_start_matches("body[").trim_end_matches(']').parse::<usize>();
-    let Some(body) = number.ok().and_then(|number| problem.mesh.bodies.get(number)) else { return false };
-    let surfaces = &problem.mesh.surfaces;
-    let on_body = |name: &String| {
-        let facets = surfaces.get(name).map_or(&[][..], |surface| &surface.facets);
-        facets.iter().any(|facet| body.elements.contains(&(facet.element as usize)))
-    };
-    !case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
 }
 
 impl Setup {
@@ -263,23 +161,8 @@ impl Setup {
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
         // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts
         // it
-        if self.problem_is_shared {
-            return None;
-        }
-        let Inspection { peak_bytes, kept_bytes, .. } = self.inspection;
-        let kept = if gradient { kept_bytes } else { 0.0 };
-        let needed = peak_bytes - kept_bytes + kept;
-        let available = memory::available().filter(|&available| needed > available)?;
-        let message = format!("a run needs about {}; {} is available", bytes(needed), bytes(available));
-        let map = &self.resolved.source_map;
-        let told = |path: &str, help: &str| map.diagnostic(severity, path, CaseCode::TooLarge, message, help);
-        // Kept factors only save time.
-        if needed - kept > available {
-            return Some(told(&largest_body(&self.resolved), FEWER));
-        }
-        let room = (self.resolved.case.adjoint.memory.0 as f64).min(kept) - (needed - available);
-        let room = (room / 1e6).floor().max(0.0);
-        Some(told("adjoint.memory", &format!("keep fewer factors: `[adjoint]` `memory = \"{room} MB\"`")))
+        let alone = !self.problem_is_shared;
+        alone.then(|| too_large(&self.resolved, &self.inspection, severity, gradient)).flatten()
     }
 
     /// Whether results in this directory would replace the requested design.
@@ -429,12 +312,4 @@ fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<
     (all > 0).then(|| {
         format!("densities of {all} of {count} elements are replaced, because the case prescribes them: {which}")
     })
-}
-
-/// Filled fraction of the design domain; `None` without a design.
-pub fn volume_fraction(problem: &Problem, density: &ElementValues) -> Option<f64> {
-    let variables = problem.variables()?;
-    let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
-    let filled: f64 = variables.on_domain(density).iter().zip(&volumes).map(|(density, volume)| density * volume).sum();
-    Some(filled / volumes.iter().sum::<f64>())
 }

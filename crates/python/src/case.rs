@@ -7,13 +7,11 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use slipstick::build::build;
-use slipstick::case::{
-    CaseCode, CaseDiagnostic, Override, Resolved, Severity, TEMPLATES, override_case, parse_case_with, utf8,
-};
-use slipstick::check::{Inspection, inspect, start_volume};
+use slipstick::case::{CaseCode, Override, Resolved, Severity, TEMPLATES, override_case, parse_case_with, utf8};
+use slipstick::check::start_volume;
+use slipstick::machine::Machine;
 use slipstick::run::mesh_files;
-use slipstick_cli::setup;
+use slipstick_service::check::{self, Checked, refuse_too_large};
 
 use crate::errors::{Error, detached, diagnostics_as_json};
 use crate::problem::Problem;
@@ -131,7 +129,7 @@ impl Case {
     /// Builds and inspects the problem; returns it and the warnings as JSON.
     fn build(&self, py: Python<'_>) -> PyResult<(Problem, String)> {
         detached(py, || {
-            let (problem, _, warnings) = self.inspected()?;
+            let Checked { problem, warnings, .. } = self.checked()?;
             Ok((Problem::new(self.resolved.clone(), problem), diagnostics_as_json(&warnings)))
         })
     }
@@ -139,7 +137,7 @@ impl Case {
     /// Facts known before anything is solved, and the warnings, both as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String)> {
         detached(py, || {
-            let (problem, inspection, mut warnings) = self.inspected()?;
+            let Checked { problem, inspection, mut warnings, .. } = self.checked()?;
             let known = warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume);
             if let Some(notice) = start_volume(&self.resolved.case, &problem, problem.initial_density())
                 && !known
@@ -175,20 +173,13 @@ impl Case {
     }
 
     /// The problem, facts about it, and warnings. Rejects what the program rejects.
-    fn inspected(&self) -> Result<(slipstick::build::Problem, Inspection, Vec<CaseDiagnostic>), Error> {
+    fn checked(&self) -> Result<Checked, Error> {
         let resolved = &*self.resolved;
-        setup::refuse_too_large(resolved)?;
+        refuse_too_large(resolved)?;
         if let Some(threads) = resolved.case.solver.threads {
             // the threads serve the whole process: the first case that asks for them decides
             let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         }
-        let map = &resolved.source_map;
-        let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
-        let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
-            let message = format!("the reference configuration cannot be evaluated: {error}");
-            map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces")
-        })?;
-        let (errors, warnings) = setup::diagnostics(resolved, &inspection, &problem);
-        if errors.is_empty() { Ok((problem, inspection, warnings)) } else { Err(Error::Case(errors)) }
+        Ok(check::check(resolved, &Machine::default(), None)?.accepted()?)
     }
 }

@@ -14,8 +14,8 @@ use slipstick::analysis::AnalysisError;
 use slipstick::build::{BuildError, Problem};
 use slipstick::case::{CaseDiagnostic, CaseErrors, SourceMap};
 use slipstick::run::{FailureReport, RunError, keep_failure};
-use slipstick_cli::case_file::object;
-use slipstick_cli::failure::Failure;
+use slipstick_service::failure::Failure;
+use slipstick_service::read::object;
 
 /// Why a call fails. Data for an exception, which is only made once the interpreter is attached.
 pub enum Error {

@@ -20,7 +20,7 @@ use slipstick::overlaps::{OpenOverlap, overlaps};
 use slipstick::quantities::column_names;
 use slipstick::run::load_design;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
-use slipstick_cli::setup;
+use slipstick_service::check::volume_fraction;
 
 use crate::arrays;
 use crate::errors::{Error, detached};
@@ -220,7 +220,7 @@ impl Problem {
     /// Filled fraction of the design domain; `None` without a design.
     fn volume_fraction(&self, py: Python<'_>, density: PyReadonlyArray1<'_, f64>) -> PyResult<Option<f64>> {
         let density = arrays::densities(&density);
-        detached(py, || Ok(setup::volume_fraction(&*self.built.lock()?, &density)))
+        detached(py, || Ok(volume_fraction(&*self.built.lock()?, &density)))
     }
 
     /// Refuses a case without an objective.

@@ -20,8 +20,8 @@ use slipstick::run::{
     Checkpoint, ExitState, RESPONSES, ResultRecord, RunDirectory, RunError, RunPart, RunRecord, design_density,
     mesh_files,
 };
-use slipstick_cli::commands::optimize::SECTIONS;
-use slipstick_cli::failure::Failure;
+use slipstick_service::failure::Failure;
+use slipstick_service::run::SECTIONS;
 
 use crate::arrays;
 use crate::case::Case;

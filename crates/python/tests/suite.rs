@@ -23,7 +23,7 @@ fn the_python_package() {
     let target = target();
     let built = Command::new(env!("CARGO"))
         // the whole workspace, so that what the tests have built is used again
-        .args(["build", "--release", "--workspace", "--features", "slipstick-python/python", "--target-dir"])
+        .args(["build", "--release", "--workspace", "--features", "slipstick-wheel/python", "--target-dir"])
         .arg(&target)
         .current_dir(root)
         .status();

@@ -8,12 +8,13 @@ use slipstick::design::ElementValues;
 use slipstick::output::{Cell, Csv};
 use slipstick::quantities::quantities;
 use slipstick::run::{Run, write_evaluations};
+use slipstick_service::check::volume_fraction;
 
 use super::{case_values, digits, final_status, whole};
 use crate::args::Evaluate;
 use crate::failure::Failure;
 use crate::runs::{end, failed, start, watch};
-use crate::setup::{prepare, volume_fraction};
+use crate::setup::prepare;
 use crate::table::lines;
 use crate::{Context, Outcome};
 

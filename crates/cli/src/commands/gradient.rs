@@ -9,11 +9,12 @@ use slipstick::model::Parameter;
 use slipstick::output::fields::{DesignFields, write_design};
 use slipstick::overlaps::overlaps;
 use slipstick::run::{Run, RunDirectory, write_densities};
+use slipstick_service::check::volume_fraction;
 
 use super::{digits, phases, tell_phases, warn_of_fallbacks, whole};
 use crate::args::Gradient;
 use crate::runs::{end, failed, first, start, watch};
-use crate::setup::{prepare, volume_fraction};
+use crate::setup::prepare;
 use crate::{Context, Outcome, clock};
 
 /// Marches, sweeps back, and writes the derivatives.

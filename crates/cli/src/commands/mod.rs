@@ -23,6 +23,8 @@ use slipstick::build::Problem;
 use slipstick::path::{Phase, Timings};
 use slipstick::quantities::{EnergyJump, Quantities, QuantityRow, Subject};
 
+use slipstick_service::memory::bytes;
+
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
@@ -190,17 +192,6 @@ fn tell_phases(context: &Context, what: &str, spent: &Timings) {
     }
 }
 
-/// A number of bytes with a unit.
-pub(crate) fn bytes(value: f64) -> String {
-    let (scaled, unit) = match value {
-        v if v < 1e6 => (v / 1e3, "kB"),
-        v if v < 1e9 => (v / 1e6, "MB"),
-        v if v < 1e12 => (v / 1e9, "GB"),
-        v => (v / 1e12, "TB"),
-    };
-    format!("{scaled:.1} {unit}")
-}
-
 #[cfg(test)]
 mod tests {
     #[test]
@@ -208,6 +199,5 @@ mod tests {
         assert_eq!(super::digits(-9.876_543_21), "-9.876543");
         assert_eq!(super::digits(1.234e-7), "1.23400e-7");
         assert_eq!((super::digits(0.0), super::digits(-0.0)), ("0.000000".into(), "0.000000".into()));
-        assert_eq!((super::bytes(2.5e3), super::bytes(3.26e9)), ("2.5 kB".into(), "3.3 GB".into()));
     }
 }

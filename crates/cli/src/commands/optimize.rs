@@ -6,6 +6,7 @@ use slipstick::drive::{Recorder, drive};
 use slipstick::optimize::{FEASIBLE, IterationRecord, Optimization};
 use slipstick::run::{Checkpoint, ResultRecord, Run};
 use slipstick::words::counted;
+use slipstick_service::run::SECTIONS;
 
 use super::{digits, last_values, tell_quantities, warn_of_fallbacks};
 use crate::args::Optimize;
@@ -14,9 +15,6 @@ use crate::runs::{end, start, stopped};
 use crate::setup::{Setup, prepare_for};
 use crate::watch::Watch;
 use crate::{Context, Outcome, memory};
-
-/// Sections that an optimization needs.
-pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"];
 
 /// Optimizes the design of a case.
 ///

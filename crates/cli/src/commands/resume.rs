@@ -2,8 +2,9 @@
 
 use slipstick::run::{Checkpoint, ExitState, Run, RunDirectory, RunError, RunPart, RunRecord, sha256};
 use slipstick::words::counted;
+use slipstick_service::run::SECTIONS;
 
-use super::optimize::{SECTIONS, optimization, optimize};
+use super::optimize::{optimization, optimize};
 use crate::args::Resume;
 use crate::failure::Failure;
 use crate::runs::end;

@@ -9,11 +9,12 @@ use slipstick::overlaps::overlaps;
 use slipstick::path::{MarchEvent, MarchObserver};
 use slipstick::quantities::Recording;
 use slipstick::run::{Comparison, PathWriter, Run, RunDirectory, comparisons, write_densities, write_path};
+use slipstick_service::check::volume_fraction;
 
 use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, warn_of_fallbacks, whole};
 use crate::args::Solve;
 use crate::runs::{end, failed, first, start, watch};
-use crate::setup::{prepare, volume_fraction};
+use crate::setup::prepare;
 use crate::table::lines;
 use crate::watch::Watch;
 use crate::{Context, Outcome, clock};

@@ -7,13 +7,13 @@ use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use slipstick::case::Override;
 use slipstick::output::{Cell, Csv};
+use slipstick_service::read::{Unreadable, case_file};
 use toml::Value;
 
 use super::Numbers;
 use super::digits;
 use super::file::Entry;
 use super::report::table;
-use crate::case_file::{self, Unreadable};
 use crate::{Context, Outcome};
 
 /// The most runs of a grid.
@@ -219,7 +219,7 @@ fn check(runs: &[Entry], set: &[String], folder: &Path) -> Result<Vec<String>, S
         let file = folder.join(&run.case);
         let parse = |text: &String| text.parse::<Override>().map_err(|error| format!("{error}; {}", error.cure()));
         let overrides = set.iter().chain(&run.set).map(parse).collect::<Result<Vec<_>, _>>()?;
-        match case_file::read(&file, &overrides) {
+        match case_file(&file, &overrides) {
             Ok(resolved) if number == 0 => {
                 named = resolved.case.quantities.iter().map(|quantity| quantity.name.clone()).collect();
             }

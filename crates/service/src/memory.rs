@@ -20,6 +20,17 @@ pub fn peak() -> Option<f64> {
     parse(&read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
+/// A number of bytes with a unit.
+pub fn bytes(value: f64) -> String {
+    let (scaled, unit) = match value {
+        v if v < 1e6 => (v / 1e3, "kB"),
+        v if v < 1e9 => (v / 1e6, "MB"),
+        v if v < 1e12 => (v / 1e9, "GB"),
+        v => (v / 1e12, "TB"),
+    };
+    format!("{scaled:.1} {unit}")
+}
+
 /// A line of Linux' `/proc/meminfo` or `/proc/self/status`.
 fn parse(text: &str, name: &str) -> Option<f64> {
     let rest = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -54,6 +65,11 @@ fn control_groups(groups: &str, root: &Path) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn amounts_are_short() {
+        assert_eq!((bytes(2.5e3), bytes(3.26e9)), ("2.5 kB".into(), "3.3 GB".into()));
+    }
 
     /// As proc_meminfo(5) shows it.
     #[test]

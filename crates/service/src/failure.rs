@@ -1,4 +1,4 @@
-//! Why a command failed.
+//! Why a request failed.
 
 use std::path::PathBuf;
 
@@ -10,9 +10,8 @@ use slipstick::part::PartError;
 use slipstick::picture::PictureError;
 use slipstick::run::{ExitState, FailureReport, RunError};
 
-use crate::exit::Exit;
-
-/// Why a command failed, which determines the exit code.
+/// Why a request failed. The program renders it as text, an event and its exit status, the Python
+/// package as an exception.
 #[derive(Debug)]
 pub enum Failure {
     /// The case file has errors.
@@ -57,15 +56,6 @@ impl Failure {
     pub fn build(error: &BuildError, map: &SourceMap) -> Self {
         let code = build_code(error);
         Self::Case(vec![map.diagnostic(Severity::Error, &error.path, code, &error.message, &error.help)])
-    }
-
-    /// The exit code.
-    pub fn exit(&self) -> Exit {
-        match self {
-            Self::Case(_) | Self::Input { .. } => Exit::BadInput,
-            Self::Analysis { .. } | Self::Check { .. } => Exit::AnalysisFailed,
-            Self::Interrupted { .. } => Exit::Interrupted,
-        }
     }
 
     /// The exit state in the run's record.
@@ -157,3 +147,6 @@ impl From<OutputError> for Failure {
         RunError::from(error).into()
     }
 }
+
+/// The result of a request.
+pub type Outcome<T = ()> = Result<T, Failure>;

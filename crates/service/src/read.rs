@@ -1,6 +1,5 @@
-//! Reads a case file and shows its errors.
+//! Reads case files.
 
-use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
@@ -9,6 +8,8 @@ use slipstick::case::{
     utf8,
 };
 use slipstick::run::mesh_files;
+
+use crate::failure::Failure;
 
 /// Why there is no case.
 #[derive(Debug)]
@@ -23,13 +24,31 @@ pub enum Unreadable {
     Wrong(CaseErrors),
 }
 
+impl Unreadable {
+    /// The failure to read the case file at this path.
+    pub fn at(self, path: &Path) -> Failure {
+        match self {
+            Self::Wrong(errors) => errors.into(),
+            Self::Encoding(at) => {
+                let message = format!("{}:{}:{}: {at}", path.display(), at.line, at.column);
+                Failure::input(message, "save the case file as UTF-8")
+            }
+            Self::Override(error) => Failure::input(error.to_string(), error.cure()),
+            Self::Io(error) => {
+                let cure = "check the name; `slipstick new half-ball` writes a case to start from";
+                Failure::input(format!("cannot read the case file {}: {error}", path.display()), cure)
+            }
+        }
+    }
+}
+
 /// Reads a case file, replaces values, and checks it. Places in messages refer to the changed text;
 /// the file name in messages says so.
 ///
 /// # Errors
 ///
-/// [`Unreadable`]; all kinds end the program with exit code 2.
-pub fn read(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable> {
+/// [`Unreadable`]; as a [`Failure`], all kinds are wrong input.
+pub fn case_file(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable> {
     let text = utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding)?;
     let mut name = path.display().to_string();
     let changed = override_case(&text, &name, overrides).map_err(Unreadable::Override)?;
@@ -37,20 +56,6 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable>
         name += " (with --set)";
     }
     parse_case_with(&changed, &name, &mesh_files(path)).map_err(Unreadable::Wrong)
-}
-
-/// Diagnostics for people: with the lines of the file on a terminal, otherwise
-/// `file:line:column: …`.
-pub fn report(diagnostics: &[CaseDiagnostic], terminal: bool) -> String {
-    let mut text = String::new();
-    let handler = miette::GraphicalReportHandler::new();
-    for diagnostic in diagnostics {
-        if !terminal || handler.render_report(&mut text, diagnostic).is_err() {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{}", diagnostic.plain());
-        }
-    }
-    text
 }
 
 /// A diagnostic for programs.
@@ -77,13 +82,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_shown_with_place_and_code() {
+    fn diagnostics_have_place_and_code() {
         let errors = parse_case("titel = 1\n[load_path]\nsteps = 0\n", "c.toml").expect_err("wrong");
-        let plain = report(errors.diagnostics(), false);
-        assert!(plain.contains("c.toml:1:1: error: unknown key `titel`"), "{plain}");
-        assert!(plain.contains("c.toml:3:9: error: `steps`"), "{plain}");
-        let shown = report(errors.diagnostics(), true);
-        assert!(shown.contains("slipstick::case::steps") && shown.contains("steps = 0"), "{shown}");
         let object = object(errors.diagnostics().last().expect("an error"));
         assert_eq!((&object["line"], &object["column"]), (&3.into(), &9.into()));
         assert_eq!(object["code"], "slipstick::case::steps");
@@ -91,6 +91,6 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_an_error() {
-        assert!(matches!(read(Path::new("no/such/case.toml"), &[]), Err(Unreadable::Io(_))));
+        assert!(matches!(case_file(Path::new("no/such/case.toml"), &[]), Err(Unreadable::Io(_))));
     }
 }
