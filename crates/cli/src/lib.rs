@@ -9,6 +9,7 @@ pub mod commands;
 pub mod console;
 pub mod diagnostics;
 pub mod exit;
+mod host;
 pub mod interrupt;
 pub mod parallel;
 pub mod program;

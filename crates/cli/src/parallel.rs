@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use slipstick::linalg::Ranks;
 use slipstick::machine::Machine;
+use slipstick_service::run::first;
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -140,11 +141,7 @@ impl Parallel {
     /// # Errors
     /// On all ranks, if it fails on the first.
     pub fn first<T>(&self, make: impl FnOnce() -> Outcome<T>) -> Outcome<Option<T>> {
-        let made = if self.leads() { make().map(Some) } else { Ok(None) };
-        match (self.any(made.is_err()), made) {
-            (true, Ok(_)) => Err(Failure::input("the first rank could not start", "see its message")),
-            (_, made) => made,
-        }
+        first(self.ranks().as_ref(), make)
     }
 
     /// Ends the program together with the other ranks, or aborts them if they do not arrive in

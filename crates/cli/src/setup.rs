@@ -1,38 +1,25 @@
 //! From a case file to a problem that can run, with a directory for its results.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use slipstick::build::Problem;
-use slipstick::case::{CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
-use slipstick::check::{ContactSummary, Inspection, Notice, start_volume};
+use slipstick::case::{CaseCode, Resolved};
 use slipstick::design::{DesignVariables, ElementValues, Role};
-use slipstick::path::Interrupt;
 use slipstick::run::{StoredDesign, load_design};
 use slipstick::words::{counted, quantity};
-use slipstick_service::check::{Checked, check, refuse_too_large, too_large};
+use slipstick_service::check::{self, Checked, above_volume_bound};
 use slipstick_service::read::case_file;
 
-use serde_json::json;
-
 use crate::args::{CaseFile, DesignFrom, Out};
-use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// A case that has been read and inspected; the problem built from it is separate.
+/// A case that has been read and checked; the problem built from it is separate.
 pub struct Setup {
     /// The case file, as named by the user.
     pub file: PathBuf,
-    /// Its contents.
-    pub resolved: Resolved,
-    /// Facts about the case that are known before it runs.
-    pub inspection: Inspection,
-    /// Number of threads.
-    pub threads: usize,
-    /// Number of warnings shown.
-    pub warnings: usize,
-    /// Whether several ranks share the problem.
-    problem_is_shared: bool,
+    /// The case, and facts about it that are known before it runs.
+    pub checked: Checked,
     /// Where the densities come from.
     design_of: OnceLock<PathBuf>,
 }
@@ -66,23 +53,8 @@ pub fn prepare_for(
     sections: &[&str],
     iterations: Option<usize>,
 ) -> Outcome<(Setup, Problem)> {
-    let mut resolved = read(file)?;
-    resolved.require(sections)?;
-    if let Some(iterations) = iterations {
-        resolved.expect_iterations(iterations);
-    }
-    let (setup, problem) = look(context, &file.case, resolved)?;
-    match setup.too_large(Severity::Error, sections.contains(&"objective")) {
-        Some(diagnostic) => Err(Failure::Case(vec![diagnostic])),
-        None => {
-            let pairs = setup.inspection.contacts.iter().enumerate();
-            for (pair, adjusted) in pairs.filter_map(|(pair, contact)| Some((pair, contact.adjusted?))) {
-                context.console.event("adjusted", json!({ "contact": pair, "adjusted": adjusted }));
-            }
-            context.console.lines(&setup.adjusted());
-            Ok((setup, problem))
-        }
-    }
+    let (checked, problem) = check::prepare(context, read(file)?, sections, iterations)?;
+    Ok((Setup::new(&file.case, checked), problem))
 }
 
 /// Builds a case to inspect it, sets the number of threads, and shows warnings.
@@ -90,79 +62,13 @@ pub fn prepare_for(
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].
 pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setup, Problem)> {
-    refuse_too_large(&resolved)?;
-    let threads = set_threads(context, &resolved)?;
-    let machine = context.parallel.machine(resolved.case.solver.linear == LinearSolverChoice::Petsc)?;
-    let (interrupt, ranks) = (context.interrupt.clone(), context.parallel.ranks());
-    let interrupt: Interrupt = Arc::new(move || ranks.any(interrupt.requested()));
-    let Checked { problem, inspection, errors, warnings } = check(&resolved, &machine, Some(interrupt))?;
-    let problem_is_shared = context.parallel.size() > 1;
-    let setup = Setup {
-        file: path.to_owned(),
-        resolved,
-        inspection,
-        threads,
-        warnings: warnings.len(),
-        problem_is_shared,
-        design_of: OnceLock::new(),
-    };
-    context.console.warnings(&warnings);
-    if errors.is_empty() { Ok((setup, problem)) } else { Err(Failure::Case(errors)) }
-}
-
-/// Maximum number of threads on any machine, unless it has more cores.
-const MOST_THREADS: usize = 1024;
-
-fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
-    let asked = context.common.threads.map(usize::from).or(resolved.case.solver.threads);
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = asked.unwrap_or(context.parallel.threads(cores));
-    let most = cores.max(MOST_THREADS);
-    if threads > most {
-        let cure = format!("this machine has {cores} cores; more threads than cores do not help");
-        return Err(Failure::input(format!("{threads} threads were requested; at most {most} are possible"), cure));
-    }
-    // This thread belongs to the pool: it takes part in each loop instead of handing it over.
-    rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread().build_global().map_err(|error| {
-        Failure::input(format!("cannot start {threads} threads: {error}"), "request fewer with --threads")
-    })?;
-    Ok(threads)
+    let (checked, problem) = check::check(context, resolved)?;
+    Ok((Setup::new(path, checked), problem))
 }
 
 impl Setup {
-    /// One line for each contact pair with `adjust`: what is removed, and what remains.
-    pub fn adjusted(&self) -> Vec<String> {
-        let line = |pair: &ContactSummary| {
-            let at = pair.adjusted?;
-            let removed = match at.at_node {
-                None => "no gap or penetration to remove".into(),
-                Some(node) => format!(
-                    "gaps and penetrations removed without stress at {}, the largest of {} at node {node}",
-                    counted(at.nodes, "node"),
-                    quantity(at.largest.abs())
-                ),
-            };
-            let left = match at.left {
-                0 => String::new(),
-                left => format!(
-                    "; larger than {} and left at {}, with penetrations of up to {}",
-                    quantity(at.distance),
-                    counted(left, "node"),
-                    quantity(at.deepest_left)
-                ),
-            };
-            Some(format!("{} on {}: {removed}{left}", pair.slave, pair.master))
-        };
-        self.inspection.contacts.iter().filter_map(line).collect()
-    }
-
-    /// The diagnostic for a case whose run, with or without a gradient, needs more memory than is
-    /// available; `None` if it fits or this is unknown.
-    pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
-        // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts
-        // it
-        let alone = !self.problem_is_shared;
-        alone.then(|| too_large(&self.resolved, &self.inspection, severity, gradient)).flatten()
+    fn new(file: &Path, checked: Checked) -> Self {
+        Self { file: file.to_owned(), checked, design_of: OnceLock::new() }
     }
 
     /// Whether results in this directory would replace the requested design.
@@ -199,8 +105,8 @@ impl Setup {
     /// A design of an earlier run, or of a table. Its densities are those of the case where the
     /// case sets them.
     fn stored_design(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<StoredDesign> {
-        self.resolved.require(&["design"])?;
-        let designed = self.resolved.case.design.as_ref().map_or(&[][..], |design| &design.bodies);
+        self.checked.resolved.require(&["design"])?;
+        let designed = self.checked.resolved.case.design.as_ref().map_or(&[][..], |design| &design.bodies);
         let mut found = load_design(results, &problem.mesh, designed)?;
         let _ = self.design_of.set(results.to_owned());
         if let Some(elements) = found.mapped_from {
@@ -246,20 +152,15 @@ impl Setup {
     /// Warns about an initial design that exceeds the volume bound; `known` says whether the case
     /// reader has done so.
     pub fn warn_of_volume(&self, context: &Context, problem: &Problem, known: bool) -> usize {
-        let notice = start_volume(&self.resolved.case, problem, problem.initial_density()).filter(|_| !known);
-        let told = |notice: Notice| {
-            let map = &self.resolved.source_map;
-            map.diagnostic(Severity::Warning, &notice.path, CaseCode::InitialVolume, notice.message, notice.help)
-        };
-        let warnings: Vec<CaseDiagnostic> = notice.into_iter().map(told).collect();
-        context.console.warnings(&warnings);
-        warnings.len()
+        let warning = above_volume_bound(&self.checked.resolved, problem).filter(|_| !known);
+        context.console.warnings(warning.as_slice());
+        usize::from(warning.is_some())
     }
 
     /// Whether the case's uniform initial design exceeds the bound; the case reader has then warned
     /// about it.
     pub fn starts_above_bound(&self) -> bool {
-        self.resolved.warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume)
+        self.checked.resolved.warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume)
     }
 
     /// The directory for results: as requested, otherwise as given in the case, otherwise next to
@@ -269,7 +170,7 @@ impl Setup {
             return directory.clone();
         }
         let beside = self.file.parent().unwrap_or(Path::new(""));
-        let mut name = match &self.resolved.case.output.directory {
+        let mut name = match &self.checked.resolved.case.output.directory {
             Some(directory) => beside.join(directory).into_os_string(),
             None if self.file.extension().is_some() => self.file.with_extension("").into_os_string(),
             None => self.file.with_extension("results").into_os_string(),

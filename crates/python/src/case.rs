@@ -7,13 +7,12 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use slipstick::case::{CaseCode, Override, Resolved, Severity, TEMPLATES, override_case, parse_case_with, utf8};
-use slipstick::check::start_volume;
-use slipstick::machine::Machine;
+use slipstick::case::{CaseCode, Override, Resolved, TEMPLATES, override_case, parse_case_with, utf8};
 use slipstick::run::mesh_files;
-use slipstick_service::check::{self, Checked, refuse_too_large};
+use slipstick_service::check::{Checked, above_volume_bound, check};
 
 use crate::errors::{Error, detached, diagnostics_as_json};
+use crate::host::Interpreter;
 use crate::problem::Problem;
 
 /// A case that has been read and checked.
@@ -129,7 +128,7 @@ impl Case {
     /// Builds and inspects the problem; returns it and the warnings as JSON.
     fn build(&self, py: Python<'_>) -> PyResult<(Problem, String)> {
         detached(py, || {
-            let Checked { problem, warnings, .. } = self.checked()?;
+            let (Checked { warnings, .. }, problem) = self.checked()?;
             Ok((Problem::new(self.resolved.clone(), problem), diagnostics_as_json(&warnings)))
         })
     }
@@ -137,15 +136,10 @@ impl Case {
     /// Facts known before anything is solved, and the warnings, both as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String)> {
         detached(py, || {
-            let Checked { problem, inspection, mut warnings, .. } = self.checked()?;
+            let (Checked { inspection, mut warnings, .. }, problem) = self.checked()?;
             let known = warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume);
-            if let Some(notice) = start_volume(&self.resolved.case, &problem, problem.initial_density())
-                && !known
-            {
-                let map = &self.resolved.source_map;
-                let (code, severity) = (CaseCode::InitialVolume, Severity::Warning);
-                warnings.push(map.diagnostic(severity, &notice.path, code, notice.message, notice.help));
-            }
+            let warning = above_volume_bound(&self.resolved, &problem);
+            warnings.extend(warning.filter(|_| !known));
             let found = serde_json::to_string(&inspection).map_err(|error| Error::Internal(error.to_string()))?;
             Ok((found, diagnostics_as_json(&warnings)))
         })
@@ -172,14 +166,8 @@ impl Case {
         reader(&self.files, &self.file)
     }
 
-    /// The problem, facts about it, and warnings. Rejects what the program rejects.
-    fn checked(&self) -> Result<Checked, Error> {
-        let resolved = &*self.resolved;
-        refuse_too_large(resolved)?;
-        if let Some(threads) = resolved.case.solver.threads {
-            // the threads serve the whole process: the first case that asks for them decides
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-        }
-        Ok(check::check(resolved, &Machine::default(), None)?.accepted()?)
+    /// The problem, and facts about the case. Rejects what the program rejects.
+    fn checked(&self) -> Result<(Checked, slipstick::build::Problem), Error> {
+        Ok(check(&Interpreter::default(), (*self.resolved).clone())?)
     }
 }

@@ -13,6 +13,7 @@ mod arrays;
 mod case;
 mod errors;
 mod gradient;
+mod host;
 mod interrupt;
 mod mesh;
 mod path;

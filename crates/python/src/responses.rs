@@ -142,9 +142,3 @@ fn unit(case: &Case, terms: &[Term]) -> String {
         unit => unit.to_owned(),
     }
 }
-
-/// The text whose hash is in the checkpoint of a run with custom responses: only Python, which has
-/// the quantities, can resume it.
-pub fn hashed(case: &str, record: &str) -> String {
-    format!("{case}\n{record}")
-}

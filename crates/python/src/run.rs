@@ -5,10 +5,9 @@ use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use slipstick::build::{Problem, build, build_mesh, optimization};
-use slipstick::case::{Resolved, parse_case_with, sha256};
+use slipstick::build::{Problem, build};
+use slipstick::case::Resolved;
 use slipstick::design::ElementValues;
-use slipstick::drive::{DriveError, Recorder, drive};
 use slipstick::export::{ExportOptions, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl, write_vtu};
 use slipstick::mesh::Mesh;
 use slipstick::optimize::Optimization;
@@ -16,20 +15,21 @@ use slipstick::output::write_atomically;
 use slipstick::picture::{PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, RenderError};
 use slipstick::report::{PageOptions, page};
-use slipstick::run::{
-    Checkpoint, ExitState, RESPONSES, ResultRecord, RunDirectory, RunError, RunPart, RunRecord, design_density,
-    mesh_files,
-};
+use slipstick::run::{Checkpoint, ExitState, ResultRecord, RunDirectory, RunPart, design_density};
 use slipstick_service::failure::Failure;
-use slipstick_service::run::SECTIONS;
+use slipstick_service::optimization::{
+    self as service, RecordedOptimization, Resume, Resumed, SECTIONS, SECTIONS_OF_OWN,
+};
+use slipstick_service::run::OpenRun;
 
 use crate::arrays;
 use crate::case::Case;
 use crate::errors::{Error, detached};
+use crate::host::Interpreter;
 use crate::interrupt::Watch;
 use crate::problem::raised;
 use crate::quantity::take_raised;
-use crate::responses::{Own, Responses, described, hashed};
+use crate::responses::{Own, Responses, described};
 
 /// The directory of a run, with its case.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -70,21 +70,8 @@ pub fn optimize(
         }
         let part = RunPart::starting(command, rayon::current_num_threads());
         let run = slipstick::run::Run::start(&directory, resolved, &case.file, &case.mesh_files(), part, force)?;
-        let hash = match &record {
-            Some(record) => {
-                write_atomically(&run.directory().file(RESPONSES), |writer| writer.write_all(record.as_bytes()))
-                    .map_err(RunError::from)?;
-                sha256(&hashed(resolved.source_map.text(), record))
-            }
-            None => {
-                // of an earlier run in this directory
-                let _ = std::fs::remove_file(run.directory().file(RESPONSES));
-                run.case_sha256().to_owned()
-            }
-        };
-        let checkpoint = Checkpoint::new(hash, optimization.iterations(), Vec::new(), optimization.state.clone());
-        let mut watch = Watch::new(progress, callback);
-        finish(run, resolved, &mut optimization, checkpoint, &mut watch)?;
+        let recorded = RecordedOptimization::start(optimization, resolved, Some(run), record.as_deref())?;
+        finish(recorded, Watch::new(progress, callback))?;
         Run::open_directory(&directory)
     })
 }
@@ -102,41 +89,29 @@ pub fn resume(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Run> {
     detached(py, || {
-        let taken = RunDirectory::take_up(&directory)?;
-        let mut checkpoint = Checkpoint::read(&taken)?;
-        let record = RunRecord::read(&taken)?;
-        let (path, text) = case_of(&taken)?;
         let (responses, own) = Responses::of(own);
-        let found = own.map_or_else(|| sha256(&text), |own| sha256(&hashed(&text, &own)));
-        let expected = checkpoint.case_sha256.clone();
-        if expected != found {
-            return Err(RunError::OtherCase { path, expected, found }.into());
+        let watch = Watch::new(progress, callback);
+        let host = Interpreter { line: command, interrupt: Some(watch.interrupt()) };
+        let sections = sections(&responses);
+        let request = Resume { results: &directory, iterations, responses: own.as_deref(), sections };
+        let resumed = service::resume(&host, &request, |problem| responses.apply(problem));
+        // what an interrupted check says is not why it ended
+        watch.check()?;
+        if let Resumed::InProgress(recorded) = resumed? {
+            finish(*recorded, watch)?;
         }
-        let resolved = read(&path, &text)?;
-        let mut optimization = prepare(&resolved, None, responses)?;
-        checkpoint.restore(&taken, &mut optimization)?;
-        let iterations = iterations.unwrap_or(checkpoint.iterations);
-        optimization.set_iterations(iterations);
-        if optimization.finished() && record.latest.exit == ExitState::Finished {
-            drop(taken);
-            return Run::open_directory(&directory);
-        }
-        checkpoint.iterations = iterations;
-        checkpoint.reopen();
-        optimization.state = checkpoint.state.clone();
-        let part = RunPart::starting(command, rayon::current_num_threads());
-        let run = slipstick::run::Run::take_up(taken.writing(&resolved.case.output), record, part)?;
-        let mut watch = Watch::new(progress, callback);
-        finish(run, &resolved, &mut optimization, checkpoint, &mut watch)?;
         Run::open_directory(&directory)
     })
 }
 
+/// Sections that a case needs to be optimized with these responses.
+fn sections(responses: &Responses) -> &'static [&'static str] {
+    if responses.have_objective() { SECTIONS_OF_OWN } else { SECTIONS }
+}
+
 /// An optimization of a case at its start, from these densities if given.
 fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Responses) -> Result<Optimization, Error> {
-    let own = responses.have_objective();
-    let sections: Vec<&str> = SECTIONS.iter().copied().filter(|section| !(own && *section == "objective")).collect();
-    resolved.require(&sections)?;
+    resolved.require(sections(&responses))?;
     let map = &resolved.source_map;
     let mut problem: Problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
     responses.apply(&mut problem)?;
@@ -144,18 +119,23 @@ fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Respo
         // the case sets the densities of passive elements and of those outside the design
         problem.start_from(&density);
     }
-    optimization(&resolved.case, problem).map_err(|error| Error::build(&error, map))
+    Ok(service::optimization(resolved, problem)?)
 }
 
 /// Runs an optimization to its end and records how it ended.
-fn finish(
-    run: slipstick::run::Run,
-    resolved: &Resolved,
-    optimization: &mut Optimization,
-    checkpoint: Checkpoint,
-    watch: &mut Watch,
-) -> Result<(), Error> {
-    let outcome = advance(&run, resolved, optimization, checkpoint, watch);
+fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<(), Error> {
+    // of an earlier call
+    drop(take_raised());
+    recorded.optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
+    watch.expect(&recorded.optimization);
+    let (driven, outcome) = recorded.drive(&mut watch);
+    // an exception of a quantity, whose value was then not a number; a callback may fail at the last
+    // design, when nothing is left to stop
+    let of_python = raised().and_then(|()| match &outcome {
+        Ok(_) | Err(Failure::Interrupted { .. }) => watch.check(),
+        Err(_) => Ok(()),
+    });
+    let outcome = of_python.and_then(|()| Ok(outcome.map(drop)?));
     let (exit, message) = match &outcome {
         Ok(()) => (ExitState::Finished, None),
         Err(Error::Interrupted(message)) => (ExitState::Interrupted, Some(message.clone())),
@@ -164,52 +144,9 @@ fn finish(
         Err(Error::Input { message, .. } | Error::Internal(message)) => (ExitState::Failed, Some(message.clone())),
         Err(Error::Case(_) | Error::Os { .. }) => (ExitState::Failed, None),
     };
-    let written = run.end(exit, message);
+    let written = driven.end_as(exit, message);
     outcome?;
     Ok(written?)
-}
-
-fn advance(
-    run: &slipstick::run::Run,
-    resolved: &Resolved,
-    optimization: &mut Optimization,
-    checkpoint: Checkpoint,
-    watch: &mut Watch,
-) -> Result<(), Error> {
-    // of an earlier call
-    drop(take_raised());
-    let ranks = optimization.problem.analysis.linear.ranks();
-    let recorder = Recorder::new(Some(run.directory()), checkpoint, resolved.case.output.every, ranks)?;
-    optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
-    watch.expect(optimization);
-    let driven = drive(optimization, Some(recorder), watch);
-    // an exception of a quantity, whose value was then not a number
-    raised()?;
-    match driven {
-        // a callback may fail at the last design, when nothing is left to stop
-        Ok(_) => watch.check(),
-        Err(DriveError::Interrupted) => {
-            watch.check()?;
-            Err(Error::Interrupted("finished iterations are kept".into()))
-        }
-        Err(DriveError::Analysis { report, .. }) => Err(Error::Analysis(report)),
-        Err(DriveError::Mma(error)) => Err(Error::input(
-            format!("the optimizer failed: {error}"),
-            "check history.csv; a smaller `optimizer.mma.move_limit` may help",
-        )),
-        Err(DriveError::Run(error)) => Err(error.into()),
-    }
-}
-
-/// The run's copy of its case: file and text.
-fn case_of(directory: &RunDirectory) -> Result<(PathBuf, String), Error> {
-    let path = directory.file("case.toml");
-    let text = std::fs::read_to_string(&path).map_err(|source| RunError::Read { path: path.clone(), source })?;
-    Ok((path, text))
-}
-
-fn read(path: &Path, text: &str) -> Result<Resolved, Error> {
-    Ok(parse_case_with(text, &path.display().to_string(), &mesh_files(path))?)
 }
 
 #[pymethods]
@@ -340,10 +277,7 @@ impl Run {
 
 impl Run {
     fn open_directory(path: &Path) -> Result<Self, Error> {
-        let directory = RunDirectory::open(path)?;
-        let (file, text) = case_of(&directory)?;
-        let resolved = read(&file, &text)?;
-        let mesh = build_mesh(&resolved.case).map_err(|error| Error::build(&error, &resolved.source_map))?;
+        let OpenRun { directory, resolved, mesh } = OpenRun::open(path)?;
         Ok(Self { directory, resolved: Arc::new(resolved), mesh })
     }
 }

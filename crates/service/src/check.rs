@@ -1,65 +1,109 @@
 //! Checks a case before it runs: what is built from it, what is wrong, and whether it fits into the
-//! memory of this machine.
+//! memory.
 
 use slipstick::build::{Problem, build_on};
-use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, Resolved, Severity};
-use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect};
+use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
+use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect, start_volume};
 use slipstick::design::ElementValues;
-use slipstick::machine::Machine;
-use slipstick::path::Interrupt;
 
 use crate::failure::{Failure, Outcome};
-use crate::memory::{self, bytes};
+use crate::host::{Event, Host};
+use crate::memory::{Budget, bytes};
 
-/// A case that has been built and inspected.
+/// A case that has been built and inspected; the problem built from it is separate.
+#[derive(Debug)]
 pub struct Checked {
-    /// What is built from it.
-    pub problem: Problem,
+    /// The case.
+    pub resolved: Resolved,
     /// Facts that are known before it runs.
     pub inspection: Inspection,
-    /// Why it cannot run; empty if it can.
-    pub errors: Vec<CaseDiagnostic>,
+    /// Number of threads.
+    pub threads: usize,
     /// What is probably a mistake, with the warnings of the case's reader.
     pub warnings: Vec<CaseDiagnostic>,
 }
 
-impl Checked {
-    /// The same, if it can run.
-    ///
-    /// # Errors
-    /// [`Failure::Case`].
-    pub fn accepted(self) -> Outcome<Self> {
-        if self.errors.is_empty() { Ok(self) } else { Err(Failure::Case(self.errors)) }
-    }
-}
-
-/// Builds and inspects a case for the ranks of a machine, all of which call this; `interrupt` stops
-/// what the problem computes, now and later.
+/// Builds and inspects a case, starts the threads, and tells warnings. All ranks call it.
 ///
 /// # Errors
-/// [`Failure::Case`] if nothing can be built, or not be evaluated.
-pub fn check(resolved: &Resolved, machine: &Machine, interrupt: Option<Interrupt>) -> Outcome<Checked> {
+/// [`Failure::Case`] if the case cannot be built within the memory, or cannot run; [`Failure::Input`]
+/// if threads or ranks cannot be started.
+pub fn check(host: &dyn Host, resolved: Resolved) -> Outcome<(Checked, Problem)> {
+    refuse_too_large(&resolved, host.memory())?;
+    let case = &resolved.case;
+    let threads = host.threads(case.solver.threads)?;
+    let machine = host.machine(case.solver.linear == LinearSolverChoice::Petsc)?;
     let map = &resolved.source_map;
-    let mut problem = build_on(&resolved.case, machine).map_err(|error| Failure::build(&error, map))?;
-    problem.analysis.linear.set_interrupt(interrupt);
-    let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
+    let mut problem = build_on(case, &machine).map_err(|error| Failure::build(&error, map))?;
+    problem.analysis.linear.set_interrupt(host.interrupt());
+    let inspection = inspect(case, &mut problem).map_err(|error| {
         let message = format!("the reference configuration cannot be evaluated: {error}");
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
     })?;
-    let (errors, warnings) = diagnostics(resolved, &inspection, &problem);
-    Ok(Checked { problem, inspection, errors, warnings })
+    let (errors, warnings) = diagnostics(&resolved, &inspection, &problem);
+    host.tell(Event::Warnings(&warnings));
+    if !errors.is_empty() {
+        return Err(Failure::Case(errors));
+    }
+    Ok((Checked { resolved, inspection, threads, warnings }, problem))
+}
+
+/// As [`check`], for a case that will run: with these sections, for this number of iterations if it is
+/// not that of the case, and within the memory.
+///
+/// # Errors
+/// As [`check`]; [`Failure::Case`] if a section is missing, or if the run would need more memory.
+pub fn prepare(
+    host: &dyn Host,
+    mut resolved: Resolved,
+    sections: &[&str],
+    iterations: Option<usize>,
+) -> Outcome<(Checked, Problem)> {
+    resolved.require(sections)?;
+    if let Some(iterations) = iterations {
+        resolved.expect_iterations(iterations);
+    }
+    let (checked, problem) = check(host, resolved)?;
+    if let Some(diagnostic) = checked.too_large(host, Severity::Error, sections.contains(&"objective")) {
+        return Err(Failure::Case(vec![diagnostic]));
+    }
+    host.tell(Event::Prepared(&checked.inspection));
+    Ok((checked, problem))
+}
+
+impl Checked {
+    /// The diagnostic for a case whose run, with or without a gradient, needs more memory than there is;
+    /// `None` if it fits or this is unknown.
+    pub fn too_large(&self, host: &dyn Host, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
+        let Self { resolved, inspection, .. } = self;
+        // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts it
+        if host.ranks().size() > 1 {
+            return None;
+        }
+        let Inspection { peak_bytes, kept_bytes, .. } = *inspection;
+        let kept = if gradient { kept_bytes } else { 0.0 };
+        let needed = peak_bytes - kept_bytes + kept;
+        let available = host.memory().exceeded_by(needed)?;
+        let message = format!("a run needs about {}; {} is available", bytes(needed), bytes(available));
+        let map = &resolved.source_map;
+        let told = |path: &str, help: &str| map.diagnostic(severity, path, CaseCode::TooLarge, message, help);
+        // Kept factors only save time.
+        if needed - kept > available {
+            return Some(told(&largest_body(resolved), FEWER));
+        }
+        let room = (resolved.case.adjoint.memory.0 as f64).min(kept) - (needed - available);
+        let room = (room / 1e6).floor().max(0.0);
+        Some(told("adjoint.memory", &format!("keep fewer factors: `[adjoint]` `memory = \"{room} MB\"`")))
+    }
 }
 
 /// What to do about a case that is too large.
 const FEWER: &str = "use fewer elements, or a machine with more memory";
 
-/// Refuses a case that could not be built in the memory that is available.
-///
-/// # Errors
-/// [`Failure::Case`].
-pub fn refuse_too_large(resolved: &Resolved) -> Outcome {
+/// Refuses a case that could not be built in this memory.
+fn refuse_too_large(resolved: &Resolved, memory: Budget) -> Outcome {
     let needed = bytes_to_build(&resolved.case);
-    let Some(available) = memory::available().filter(|&available| needed > available) else { return Ok(()) };
+    let Some(available) = memory.exceeded_by(needed) else { return Ok(()) };
     let count = |body: &Body| body.shape.element_count().unwrap_or(usize::MAX);
     let elements = resolved.case.bodies.iter().fold(0, |sum: usize, body| sum.saturating_add(count(body)));
     let (needed, available) = (bytes(needed), bytes(available));
@@ -73,30 +117,6 @@ fn largest_body(resolved: &Resolved) -> String {
     let bodies = resolved.case.bodies.iter().enumerate();
     let largest = bodies.max_by_key(|(_, body)| body.shape.element_count().unwrap_or(usize::MAX));
     largest.map_or(String::new(), |(b, body)| format!("body[{b}].{}.elements", body.shape.key()))
-}
-
-/// The diagnostic for a case whose run, with or without a gradient, needs more memory than is
-/// available; `None` if it fits or this is unknown.
-pub fn too_large(
-    resolved: &Resolved,
-    inspection: &Inspection,
-    severity: Severity,
-    gradient: bool,
-) -> Option<CaseDiagnostic> {
-    let Inspection { peak_bytes, kept_bytes, .. } = *inspection;
-    let kept = if gradient { kept_bytes } else { 0.0 };
-    let needed = peak_bytes - kept_bytes + kept;
-    let available = memory::available().filter(|&available| needed > available)?;
-    let message = format!("a run needs about {}; {} is available", bytes(needed), bytes(available));
-    let map = &resolved.source_map;
-    let told = |path: &str, help: &str| map.diagnostic(severity, path, CaseCode::TooLarge, message, help);
-    // Kept factors only save time.
-    if needed - kept > available {
-        return Some(told(&largest_body(resolved), FEWER));
-    }
-    let room = (resolved.case.adjoint.memory.0 as f64).min(kept) - (needed - available);
-    let room = (room / 1e6).floor().max(0.0);
-    Some(told("adjoint.memory", &format!("keep fewer factors: `[adjoint]` `memory = \"{room} MB\"`")))
 }
 
 /// Errors and warnings about a built case at their places in the case file, those of its reader
@@ -156,6 +176,13 @@ fn touches_nothing(case: &Case, problem: &Problem, path: &str) -> bool {
         facets.iter().any(|facet| body.elements.contains(&(facet.element as usize)))
     };
     !case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
+}
+
+/// The warning about an initial design that exceeds the volume bound.
+pub fn above_volume_bound(resolved: &Resolved, problem: &Problem) -> Option<CaseDiagnostic> {
+    let notice = start_volume(&resolved.case, problem, problem.initial_density())?;
+    let (map, code) = (&resolved.source_map, CaseCode::InitialVolume);
+    Some(map.diagnostic(Severity::Warning, &notice.path, code, notice.message, notice.help))
 }
 
 /// Filled fraction of the design domain; `None` without a design.

@@ -1,12 +1,22 @@
-//! The room between the library and its front ends: a case is [read], [checked](check) against the
-//! machine's [memory], and run.
+//! The room between the library and its front ends.
 //!
-//! Requests and answers are plain data, and every request fails with a [`Failure`](failure::Failure).
-//! The program's text, events and exit status and the exceptions of the Python package are
-//! renderings of them. Nothing here prints, reads a command line or knows an interpreter.
+//! ```text
+//! case file ──read──▶ case ──check, prepare──▶ problem ──start──▶ run ──drive──▶ end
+//!                                directory of a run ──resume──▶ ┘
+//! ```
+//!
+//! A case is [read], [checked](check) against the memory of the [`Host`](host::Host), and run: the
+//! directory of a [run] records how it started, failed and ended, and an
+//! [optimization] is driven to its end or resumed there. Requests, answers and
+//! [events](host::Event) are plain data, and every request fails with a
+//! [`Failure`](failure::Failure). The program's text, events and exit status and the exceptions of the
+//! Python package are renderings of them. Nothing here prints, reads a command line or knows an
+//! interpreter. To cancel a request, its host's [interrupt](host::Host::interrupt) returns `true`.
 
 pub mod check;
 pub mod failure;
+pub mod host;
 pub mod memory;
+pub mod optimization;
 pub mod read;
 pub mod run;

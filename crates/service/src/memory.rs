@@ -1,7 +1,28 @@
-//! The memory that is available to this process.
+//! The memory that requests may use, and that of this process.
 
 use std::fs::read_to_string;
 use std::path::Path;
+
+/// The memory that requests may use, in total. \[bytes\]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget(Option<f64>);
+
+impl Budget {
+    /// This much.
+    pub fn of(bytes: f64) -> Self {
+        Self(Some(bytes))
+    }
+
+    /// What is [available] now; no bound if the system does not say.
+    pub fn of_machine() -> Self {
+        Self(available())
+    }
+
+    /// The budget, if `needed` exceeds it.
+    pub fn exceeded_by(self, needed: f64) -> Option<f64> {
+        self.0.filter(|&budget| needed > budget)
+    }
+}
 
 /// Total memory available to this process: what it already uses plus what the system can provide
 /// without swapping, within the limits on its address space (`ulimit -v`) and of its control groups

@@ -10,6 +10,7 @@ use super::render::replaceable;
 use super::{bytes, digits};
 use crate::args::Check;
 use crate::failure::Failure;
+use crate::host::adjusted;
 use crate::setup::{Setup, look, read};
 use crate::table::lines;
 use crate::{Context, Outcome};
@@ -42,69 +43,69 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     if let Some(file) = &args.picture {
         replaceable(file, "--picture")?;
     }
-    let (mut setup, problem) = look(context, &args.case.case, resolved)?;
-    if let Some(warning) = setup.too_large(Severity::Warning, true) {
-        setup.warnings += 1;
-        context.console.warnings(&[warning]);
-    }
-    setup.warnings += setup.warn_of_volume(context, &problem, setup.starts_above_bound());
-    let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
-    let on = &setup.inspection.on_ranks;
+    let (setup, problem) = look(context, &args.case.case, resolved)?;
+    let too_large = setup.checked.too_large(context, Severity::Warning, true);
+    context.console.warnings(too_large.as_slice());
+    let mut warnings = setup.checked.warnings.len() + usize::from(too_large.is_some());
+    warnings += setup.warn_of_volume(context, &problem, setup.starts_above_bound());
+    let seconds = setup.checked.inspection.factor_operations / OPERATIONS_PER_SECOND;
+    let on = &setup.checked.inspection.on_ranks;
     let ranks = args.ranks.map(usize::from);
     let on_ranks = ranks.map(|ranks| json!({ "ranks": ranks, "each": on.of_each(ranks), "kept": on.kept(ranks) }));
     let told = json!({
-        "command": "check", "inspection": setup.inspection, "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
+        "command": "check", "inspection": setup.checked.inspection, "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
     });
     context.console.event("result", told);
     let console = &context.console;
-    if !setup.resolved.case.title.is_empty() {
-        console.text(&setup.resolved.case.title);
+    if !setup.checked.resolved.case.title.is_empty() {
+        console.text(&setup.checked.resolved.case.title);
     }
     console.text("\nbodies");
-    console.lines(&bodies(&setup.inspection, &setup.resolved.case.units));
+    console.lines(&bodies(&setup.checked.inspection, &setup.checked.resolved.case.units));
     console.text("\nsurfaces");
-    console.lines(&named_surfaces(&setup.inspection, &setup.resolved.case.units));
-    let sets = node_sets(&setup.inspection);
+    console.lines(&named_surfaces(&setup.checked.inspection, &setup.checked.resolved.case.units));
+    let sets = node_sets(&setup.checked.inspection);
     if !sets.is_empty() {
         console.text("\nnode sets");
         console.lines(&lines(&["name", "nodes"], &sets));
     }
-    for plane in &setup.resolved.case.symmetries {
+    for plane in &setup.checked.resolved.case.symmetries {
         let letter = ["x", "y", "z"][plane.normal.index()];
         console.text(&format!("\nsymmetry plane {letter} = {}", plane.at));
     }
-    if !setup.resolved.case.load_cases.is_empty() {
+    if !setup.checked.resolved.case.load_cases.is_empty() {
         console.text("\nload cases");
-        let rows = setup.resolved.case.load_cases.iter().map(|case| vec![case.name.clone(), digits(case.weight)]);
+        let rows =
+            setup.checked.resolved.case.load_cases.iter().map(|case| vec![case.name.clone(), digits(case.weight)]);
         console.lines(&lines(&["name", "weight"], &rows.collect::<Vec<_>>()));
     }
     console.text("\nsupports and motions");
     console.lines(&supports(&setup, &problem));
-    if !setup.resolved.case.loads.is_empty() {
+    if !setup.checked.resolved.case.loads.is_empty() {
         console.text("\nloads");
-        console.lines(&loads(&setup, &setup.resolved.case.units));
+        console.lines(&loads(&setup, &setup.checked.resolved.case.units));
     }
-    if !setup.inspection.contacts.is_empty() {
+    if !setup.checked.inspection.contacts.is_empty() {
         console.text("\ncontact, at the start");
         console.lines(&contacts(&setup));
         sharp_edges(&setup).iter().for_each(|line| console.text(line));
-        setup.adjusted().iter().for_each(|line| console.text(&format!("  {line}")));
+        adjusted(&setup.checked.inspection).iter().for_each(|line| console.text(&format!("  {line}")));
         let curved = surfaces(&setup);
         if !curved.is_empty() {
             console.text("\nsurfaces for which the facets of contact pairs stand");
             console.lines(&curved);
         }
     }
-    if let Some(objective) = setup.resolved.case.objective_in_words() {
+    if let Some(objective) = setup.checked.resolved.case.objective_in_words() {
         console.text("\nobjective");
         console.text(&format!("  {objective}"));
     }
     console.text("\nsize");
-    console.lines(&size(&setup.inspection, seconds, args.ranks.map(usize::from)));
+    console.lines(&size(&setup.checked.inspection, seconds, args.ranks.map(usize::from)));
     if let Some(file) = &args.picture {
         surfaces::draw(console, &setup, &problem.mesh, file)?;
     }
-    console.text(if setup.warnings == 0 { "\nno warnings" } else { "\nsee the warnings" });
+    console.text(if warnings == 0 { "\nno warnings" } else { "\nsee the warnings" });
     Ok(())
 }
 
@@ -152,6 +153,7 @@ fn node_sets(inspection: &Inspection) -> Vec<Vec<String>> {
 
 fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
     let rows: Vec<_> = setup
+        .checked
         .resolved
         .case
         .dirichlet
@@ -180,6 +182,7 @@ fn shown(v: [f64; 3]) -> String {
 
 fn loads(setup: &Setup, units: &Units) -> Vec<String> {
     let rows: Vec<_> = setup
+        .checked
         .resolved
         .case
         .loads
@@ -201,7 +204,7 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
 
 /// The columns of a table; the last one, the load case, is left out if there are none.
 fn columns<'a>(setup: &Setup, all: &'a [&'a str]) -> &'a [&'a str] {
-    &all[..all.len() - usize::from(setup.resolved.case.load_cases.is_empty())]
+    &all[..all.len() - usize::from(setup.checked.resolved.case.load_cases.is_empty())]
 }
 
 fn contacts(setup: &Setup) -> Vec<String> {
@@ -210,10 +213,11 @@ fn contacts(setup: &Setup) -> Vec<String> {
         _ => "no node faces it".into(),
     };
     let rows: Vec<_> = setup
+        .checked
         .inspection
         .contacts
         .iter()
-        .zip(&setup.resolved.case.contacts)
+        .zip(&setup.checked.resolved.case.contacts)
         .flat_map(|(pair, case)| {
             // a row for each load case, if bodies start elsewhere in any
             let of_case = |of: &StartGap| {
@@ -236,7 +240,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
             std::iter::once(row).chain(gaps).collect::<Vec<_>>()
         })
         .collect();
-    let length = setup.resolved.case.units.bracket(Dimension::LENGTH);
+    let length = setup.checked.resolved.case.units.bracket(Dimension::LENGTH);
     let [searched, gap] = ["search radius", "smallest mean gap"].map(|name| format!("{name}{length}"));
     let header = ["slave on master", "facets", "slave nodes", "facing the master", "friction"];
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
@@ -245,7 +249,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
 /// The parts of the sides of contact pairs that are not flat.
 fn surfaces(setup: &Setup) -> Vec<String> {
     let mut rows = Vec::new();
-    for pair in &setup.inspection.contacts {
+    for pair in &setup.checked.inspection.contacts {
         for (side, (name, parts)) in
             ["slave", "master"].iter().zip([&pair.slave, &pair.master].iter().zip(&pair.surfaces))
         {
@@ -255,9 +259,9 @@ fn surfaces(setup: &Setup) -> Vec<String> {
             }
         }
     }
-    let length = setup.resolved.case.units.bracket(Dimension::LENGTH);
+    let length = setup.checked.resolved.case.units.bracket(Dimension::LENGTH);
     let height = format!("largest height{length}");
-    match setup.inspection.contacts.iter().flat_map(|pair| pair.surfaces.iter().flatten()).all(is_flat) {
+    match setup.checked.inspection.contacts.iter().flat_map(|pair| pair.surfaces.iter().flatten()).all(is_flat) {
         true => Vec::new(),
         false => lines(&["side", "surface", "facets", &height], &rows),
     }
@@ -269,7 +273,7 @@ fn is_flat(part: &SurfacePart) -> bool {
 
 /// One line for each contact pair whose slave surface has sharp edges.
 fn sharp_edges(setup: &Setup) -> Vec<String> {
-    let pairs = setup.inspection.contacts.iter().zip(&setup.resolved.case.contacts);
+    let pairs = setup.checked.inspection.contacts.iter().zip(&setup.checked.resolved.case.contacts);
     let sharp = pairs.filter(|(pair, _)| pair.sharp_nodes > 0);
     sharp
         .map(|(pair, case)| {

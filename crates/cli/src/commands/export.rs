@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use slipstick::build::build_mesh;
 use slipstick::export::{
     ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl,
     write_vtu,
 };
 use slipstick::run::{RunDirectory, design_density};
 use slipstick::words::counted;
+use slipstick_service::run::OpenRun;
 
 mod measure;
 mod part;
@@ -17,7 +17,6 @@ mod part;
 use super::digits;
 use crate::args::Export;
 use crate::failure::Failure;
-use crate::setup::read;
 use crate::{Context, Outcome};
 
 /// Writes the surface of a design of a run.
@@ -30,8 +29,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     if let Some(folder) = &args.case {
         part::refuse(folder, args.force)?;
     }
-    let resolved = read(&directory.file("case.toml").as_path().into())?;
-    let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
+    let OpenRun { directory, resolved, mesh } = OpenRun::of(directory)?;
     let density = design_density(&directory, &mesh, args.iteration)?;
     let options = ExportOptions {
         threshold: args.threshold.0,

@@ -25,7 +25,7 @@ pub fn run(context: &Context, args: &Gradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(context, &problem, &args.design)?;
     let run = start(context, &setup, &args.out, "gradient")?;
-    let outcome = gradient(context, &setup.resolved.case, &mut problem, run.as_ref(), &density);
+    let outcome = gradient(context, &setup.checked.resolved.case, &mut problem, run.as_ref(), &density);
     end(run, outcome)
 }
 

@@ -1,77 +1,55 @@
 //! `slipstick optimize`, and how `slipstick resume` continues.
 
 use serde_json::{Value, json};
-use slipstick::build::{self, Problem};
-use slipstick::drive::{Recorder, drive};
 use slipstick::optimize::{FEASIBLE, IterationRecord, Optimization};
-use slipstick::run::{Checkpoint, ResultRecord, Run};
+use slipstick::run::{ResultRecord, Run};
 use slipstick::words::counted;
-use slipstick_service::run::SECTIONS;
+use slipstick_service::optimization::{RecordedOptimization, SECTIONS, optimization};
 
 use super::{digits, last_values, tell_quantities, warn_of_fallbacks};
 use crate::args::Optimize;
-use crate::failure::Failure;
-use crate::runs::{end, start, stopped};
-use crate::setup::{Setup, prepare_for};
+use crate::runs::start;
+use crate::setup::prepare_for;
 use crate::watch::Watch;
 use crate::{Context, Outcome, memory};
 
 /// Optimizes the design of a case.
 ///
 /// # Errors
-/// As [`Failure`] lists them.
+/// As [`crate::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Optimize) -> Outcome {
     let iterations = args.iterations.map(usize::from);
     let (setup, mut problem) = prepare_for(context, &args.case, SECTIONS, iterations)?;
     setup.start_from(context, &mut problem, &args.design)?;
     setup.warn_of_volume(context, &problem, args.design.design.is_none() && setup.starts_above_bound());
-    let mut optimization = optimization(&setup, problem)?;
+    let mut optimization = optimization(&setup.checked.resolved, problem)?;
     if let Some(iterations) = iterations {
         optimization.set_iterations(iterations);
     }
     let run = start(context, &setup, &args.out, "optimize")?;
-    let hash = run.as_ref().map_or(String::new(), |run| run.case_sha256().to_owned());
-    let checkpoint = Checkpoint::new(hash, optimization.iterations(), Vec::new(), optimization.state.clone());
-    let outcome = optimize(context, &setup, &mut optimization, run.as_ref(), checkpoint);
-    end(run, outcome)
+    drive(context, RecordedOptimization::start(optimization, &setup.checked.resolved, run, None)?)
 }
 
-/// An optimization of a built case at its start.
+/// Runs an optimization to its end and prints its result; the first rank has the run.
 ///
 /// # Errors
-/// [`Failure::Case`] if the case lacks what an optimization needs.
-pub fn optimization(setup: &Setup, problem: Problem) -> Outcome<Optimization> {
-    let resolved = &setup.resolved;
-    build::optimization(&resolved.case, problem).map_err(|error| Failure::build(&error, &resolved.source_map))
-}
-
-/// Runs an optimization from its checkpoint to its end; the first rank has the run.
-///
-/// # Errors
-/// As [`Failure`] lists them; finished iterations are kept.
-pub fn optimize(
-    context: &Context,
-    setup: &Setup,
-    optimization: &mut Optimization,
-    run: Option<&Run>,
-    checkpoint: Checkpoint,
-) -> Outcome {
-    let every = setup.resolved.case.output.every;
-    let ranks = optimization.problem.analysis.linear.ranks();
-    let recorder = Recorder::new(run.map(Run::directory), checkpoint, every, ranks)?;
+/// As [`crate::failure::Failure`] lists them; finished iterations are kept.
+pub fn drive(context: &Context, recorded: RecordedOptimization) -> Outcome {
+    let optimization = &recorded.optimization;
     let mut watch = Watch::new(context, &optimization.problem);
     let steps = optimization.problem.analysis.times.len();
     let all = steps.saturating_mul(optimization.iterations().saturating_add(1));
     context.console.start_bar(all, steps.saturating_mul(optimization.state.iteration));
-    let quantities = drive(optimization, Some(recorder), &mut watch).map_err(|error| stopped(error, run))?;
-    context.console.end_bar();
-    if let Some(run) = run {
+    let (driven, outcome) = recorded.drive(&mut watch);
+    let outcome = outcome.map(|quantities| {
+        context.console.end_bar();
+        let Some(run) = driven.run() else { return };
         if let Some(quantities) = &quantities {
-            tell_quantities(context, quantities, &optimization.problem);
+            tell_quantities(context, quantities, &driven.optimization.problem);
         }
-        tell_result(context, optimization, run, quantities.as_ref().map(last_values));
-    }
-    Ok(())
+        tell_result(context, &driven.optimization, run, quantities.as_ref().map(last_values));
+    });
+    driven.end(outcome)
 }
 
 fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quantities: Option<Value>) {

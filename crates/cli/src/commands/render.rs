@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use slipstick::build::build_mesh;
 use slipstick::picture::{Drawn, PictureError, PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
 use slipstick::render::{curves_picture, is_table, read_curves, read_histories};
 use slipstick::run::RunDirectory;
+use slipstick_service::run::OpenRun;
 
 use crate::args::Render;
 use crate::failure::Failure;
@@ -42,8 +42,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
     let directory = RunDirectory::open(results)?;
     let file = args.out.clone().unwrap_or_else(|| directory.file("picture.png"));
     replaceable(&file, "--out")?;
-    let resolved = read(&directory.file("case.toml").as_path().into())?;
-    let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
+    let OpenRun { directory, resolved, mesh } = OpenRun::of(directory)?;
     let shown = match (args.step, args.iteration) {
         (Some(step), _) => Shown::Step(step),
         (None, Some(iteration)) => Shown::Iteration(iteration),

@@ -4,16 +4,15 @@ use std::path::Path;
 use std::time::{Duration, SystemTime};
 
 use serde_json::json;
-use slipstick::build::build_mesh;
 use slipstick::output::write_atomically;
 use slipstick::report::{Page, PageOptions, page};
 use slipstick::run::RunDirectory;
 use slipstick::words::counted;
+use slipstick_service::run::OpenRun;
 
 use super::bytes;
 use crate::args::Report;
 use crate::failure::Failure;
-use crate::setup::read;
 use crate::{Context, Outcome};
 
 /// How often the files of a run in progress are looked at, and how often a browser loads its page
@@ -32,8 +31,7 @@ pub fn run(context: &Context, args: &Report) -> Outcome {
         let cure = "name another file with --out, or give --force to replace it";
         return Err(Failure::input(format!("{} already exists", file.display()), cure));
     }
-    let resolved = read(&directory.file("case.toml").as_path().into())?;
-    let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
+    let OpenRun { directory, resolved, mesh } = OpenRun::of(directory)?;
     loop {
         let in_progress = args.follow && directory.is_in_progress() && !context.interrupt.requested();
         let before = stamps(&directory);

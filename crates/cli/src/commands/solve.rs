@@ -36,7 +36,7 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     problem.analysis.march.factor_memory = 0; // no gradient follows
     let run = start(context, &setup, &args.out, "solve")?;
     let outcome = solve(context, &mut problem, run.as_ref(), &density)
-        .and_then(|()| tell_promises(context, &setup.resolved.case, run.as_ref()));
+        .and_then(|()| tell_promises(context, &setup.checked.resolved.case, run.as_ref()));
     end(run, outcome)
 }
 

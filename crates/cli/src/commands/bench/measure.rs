@@ -55,7 +55,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     Ok(json!({
         "rank": ranks.rank(), "elements_here": elements_here, "slave_nodes_here": slave_nodes_here,
         "factor_bytes": counts.factor_bytes, "operations": counts.operations,
-        "elements": problem.mesh.elements.len(), "unknowns": setup.inspection.unknowns, "threads": setup.threads, "clock": if args.cpu { "processor" } else { "wall" },
+        "elements": problem.mesh.elements.len(), "unknowns": setup.checked.inspection.unknowns, "threads": setup.checked.threads, "clock": if args.cpu { "processor" } else { "wall" },
         "steps": forward.path.steps, "increments": forward.path.increments(),
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,

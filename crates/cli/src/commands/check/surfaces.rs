@@ -20,7 +20,7 @@ const PANEL: Canvas = Canvas { width: 480, height: 400, supersampling: 2 };
 
 /// Draws all surfaces; if there are too many, those that the case uses.
 pub fn draw(console: &Console, setup: &Setup, mesh: &Mesh, file: &Path) -> Outcome {
-    let (all, case) = (&setup.inspection.surfaces, &setup.resolved.case);
+    let (all, case) = (&setup.checked.inspection.surfaces, &setup.checked.resolved.case);
     let mut shown: Vec<&SurfaceSummary> = all.iter().collect();
     let mut left_out = String::new();
     if shown.len() > MOST {
