@@ -2,7 +2,7 @@
 //! differentiation.
 
 use crate::{
-    Evaluated, Explicit, Iteration, Observed, PathResponses, PreviousPullBack, Scales, StateError, StepProblem,
+    Adjoint, Evaluated, Explicit, Inputs, Iteration, Observed, PathResponses, Scales, StateError, StepProblem,
     StepState, Unknowns, Wanted,
 };
 use nalgebra::DMatrix;
@@ -37,33 +37,7 @@ pub trait Equations {
     }
 
     /// F and h of the step that ends at pseudo-time `time`.
-    fn step(&self, time: f64, at: &Inputs) -> Outputs;
-}
-
-/// Everything on which the equations of a step depend.
-#[derive(Debug, Clone)]
-pub struct Inputs {
-    /// y_n.
-    pub unknowns: Vec<Dual64>,
-    /// y_{n−1}.
-    pub previous: Vec<Dual64>,
-    /// h_{n−1}.
-    pub history: Vec<Dual64>,
-    /// φ.
-    pub design: Vec<Dual64>,
-}
-
-impl Inputs {
-    fn new(y: &[f64], previous: &StepState, design: &[f64]) -> Self {
-        let constant = |values: &[f64]| values.iter().copied().map(Dual64::from_re).collect();
-        let [unknowns, before, history, design] = [y, &previous.unknowns, &previous.history, design].map(constant);
-        Self { unknowns, previous: before, history, design }
-    }
-
-    fn all(&mut self) -> impl Iterator<Item = &mut Dual64> {
-        let Self { unknowns, previous, history, design } = self;
-        unknowns.iter_mut().chain(previous).chain(history).chain(design)
-    }
+    fn step(&self, time: f64, at: &Inputs<Dual64>) -> Outputs;
 }
 
 /// The results of the equations of a step.
@@ -149,10 +123,14 @@ impl<E: Equations> StepProblem for Differentiated<E> {
         _: Wanted,
         _: &mut BlockMatrix,
     ) -> Result<Evaluated<Self>, StateError> {
-        let mut inputs = Inputs::new(y, previous, &self.0.design());
-        let columns: Vec<Outputs> = (0..inputs.all().count())
+        let StepState { unknowns: before, history } = previous.clone();
+        let values =
+            Inputs { unknowns: y.to_vec(), previous: before, history, density: self.0.design(), ..Inputs::default() };
+        let mut inputs = values.map(|&value| Dual64::from_re(value));
+        let columns: Vec<Outputs> = (0..values.fields().map(<[f64]>::len).iter().sum())
             .map(|column| {
-                inputs.all().enumerate().for_each(|(i, x)| x.eps = f64::from(u8::from(i == column)));
+                let all = inputs.fields_mut().into_iter().flatten();
+                all.enumerate().for_each(|(i, x)| x.eps = f64::from(u8::from(i == column)));
                 self.0.step(*time, &inputs)
             })
             .collect();
@@ -192,48 +170,28 @@ impl<E: Equations> StepProblem for Differentiated<E> {
         Ok(at.state.0.clone())
     }
 
-    fn pull_back_current(
+    fn pull_back(
         &self,
         _: &Self::Step,
         at: &Evaluated<Self>,
-        eta: &[f64],
-        out: &mut [f64],
+        adjoint: &Adjoint<'_>,
+        into: &mut Inputs,
     ) -> Result<(), StateError> {
-        let derivative = by_all_inputs(at, &vec![0.0; out.len()], eta);
-        out.iter_mut().zip(derivative).for_each(|(out, by)| *out += by);
+        let (n, slopes) = (at.unknowns.len(), &at.state.1);
+        let by = |column: usize| {
+            // that of F by y_n is the tangent
+            let lambda = if column < n { &[] } else { adjoint.lambda };
+            let of_forces: f64 = lambda.iter().enumerate().map(|(row, l)| l * slopes[(row, column)]).sum();
+            let of_history: f64 = adjoint.eta.iter().enumerate().map(|(row, e)| e * slopes[(n + row, column)]).sum();
+            of_forces + of_history
+        };
+        let mut first = 0;
+        for (field, count) in into.fields_mut().into_iter().zip([n, n, at.state.0.len(), self.0.unknowns().designs]) {
+            field.iter_mut().enumerate().for_each(|(i, to)| *to += by(first + i));
+            first += count;
+        }
         Ok(())
     }
-
-    fn pull_back_previous(
-        &self,
-        _: &Self::Step,
-        at: &Evaluated<Self>,
-        lambda: &[f64],
-        eta: &[f64],
-    ) -> PreviousPullBack {
-        let (n, derivative) = (lambda.len(), by_all_inputs(at, lambda, eta));
-        PreviousPullBack { unknowns: derivative[n..2 * n].to_vec(), history: derivative[2 * n..][..eta.len()].to_vec() }
-    }
-
-    fn pull_back_design(
-        &self,
-        _: &Self::Step,
-        at: &Evaluated<Self>,
-        lambda: &[f64],
-        eta: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        let derivative = by_all_inputs(at, lambda, eta);
-        let first = derivative.len() - out.len();
-        out.iter_mut().zip(&derivative[first..]).for_each(|(out, by)| *out += by);
-        Ok(())
-    }
-}
-
-/// (∂(F, h)/∂(y_n, y_{n−1}, h_{n−1}, φ))ᵀ (λ, η).
-fn by_all_inputs<E: Equations>(at: &Evaluated<Differentiated<E>>, lambda: &[f64], eta: &[f64]) -> Vec<f64> {
-    let weights = || lambda.iter().chain(eta);
-    at.state.1.column_iter().map(|column| column.iter().zip(weights()).map(|(slope, w)| slope * w).sum()).collect()
 }
 
 /// θ = an unknown at the end of a step.
@@ -291,8 +249,8 @@ mod tests {
             vec![2.0]
         }
 
-        fn step(&self, time: f64, at: &Inputs) -> Outputs {
-            let residual = at.unknowns[..self.returned].iter().map(|u| at.design[0] * u - time).collect();
+        fn step(&self, time: f64, at: &Inputs<Dual64>) -> Outputs {
+            let residual = at.unknowns[..self.returned].iter().map(|u| at.density[0] * u - time).collect();
             Outputs { residual, history: Vec::new(), status: Vec::new() }
         }
     }
@@ -311,9 +269,10 @@ mod tests {
         let mut matrix = springs.workspace();
         let tangent = springs.tangent(&(springs.rest(), 1.0), &at, &mut matrix).unwrap();
         assert_eq!(tangent.values(), [[2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0]]);
-        let mut design = [0.5];
-        springs.pull_back_design(&(springs.rest(), 1.0), &at, &[1.0, 10.0, 100.0], &[], &mut design).unwrap();
-        assert!((design[0] - 32.6).abs() < 1e-13, "{design:?}");
+        let mut into = Inputs { density: vec![0.5], ..Inputs::default() };
+        let adjoint = Adjoint { lambda: &[1.0, 10.0, 100.0], ..Adjoint::default() };
+        springs.pull_back(&(springs.rest(), 1.0), &at, &adjoint, &mut into).unwrap();
+        assert!((into.density[0] - 32.6).abs() < 1e-13, "{into:?}");
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! Steps in which bodies move freely until contact holds them.
 //!
 //! A step whose tangent is singular because nothing restrains a rigid motion is solved again with free
-//! motions [held](StepProblem::hold_free_motions), and loaded bodies are first moved up to their first
+//! motions [held](HoldFreeMotions), and loaded bodies are first moved up to their first
 //! contact. If a body that has arrived pushes another free one, the bodies move on together.
 
 use crate::failure::{StateError, StepFailure, StepFailureKind};
 use crate::march::{Accepted, PathState, solve_increment};
 use crate::newton::{NewtonOptions, Start};
-use crate::problem::{Attempt, HeldMotions, Iteration, StepProblem, StepState, Wanted};
+use crate::problem::{Attempt, HeldMotions, HoldFreeMotions, Iteration, StepProblem, StepState, Wanted};
 use crate::solver::Solver;
 
 /// Most times that bodies are moved on in a step.
@@ -37,24 +37,24 @@ impl FreeSteps {
         options: &NewtonOptions,
     ) -> Option<Result<Accepted<P>, StepFailure>> {
         let problem = solver.problem;
+        let motions = problem.free_motions()?;
         let holds = *self.holds.get_or_insert_with(|| {
             let iteration = Iteration { at_start: true, ..Iteration::default() };
             let y = &last.state.unknowns;
-            let at = problem
-                .hold_free_motions(step, &last.state, false)
-                .then(|| problem.evaluate(step, y, Some(geometry), iteration, Wanted::Residual, solver.workspace));
-            let Some(Ok(at)) = at else { return false };
-            self.certain = problem.moves_freely(&at, false);
-            self.certain || last.report.holds && problem.moves_freely(&at, true)
+            motions.hold(step, &last.state, false);
+            let at = problem.evaluate(step, y, Some(geometry), iteration, Wanted::Residual, solver.workspace);
+            let Ok(at) = at else { return false };
+            self.certain = motions.are_free(&at, false);
+            self.certain || last.report.holds && motions.are_free(&at, true)
         });
         if !holds {
             return None;
         }
-        let result = solve(solver, step, last, geometry, to, options)?;
+        let result = solve(solver, motions, step, last, geometry, to, options)?;
         if !self.certain && matches!(&result, Err(failure) if failure.is_unheld()) {
             // what is nearly free may yet find an equilibrium
             self.holds = Some(false);
-            problem.hold_free_motions(step, &last.state, false);
+            motions.hold(step, &last.state, false);
             return None;
         }
         Some(result.map_err(|failure| self.first_of(failure)))
@@ -73,18 +73,18 @@ impl FreeSteps {
         options: &NewtonOptions,
         result: Result<Accepted<P>, StepFailure>,
     ) -> Result<Accepted<P>, StepFailure> {
-        let problem = solver.problem;
+        let Some(motions) = solver.problem.free_motions() else { return result };
         let undetermined = match &result {
-            Ok((.., at)) => problem.moves_freely(at, false),
+            Ok((.., at)) => motions.are_free(at, false),
             Err(failure) => matches!(failure.kind, StepFailureKind::Singular { .. }),
         };
         if undetermined {
-            match solve(solver, step, last, geometry, to, options) {
+            match solve(solver, motions, step, last, geometry, to, options) {
                 Some(Ok(done)) => return Ok(done),
                 Some(Err(failure)) if result.is_err() && failure.is_final() => return Err(failure),
                 _ => {}
             }
-            problem.hold_free_motions(step, &last.state, false);
+            motions.hold(step, &last.state, false);
         }
         result
     }
@@ -112,9 +112,10 @@ impl StepFailure {
     }
 }
 
-/// Solves the step to `time` with free motions held; `None` if the problem has none.
-pub(crate) fn solve<P: StepProblem>(
+/// Solves the step to `time` with free motions held; `None` if bodies had to be moved too often.
+fn solve<P: StepProblem>(
     solver: &mut Solver<'_, P>,
+    motions: &dyn HoldFreeMotions<P>,
     step: &mut P::Step,
     last: &PathState,
     geometry: &P::Geometry,
@@ -122,13 +123,11 @@ pub(crate) fn solve<P: StepProblem>(
     options: &NewtonOptions,
 ) -> Option<Result<Accepted<P>, StepFailure>> {
     let (problem, previous) = (solver.problem, &last.state);
-    if !problem.hold_free_motions(step, previous, true) {
-        return None;
-    }
+    motions.hold(step, previous, true);
     let mut from = previous.unknowns.clone();
     let mut unheld = None;
     for moves in 0..MOVES {
-        let moved = match problem.approach(step, &from, solver.workspace) {
+        let moved = match motions.approach(step, &from, solver.workspace) {
             Ok(moved) => moved,
             Err(error) => return Some(Err(failure(error, from))),
         };
@@ -143,9 +142,9 @@ pub(crate) fn solve<P: StepProblem>(
         } else {
             // held where it touches, the body does not return to where it was while contact settles
             let touching = StepState { unknowns: start.unknowns.clone(), ..previous.clone() };
-            problem.hold_free_motions(step, &touching, true);
+            motions.hold(step, &touching, true);
             let solved = solve_increment(solver, step, start, time, attempt, options);
-            problem.hold_free_motions(step, previous, true);
+            motions.hold(step, previous, true);
             match solved {
                 Ok((_, report, at)) => {
                     before = report.iterations;
@@ -162,7 +161,7 @@ pub(crate) fn solve<P: StepProblem>(
         match problem.finish(step, &at) {
             Ok(history) => {
                 report.holds = true;
-                let HeldMotions { free, share, work } = problem.motions_left_free(step, &at);
+                let HeldMotions { free, share, work } = motions.left_free(step, &at);
                 (report.left_free, report.holding, report.holding_work) = (free, share, work);
                 return Some(Ok((StepState { unknowns, history }, report, at)));
             }

@@ -25,10 +25,12 @@
 //! does no I/O and reads no clock except one that the caller provides ([`Timings`]).
 
 mod continuation;
+pub mod differences;
 mod divided;
 pub mod equations;
 mod failure;
 mod free;
+mod inputs;
 mod ladder;
 mod linear;
 mod march;
@@ -49,13 +51,14 @@ mod timings;
 mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+pub use inputs::Inputs;
 pub use ladder::{FailedAttempt, Rung};
 pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};
 pub use march::{LoadPath, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};
 pub use problem::{
-    Adjoint, Attempt, Evaluated, Held, HeldMotions, Iteration, Method, PreviousPullBack, Scales, StepProblem,
-    StepState, Unknowns, UzawaOptions, Wanted,
+    Adjoint, Attempt, DependentUnknowns, Evaluated, Held, HeldMotions, HoldFreeMotions, Iteration, Method, Scales,
+    StepProblem, StepState, Unknowns, UzawaOptions, Wanted,
 };
 pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};

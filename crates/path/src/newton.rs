@@ -136,7 +136,7 @@ pub struct StepReport {
     /// multipliers](crate::Attempt::Rescue) or a [growing penalty](crate::Attempt::Penalty) led to the state: it may
     /// lie beyond a jump of the contact.
     pub rescued: bool,
-    /// Whether the step [holds free motions](crate::StepProblem::hold_free_motions).
+    /// Whether the step [holds free motions](crate::HoldFreeMotions).
     pub holds: bool,
     /// The motions that are free at the state and so were held, in words.
     pub left_free: Vec<String>,

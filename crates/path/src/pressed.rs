@@ -12,7 +12,7 @@ use crate::equations::UnknownAt;
 use crate::march::solve_increment;
 use crate::newton::Start;
 use crate::{
-    Attempt, Evaluated, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Path, PreviousPullBack,
+    Adjoint, Attempt, Evaluated, Inputs, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Path,
     Scales, Silent, Solver, StateError, StepFailureKind, StepProblem, StepState, SweepOptions, Unknowns, UzawaOptions,
     Wanted, march, sweep,
 };
@@ -117,23 +117,16 @@ impl StepProblem for Pressed {
         Ok(Vec::new())
     }
 
-    fn pull_back_current(&self, _: &f64, _: &Evaluated<Self>, _: &[f64], _: &mut [f64]) -> Result<(), StateError> {
-        Ok(())
-    }
-
-    fn pull_back_previous(&self, _: &f64, _: &Evaluated<Self>, _: &[f64], _: &[f64]) -> PreviousPullBack {
-        PreviousPullBack { unknowns: vec![0.0; 6], history: Vec::new() }
-    }
-
-    fn pull_back_design(
+    fn pull_back(
         &self,
         _: &Self::Step,
         at: &Evaluated<Self>,
-        lambda: &[f64],
-        _: &[f64],
-        out: &mut [f64],
+        adjoint: &Adjoint<'_>,
+        into: &mut Inputs,
     ) -> Result<(), StateError> {
-        out[0] += lambda[0] * (at.residual[0] + self.pressure(&at.unknowns)) / self.stiffness;
+        for to in &mut into.density {
+            *to += adjoint.lambda[0] * (at.residual[0] + self.pressure(&at.unknowns)) / self.stiffness;
+        }
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! The interface of a load step that can be marched and differentiated.
 
 use crate::failure::StateError;
+use crate::inputs::Inputs;
 use slipstick_linalg::BlockMatrix;
 
 /// State at the end of a (sub-)step.
@@ -26,15 +27,6 @@ pub struct Scales {
     /// Force that a displacement by the positions themselves would cause, whose round-off remains in
     /// the residual even without stress; 0 if it is not known. \[F\]
     pub rigidity: f64,
-}
-
-/// Transposed derivatives with respect to the previous state.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct PreviousPullBack {
-    /// (∂F_n/∂y_{n−1})ᵀ λ + (∂G_n/∂y_{n−1})ᵀ η.
-    pub unknowns: Vec<f64>,
-    /// (∂F_n/∂h_{n−1})ᵀ λ + (∂G_n/∂h_{n−1})ᵀ η.
-    pub history: Vec<f64>,
 }
 
 /// Which multipliers an inner solve holds fixed.
@@ -187,7 +179,7 @@ pub struct Evaluated<P: StepProblem> {
     pub state: P::State,
 }
 
-/// Free motions that a step [holds](StepProblem::hold_free_motions).
+/// Free motions that a step [holds](HoldFreeMotions).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeldMotions {
     /// Those that are free at the end of the step, in words.
@@ -285,55 +277,14 @@ pub trait StepProblem: Sized {
         workspace: &'w mut Self::Workspace,
     ) -> Result<&'w BlockMatrix, StateError>;
 
-    /// Replaces derivatives with respect to dependent unknowns by derivatives with respect to those on
-    /// which they depend: ∂/∂y ↦ Tᵀ ∂/∂y, with T = ∂y/∂(independent unknowns).
-    ///
-    /// Dependent unknowns, such as the positions of a rigid body's nodes, count as prescribed. They
-    /// follow from the others in every [evaluation](Evaluated::unknowns), and have no column in the
-    /// tangent.
-    fn gather(&self, at: &Evaluated<Self>, derivative: &mut [f64]) {
-        let _ = (at, derivative);
+    /// The unknowns that follow from others, if there are any.
+    fn dependent(&self) -> Option<&dyn DependentUnknowns> {
+        None
     }
 
-    /// Adds T λ to the entries of dependent unknowns.
-    fn spread(&self, at: &Evaluated<Self>, lambda: &mut [f64]) {
-        let _ = (at, lambda);
-    }
-
-    /// Adds to a step that motions which nothing restrains, such as rigid motions of a body without
-    /// supports and contact, remain as they are in the previous state. Returns whether the problem may
-    /// have such motions. The equations of all other motions stay the same. Without `hold`, it removes
-    /// that again.
-    fn hold_free_motions(&self, step: &mut Self::Step, previous: &StepState, hold: bool) -> bool {
-        let _ = (step, previous, hold);
-        false
-    }
-
-    /// Whether a motion is free at a state, or nearly free.
-    fn moves_freely(&self, at: &Evaluated<Self>, nearly: bool) -> bool {
-        let _ = (at, nearly);
-        false
-    }
-
-    /// In a step that holds free motions, y with loaded bodies moved up to their first contact; `None`
-    /// if nothing can be moved. It is a better initial guess.
-    ///
-    /// # Errors
-    /// If the equations have no value at `y`.
-    fn approach(
-        &self,
-        step: &Self::Step,
-        y: &[f64],
-        workspace: &mut Self::Workspace,
-    ) -> Result<Option<Vec<f64>>, StateError> {
-        let _ = (step, y, workspace);
-        Ok(None)
-    }
-
-    /// The motions that are free at a state of a step that holds them, and what holds them.
-    fn motions_left_free(&self, step: &Self::Step, at: &Evaluated<Self>) -> HeldMotions {
-        let _ = (step, at);
-        HeldMotions::default()
+    /// How motions that nothing restrains are held, if there may be any.
+    fn free_motions(&self) -> Option<&dyn HoldFreeMotions<Self>> {
+        None
     }
 
     /// h = G(y) of a converged state, before it is accepted.
@@ -343,58 +294,20 @@ pub trait StepProblem: Sized {
     /// increment is then cut back.
     fn finish(&self, step: &Self::Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError>;
 
-    /// Adds (∂G/∂y)ᵀ η.
+    /// Adds (∂F/∂x)ᵀ λ + (∂G/∂x)ᵀ η + (∂ŷ/∂x)ᵀ μ for every input x of which `into` has a list; an
+    /// empty list is not wanted. ŷ are the prescribed unknowns.
+    ///
+    /// For y_n, it adds only (∂G/∂y_n)ᵀ η: ∂F/∂y_n is the [tangent](Self::tangent).
     ///
     /// # Errors
-    /// If ranks disagree.
-    fn pull_back_current(
-        &self,
-        step: &Self::Step,
-        at: &Evaluated<Self>,
-        eta: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        let _ = (step, at, eta, out);
-        Ok(())
-    }
-
-    /// Transposed derivatives of F and G with respect to the previous unknowns and history.
-    fn pull_back_previous(
-        &self,
-        step: &Self::Step,
-        at: &Evaluated<Self>,
-        lambda: &[f64],
-        eta: &[f64],
-    ) -> PreviousPullBack;
-
-    /// Adds (∂F/∂φ)ᵀ λ + (∂G/∂φ)ᵀ η.
-    ///
-    /// # Errors
-    /// If the equations have no value at `y`.
-    fn pull_back_design(
-        &self,
-        step: &Self::Step,
-        at: &Evaluated<Self>,
-        lambda: &[f64],
-        eta: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError>;
-
-    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with the prescribed unknowns ŷ and the derivative
-    /// μ of θ with respect to them: `adjoint.by_prescribed`.
-    ///
-    /// # Errors
-    /// If the equations have no value at `y`.
-    fn pull_back_parameters(
+    /// If the equations have no value at `y`, or ranks disagree.
+    fn pull_back(
         &self,
         step: &Self::Step,
         at: &Evaluated<Self>,
         adjoint: &Adjoint<'_>,
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        let _ = (step, at, adjoint, out);
-        Ok(())
-    }
+        into: &mut Inputs,
+    ) -> Result<(), StateError>;
 
     /// The method that solves a step in attempt `attempt`; `None` if there is no such attempt.
     fn method(&self, attempt: Attempt) -> Option<Method> {
@@ -413,15 +326,49 @@ pub trait StepProblem: Sized {
     }
 }
 
+/// Unknowns that follow from others, such as the positions of a rigid body's nodes, with
+/// T = ∂y/∂(independent unknowns).
+///
+/// They count as prescribed. They follow from the others in every [evaluation](Evaluated::unknowns), and
+/// have no column in the tangent.
+pub trait DependentUnknowns {
+    /// Replaces derivatives with respect to dependent unknowns by derivatives with respect to those on
+    /// which they depend: ∂/∂y ↦ Tᵀ ∂/∂y, at y.
+    fn gather(&self, y: &[f64], derivative: &mut [f64]);
+
+    /// Adds T λ to the entries of dependent unknowns.
+    fn spread(&self, y: &[f64], lambda: &mut [f64]);
+}
+
+/// Motions that may be free, such as rigid motions of a body without supports and contact.
+pub trait HoldFreeMotions<P: StepProblem> {
+    /// Adds to a step that free motions remain as they are in the previous state; the equations of all
+    /// other motions stay the same. Without `hold`, it removes that again.
+    fn hold(&self, step: &mut P::Step, previous: &StepState, hold: bool);
+
+    /// Whether a motion is free at a state, or nearly free.
+    fn are_free(&self, at: &Evaluated<P>, nearly: bool) -> bool;
+
+    /// In a step that holds free motions, y with loaded bodies moved up to their first contact; `None`
+    /// if nothing can be moved. It is a better initial guess.
+    ///
+    /// # Errors
+    /// If the equations have no value at `y`.
+    fn approach(&self, step: &P::Step, y: &[f64], workspace: &mut P::Workspace)
+    -> Result<Option<Vec<f64>>, StateError>;
+
+    /// The motions that are free at a state of a step that holds them, and what holds them.
+    fn left_free(&self, step: &P::Step, at: &Evaluated<P>) -> HeldMotions;
+}
+
 /// Adjoint variables of a step.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Adjoint<'a> {
-    /// λ, zero at prescribed unknowns.
+    /// λ of the equations, zero at prescribed unknowns unless a response observes their residual.
     pub lambda: &'a [f64],
-    /// η, for the history.
+    /// η of the history.
     pub eta: &'a [f64],
-    /// dθ/dŷ: one entry per unknown, of which only the prescribed ones count.
-    pub by_prescribed: &'a [f64],
-    /// Pseudo-time at the end of the step.
-    pub time: f64,
+    /// μ = dθ/dŷ: one entry per unknown, of which only the prescribed ones count. Only derivatives with
+    /// respect to parameters need it.
+    pub mu: &'a [f64],
 }

@@ -37,8 +37,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use crate::Inputs;
 use crate::Unknowns;
-use crate::equations::{Equations, Inputs, Outputs};
+use crate::equations::{Equations, Outputs};
 use num_dual::Dual64;
 
 /// The problem; its numbers do not change along a path.
@@ -77,7 +78,7 @@ impl Equations for Slider {
         vec![time] // the moving end of the spring loads the block
     }
 
-    fn step(&self, time: f64, at: &Inputs) -> Outputs {
+    fn step(&self, time: f64, at: &Inputs<Dual64>) -> Outputs {
         let (u, zero) = (&at.unknowns, Dual64::from_re(0.0));
         let pressure = -u[1] * self.penalty;
         let trial = at.history[0] + (u[0] - at.previous[0]) * self.penalty;
@@ -89,8 +90,8 @@ impl Equations for Slider {
         } else {
             (2, pressure, limit * trial.re.signum())
         };
-        let pulled = at.design[0] * (u[0] - self.pull[0] * time);
-        let pressed = at.design[0] * (u[1] + self.pull[1]);
+        let pulled = at.density[0] * (u[0] - self.pull[0] * time);
+        let pressed = at.density[0] * (u[1] + self.pull[1]);
         Outputs {
             residual: vec![pulled + friction, pressed - pressure, u[2]],
             history: vec![friction],

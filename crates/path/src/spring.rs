@@ -9,9 +9,7 @@
 //! u is the free node's displacement, v that of the driven one, S is unsymmetric. The design is φ,
 //! the only parameter is a.
 
-use crate::{
-    Adjoint, Evaluated, Iteration, PreviousPullBack, Scales, StateError, StepProblem, StepState, Unknowns, Wanted,
-};
+use crate::{Adjoint, Evaluated, Inputs, Iteration, Scales, StateError, StepProblem, StepState, Unknowns, Wanted};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use std::sync::Arc;
 
@@ -87,7 +85,7 @@ impl Spring {
 
 impl StepProblem for Spring {
     type Geometry = ();
-    /// The previous state and the load at the end of the step.
+    /// The previous state, and the time at the end of the step.
     type Step = (StepState, f64);
     type State = ();
     type Workspace = BlockMatrix;
@@ -117,12 +115,12 @@ impl StepProblem for Spring {
         [_, time]: [f64; 2],
         _: &mut BlockMatrix,
     ) -> Result<Self::Step, StateError> {
-        Ok((previous.clone(), (self.load)(time)))
+        Ok((previous.clone(), time))
     }
 
     fn evaluate(
         &self,
-        (previous, load): &Self::Step,
+        (previous, time): &Self::Step,
         y: &[f64],
         _: Option<&()>,
         _: Iteration,
@@ -136,7 +134,8 @@ impl StepProblem for Spring {
             let coupled: f64 = (0..3).map(|b| COUPLING[c][b] * e[b]).sum();
             let spring = self.stiffness[c] * (e[c] + self.cubic * e[c].powi(3)) + self.coupling * coupled;
             residual[c] = -spring;
-            residual[3 + c] = spring + y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c]) - load;
+            residual[3 + c] =
+                spring + y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c]) - (self.load)(*time);
         }
         let scales = Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0, rigidity: 0.0 };
         Ok(Evaluated { unknowns: y.to_vec(), residual, scales, active_set: Vec::new(), geometry: (), state: () })
@@ -167,52 +166,28 @@ impl StepProblem for Spring {
         Ok((0..3).map(|c| 0.5 * history[c] + 0.3 * y[3 + c].powi(2) + 0.1 * unknowns[3 + c]).collect())
     }
 
-    fn pull_back_current(
+    fn pull_back(
         &self,
-        _: &Self::Step,
+        (_, time): &Self::Step,
         at: &Evaluated<Self>,
-        eta: &[f64],
-        out: &mut [f64],
+        &Adjoint { lambda, eta, mu }: &Adjoint<'_>,
+        into: &mut Inputs,
     ) -> Result<(), StateError> {
+        let y = &at.unknowns;
         for c in 0..3 {
-            out[3 + c] += 0.6 * at.unknowns[3 + c] * eta[c];
+            let add = |to: &mut Vec<f64>, i: usize, value: &dyn Fn() -> f64| {
+                if let Some(to) = to.get_mut(i) {
+                    *to += value();
+                }
+            };
+            add(&mut into.unknowns, 3 + c, &|| 0.6 * y[3 + c] * eta[c]);
+            add(&mut into.previous, 3 + c, &|| -0.2 * self.memory * lambda[3 + c] + 0.1 * eta[c]);
+            add(&mut into.history, c, &|| self.memory * lambda[3 + c] + 0.5 * eta[c]);
+            let e = y[3 + c] - y[c];
+            add(&mut into.density, c, &|| (lambda[3 + c] - lambda[c]) * (e + self.cubic * e.powi(3)));
+            // v = a v(1)
+            add(&mut into.parameters, 0, &|| time * DIRECTION[c] * mu[c]);
         }
-        Ok(())
-    }
-
-    fn pull_back_previous(&self, _: &Self::Step, _: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
-        let mut unknowns = vec![0.0; 6];
-        for c in 0..3 {
-            unknowns[3 + c] = -0.2 * self.memory * lambda[3 + c] + 0.1 * eta[c];
-        }
-        let history = (0..3).map(|c| self.memory * lambda[3 + c] + 0.5 * eta[c]).collect();
-        PreviousPullBack { unknowns, history }
-    }
-
-    fn pull_back_design(
-        &self,
-        _: &Self::Step,
-        at: &Evaluated<Self>,
-        lambda: &[f64],
-        _: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        for c in 0..3 {
-            let e = at.unknowns[3 + c] - at.unknowns[c];
-            out[c] += (lambda[3 + c] - lambda[c]) * (e + self.cubic * e.powi(3));
-        }
-        Ok(())
-    }
-
-    fn pull_back_parameters(
-        &self,
-        _: &Self::Step,
-        _: &Evaluated<Self>,
-        adjoint: &Adjoint<'_>,
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        // v = a v(1)
-        out[0] += (0..3).map(|c| adjoint.time * DIRECTION[c] * adjoint.by_prescribed[c]).sum::<f64>();
         Ok(())
     }
 }

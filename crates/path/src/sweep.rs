@@ -1,8 +1,9 @@
 //! The adjoint sweep, written once for all methods.
 
 use crate::failure::{StateError, StepFailureKind};
+use crate::inputs::Inputs;
 use crate::march::{Path, PathState};
-use crate::problem::{Adjoint, Evaluated, Held, Iteration, PreviousPullBack, StepProblem, StepState, Unknowns, Wanted};
+use crate::problem::{Adjoint, Evaluated, Held, Iteration, StepProblem, StepState, Unknowns, Wanted};
 use crate::reuse::{InUse, KeptFactors};
 use crate::solver::Solver;
 use crate::timings::Phase;
@@ -60,10 +61,8 @@ pub struct Explicit<'a> {
     pub residual: &'a mut [f64],
     /// ∂θ/∂h_n.
     pub history: &'a mut [f64],
-    /// ∂θ/∂y_{n−1} and ∂θ/∂h_{n−1}.
-    pub previous: &'a mut PreviousPullBack,
-    /// ∂θ/∂φ and ∂θ/∂p.
-    pub gradient: &'a mut PathGradient,
+    /// ∂θ/∂y_{n−1}, ∂θ/∂h_{n−1}, ∂θ/∂φ and, if they are requested, ∂θ/∂p.
+    pub inputs: &'a mut Inputs,
 }
 
 /// Total derivatives of a response of a path.
@@ -135,7 +134,8 @@ pub fn sweep_states<P: StepProblem>(
 ) -> Result<Vec<PathGradient>, SweepError> {
     // they would have to serve a tangent that may be far away
     solver.linear.forget_factors();
-    let one = ResponseAdjoint::at_rest(solver.problem.unknowns());
+    let unknowns = solver.problem.unknowns();
+    let one = ResponseAdjoint::at_rest(unknowns, options.parameters);
     let adjoints = vec![one; responses.count()];
     let mut run = Run { solver, path, responses, options, adjoints, geometry: None, factors: None };
     let mut fetched = None;
@@ -149,7 +149,11 @@ pub fn sweep_states<P: StepProblem>(
     let Run { adjoints, solver, .. } = run;
     // later solves cannot use factors of the sweep
     solver.linear.forget_factors();
-    let gradients: Vec<PathGradient> = adjoints.into_iter().map(|response| response.gradient).collect();
+    let gradient = |ResponseAdjoint { inputs: Inputs { density, mut parameters, .. }, .. }| {
+        parameters.resize(unknowns.parameters, 0.0);
+        PathGradient { design: density, parameters }
+    };
+    let gradients: Vec<PathGradient> = adjoints.into_iter().map(gradient).collect();
     let entries = || gradients.iter().flat_map(|gradient| gradient.design.iter().chain(&gradient.parameters));
     if let Some(index) = entries().position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
@@ -164,35 +168,29 @@ const RECENT: usize = 4;
 /// The adjoint of one response.
 #[derive(Debug, Clone, Default)]
 struct ResponseAdjoint {
-    gradient: PathGradient,
-    /// The pull-back from the next step of the path.
-    from_next: PreviousPullBack,
+    /// dθ/dφ and dθ/dp so far, and the pull-back from the next step of the path to the state treated next.
+    inputs: Inputs,
     /// The latest solutions, most recent first.
     solutions: VecDeque<Vec<f64>>,
 }
 
 impl ResponseAdjoint {
-    fn at_rest(unknowns: &Unknowns) -> Self {
-        let gradient = PathGradient { design: vec![0.0; unknowns.designs], parameters: vec![0.0; unknowns.parameters] };
-        let from_next =
-            PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] };
-        Self { gradient, from_next, solutions: VecDeque::new() }
+    fn at_rest(unknowns: &Unknowns, parameters: bool) -> Self {
+        let mut inputs = Inputs { unknowns: Vec::new(), ..Inputs::zero(unknowns) };
+        if !parameters {
+            inputs.parameters = Vec::new();
+        }
+        Self { inputs, solutions: VecDeque::new() }
+    }
+
+    /// Whether nothing comes from later steps.
+    fn rests(&self) -> bool {
+        self.inputs.previous.iter().chain(&self.inputs.history).all(|&value| value == 0.0)
     }
 
     fn keep(&mut self, lambda: Vec<f64>) {
         self.solutions.truncate(RECENT.max(1) - 1);
         self.solutions.push_front(lambda);
-    }
-}
-
-impl PreviousPullBack {
-    fn is_zero(&self) -> bool {
-        self.unknowns.iter().chain(&self.history).all(|&value| value == 0.0)
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.unknowns.iter_mut().zip(&other.unknowns).for_each(|(to, from)| *to += from);
-        self.history.iter_mut().zip(&other.history).for_each(|(to, from)| *to += from);
     }
 }
 
@@ -226,8 +224,6 @@ struct RightHandSide {
     eta: Vec<f64>,
     /// Explicit derivatives with respect to the residual: λ at prescribed unknowns.
     residual: Vec<f64>,
-    /// Explicit derivatives with respect to the previous state.
-    previous: PreviousPullBack,
 }
 
 impl<P: StepProblem> Run<'_, '_, P> {
@@ -237,7 +233,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let problem = self.solver.problem;
         self.solver.linear.check_interrupt()?;
         let geometry = self.geometry.take();
-        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoints[*r].from_next.is_zero();
+        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoints[*r].rests();
         let concerned: Vec<usize> = (0..self.adjoints.len()).filter(concerns).collect();
         if concerned.is_empty() {
             return Ok(());
@@ -245,8 +241,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let Solver { workspace, .. } = &mut *self.solver;
         let from = problem.geometry(&previous.unknowns, Wanted::Derivatives, workspace)?;
         let mut step = problem.begin(previous, &from, span, workspace)?;
-        if here.report.holds {
-            problem.hold_free_motions(&mut step, previous, true);
+        if let Some(motions) = problem.free_motions().filter(|_| here.report.holds) {
+            motions.hold(&mut step, previous, true);
         }
         let (iteration, wanted) = (Iteration::default(), Wanted::Derivatives);
         let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;
@@ -278,28 +274,23 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let (lambdas, are_new) = linear.solve_similar(&system, &mut at_hand, similar, &all, tolerance)?;
         self.factors = if are_new { Some(index) } else { made }.zip(at_hand);
         for (side, lambda) in right_hand_sides.iter().zip(lambdas) {
-            let RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit } = side;
+            let RightHandSide { response, unknowns: rhs, eta, residual } = side;
             let own = &mut self.adjoints[*response];
             let begin = linear.timings().begin();
             // dθ/dŷ at the prescribed unknowns, whose rows were left out of the solve
-            let by_prescribed = self.options.parameters.then(|| {
-                let mut by_prescribed = vec![0.0; lambda.len()];
-                linear.product_transpose(matrix, &lambda, &mut by_prescribed);
-                by_prescribed.iter_mut().zip(rhs).for_each(|(b, r)| *b -= r);
-                by_prescribed
-            });
+            let mut mu = Vec::new();
+            if self.options.parameters {
+                mu.resize(lambda.len(), 0.0);
+                linear.product_transpose(matrix, &lambda, &mut mu);
+                mu.iter_mut().zip(rhs).for_each(|(m, r)| *m -= r);
+            }
             own.keep(lambda.clone());
             let mut lambda = lambda;
             lambda.iter_mut().zip(residual).for_each(|(l, r)| *l += r);
-            problem.spread(&at, &mut lambda);
-            let ResponseAdjoint { gradient, from_next, .. } = own;
-            if let Some(by_prescribed) = &by_prescribed {
-                let adjoint = Adjoint { lambda: &lambda, eta, by_prescribed, time: here.time };
-                problem.pull_back_parameters(&step, &at, &adjoint, &mut gradient.parameters)?;
+            if let Some(dependent) = problem.dependent() {
+                dependent.spread(&at.unknowns, &mut lambda);
             }
-            problem.pull_back_design(&step, &at, &lambda, eta, &mut gradient.design)?;
-            *from_next = problem.pull_back_previous(&step, &at, &lambda, eta);
-            from_next.add(explicit);
+            problem.pull_back(&step, &at, &Adjoint { lambda: &lambda, eta, mu: &mu }, &mut own.inputs)?;
             linear.end(Phase::PullBack, begin);
         }
         Ok(())
@@ -311,34 +302,30 @@ impl<P: StepProblem> Run<'_, '_, P> {
         response: usize,
         observed: &Observed<'_, P>,
     ) -> Result<Option<RightHandSide>, StepFailureKind> {
-        let ResponseAdjoint { gradient, from_next, .. } = &mut self.adjoints[response];
-        let mut explicit = PreviousPullBack {
-            unknowns: vec![0.0; from_next.unknowns.len()],
-            history: vec![0.0; from_next.history.len()],
-        };
-        let PreviousPullBack { unknowns: mut rhs, history: mut eta } = std::mem::take(from_next);
+        let inputs = &mut self.adjoints[response].inputs;
+        let take = |from: &mut Vec<f64>| std::mem::replace(from, vec![0.0; from.len()]);
+        let (mut rhs, mut eta) = (take(&mut inputs.previous), take(&mut inputs.history));
         let mut residual = vec![0.0; rhs.len()];
         if self.responses.observes(response, observed.index) {
-            let mut to = Explicit {
-                unknowns: &mut rhs,
-                residual: &mut residual,
-                history: &mut eta,
-                previous: &mut explicit,
-                gradient,
-            };
+            let mut to = Explicit { unknowns: &mut rhs, residual: &mut residual, history: &mut eta, inputs };
             self.responses.add_derivative(response, self.solver.problem, observed, &mut to)?;
         }
         let vanishes = |values: &[f64]| values.iter().all(|&value| value == 0.0);
         let no_history = vanishes(&eta);
         if no_history && vanishes(&rhs) && vanishes(&residual) {
-            *from_next = explicit;
             return Ok(None);
         }
+        let problem = self.solver.problem;
         if !no_history {
-            self.solver.problem.pull_back_current(observed.step, observed.evaluated, &eta, &mut rhs)?;
+            let mut into = Inputs { unknowns: rhs, ..Inputs::default() };
+            let adjoint = Adjoint { eta: &eta, ..Adjoint::default() };
+            problem.pull_back(observed.step, observed.evaluated, &adjoint, &mut into)?;
+            rhs = into.unknowns;
         }
-        self.solver.problem.gather(observed.evaluated, &mut rhs);
-        Ok(Some(RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit }))
+        if let Some(dependent) = problem.dependent() {
+            dependent.gather(&observed.evaluated.unknowns, &mut rhs);
+        }
+        Ok(Some(RightHandSide { response, unknowns: rhs, eta, residual }))
     }
 }
 

@@ -95,7 +95,7 @@ impl PathResponses<Spring> for Responses<'_> {
         }
         for (i, (now, before)) in at.state.unknowns.iter().zip(&at.previous.unknowns).enumerate() {
             to.unknowns[i] += increments * (now - before);
-            to.previous.unknowns[i] -= increments * (now - before);
+            to.inputs.previous[i] -= increments * (now - before);
         }
         Ok(())
     }

@@ -351,7 +351,7 @@ impl<'a> Adapter<'a> {
                 .zip(by_reaction)
                 .filter(|(_, (_, fixed))| **fixed)
                 .for_each(|(load, (reaction, _))| *load -= reaction);
-            model.pull_back_loads(&before.displacement, before.time, &by.external_force, &mut to.gradient.parameters);
+            model.pull_back_loads(&before.displacement, before.time, &by.external_force, &mut to.inputs.parameters);
         }
     }
 
@@ -400,19 +400,19 @@ impl PathResponses<Design> for Adapter<'_> {
         if by_internal {
             let before = model.solid_history(at.previous);
             design.add_internal_tangent_product(d, before, &by.internal_force, &mut by.displacement)?;
-            design.pull_back_internal_history(d, before, &by.internal_force, &mut to.previous.history);
+            design.pull_back_internal_history(d, before, &by.internal_force, &mut to.inputs.history);
         }
         model.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
         if reads.energy {
-            design.pull_back_energies(d, &view, &by.energy, self.parameters, &mut by.displacement, to.gradient)?;
+            design.pull_back_energies(d, &view, &by.energy, self.parameters, &mut by.displacement, to.inputs)?;
         }
         if reads.stress {
             let by_state = (&mut by.displacement[..], &mut to.history[..]);
-            design.pull_back_stresses(at.state, &view, &by.stress, self.parameters, by_state, to.gradient);
+            design.pull_back_stresses(at.state, &view, &by.stress, self.parameters, by_state, to.inputs);
         }
         if reads.energy || reads.plastic_work {
             let weights = [&by.energy[..], &by.plastic_work];
-            let by_history = (&mut to.history[..], &mut to.gradient.design[..]);
+            let by_history = (&mut to.history[..], &mut to.inputs.density[..]);
             design.pull_back_inelastic_energies(at.state, weights, &mut by.displacement, by_history);
         }
         if reads.plastic_strain {
@@ -436,20 +436,20 @@ impl PathResponses<Design> for Adapter<'_> {
                 d,
                 model.solid_history(at.previous),
                 &by.internal_force,
-                &mut to.gradient.design,
+                &mut to.inputs.density,
             )?;
         }
-        to.gradient.design.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
+        to.inputs.density.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
         if self.parameters {
             if by_internal {
                 design.pull_back_moduli(
                     d,
                     model.solid_history(at.previous),
                     &by.internal_force,
-                    &mut to.gradient.parameters,
+                    &mut to.inputs.parameters,
                 )?;
             }
-            model.pull_back_loads(d, at.time, &by.external_force, &mut to.gradient.parameters);
+            model.pull_back_loads(d, at.time, &by.external_force, &mut to.inputs.parameters);
         }
         Ok(())
     }

@@ -119,7 +119,8 @@ impl Design {
         self.model.share.add(out, |out| solid.pull_back_density(d, step, slopes, lambda, out).map_err(inverted))
     }
 
-    /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E.
+    /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E, less what a strength proportional
+    /// to E would add. Test: `every_input_is_pulled_back` (tests/suite/inputs.rs).
     ///
     /// # Errors
     /// If elements are inverted.
@@ -130,23 +131,31 @@ impl Design {
         lambda: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        self.model.share.add(out, |out| self.pull_back_own_moduli(d, history, lambda, out))
+        self.model.share.add(out, |out| self.pull_back_own_moduli(d, history, lambda, &[], out))
     }
 
-    /// The contribution of this rank.
+    /// The contribution of this rank, with (∂G/∂E)ᵀ η unless η is empty.
     pub(super) fn pull_back_own_moduli(
         &self,
         d: &[f64],
         history: &[f64],
         lambda: &[f64],
+        eta: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
         let model = &*self.model;
-        let whole: Vec<ElementScaling> =
-            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, ..ElementScaling::NONE }).collect();
+        // E scales the stiffness, but not the strength, which is relative to it
+        let whole =
+            |s: &ElementScaling| ElementScaling { factor: s.factor, strength: -s.strength, ..ElementScaling::NONE };
+        let whole: Vec<ElementScaling> = self.scalings.iter().map(whole).collect();
         let mut works = vec![0.0; model.solid.elements()];
         let lambda = &lambda[..model.displacement_count()];
-        model.solid.pull_back_density(d, self.solid_step(history), &whole, lambda, &mut works).map_err(inverted)?;
+        let step = self.solid_step(history);
+        model.solid.pull_back_density(d, step, &whole, lambda, &mut works).map_err(inverted)?;
+        if model.has_memory() && !eta.is_empty() {
+            let eta = &eta[model.history.solid.clone()];
+            model.solid.pull_back_history_density(d, step, &whole, eta, &mut works).map_err(inverted)?;
+        }
         let first = model.interfaces.len();
         for (body, elements) in model.bodies.iter().enumerate() {
             out[first + body] +=

@@ -1,6 +1,6 @@
 //! Rigid motions that neither supports nor closed contact restrain.
 //!
-//! In a step that [holds](slipstick_path::StepProblem::hold_free_motions) such motions, springs tie as
+//! In a step that [holds](slipstick_path::HoldFreeMotions) such motions, springs tie as
 //! many mean motions of the bodies as there are free motions to their values before the step:
 //!
 //! ```text

@@ -41,6 +41,7 @@ pub mod pattern;
 mod place;
 mod points;
 pub mod prescribed;
+mod pull_back;
 mod results;
 mod rigid;
 mod rotation;

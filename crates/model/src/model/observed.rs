@@ -6,7 +6,7 @@ use super::{ContactModel, ContactResults, Design, Step, node};
 use nalgebra::{Vector2, Vector3};
 use slipstick_design::quantity::{ContactDerivative, ContactNode, StateView};
 use slipstick_mesh::Rigid;
-use slipstick_path::{Evaluated, Explicit, PathGradient, PreviousPullBack, StateError, StepState};
+use slipstick_path::{Evaluated, Explicit, Inputs, StateError, StepState};
 use slipstick_solid::stress::{STRESS_POINTS, von_mises};
 use slipstick_solid::{ElementScaling, EnergyWeights, SolidAdjoint};
 
@@ -79,9 +79,9 @@ impl Design {
         let split = model.displacement_count();
         let x = model.contact_positions(&at.unknowns);
         let mut unknowns = vec![0.0; to.unknowns.len()];
-        let mut previous =
-            PreviousPullBack { unknowns: vec![0.0; to.unknowns.len()], history: vec![0.0; model.unknowns.history] };
-        let mut by_parameters = vec![0.0; if parameters { to.gradient.parameters.len() } else { 0 }];
+        let (before, history) = (vec![0.0; to.unknowns.len()], vec![0.0; model.unknowns.history]);
+        let mut previous = Inputs { previous: before, history, ..Inputs::default() };
+        let mut by_parameters = vec![0.0; if parameters { to.inputs.parameters.len() } else { 0 }];
         for (j, now, node) in at.state.own().filter(|(j, ..)| !by[*j].is_zero()) {
             let by = &by[j];
             let vector = Vector3::from(by.vector);
@@ -105,12 +105,12 @@ impl Design {
             self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut previous);
         }
         model.pull_to_nodes(&mut unknowns);
-        model.pull_to_nodes(&mut previous.unknowns);
-        model.share.sum(&mut [&mut unknowns, &mut previous.unknowns, &mut previous.history, &mut by_parameters]);
+        model.pull_to_nodes(&mut previous.previous);
+        model.share.sum(&mut [&mut unknowns, &mut previous.previous, &mut previous.history, &mut by_parameters]);
         add(to.unknowns, &unknowns);
-        add(&mut to.previous.unknowns, &previous.unknowns);
-        add(&mut to.previous.history, &previous.history);
-        add(&mut to.gradient.parameters, &by_parameters);
+        add(&mut to.inputs.previous, &previous.previous);
+        add(&mut to.inputs.history, &previous.history);
+        add(&mut to.inputs.parameters, &by_parameters);
     }
 
     /// Adds the derivatives of Σ_e w_e W_e with respect to displacements, densities and, if
@@ -129,7 +129,7 @@ impl Design {
         weights: &[f64],
         parameters: bool,
         by_displacement: &mut [f64],
-        to: &mut PathGradient,
+        to: &mut Inputs,
     ) -> Result<(), StateError> {
         let model = &*self.model;
         let all = weights;
@@ -150,10 +150,10 @@ impl Design {
         for (e, (scaling, slope)) in self.scalings.iter().zip(self.scaling_slopes()).enumerate() {
             if slope.factor != 0.0 {
                 let energy = if none { of_solid[e] } else { view.energy[e] / scaling.factor };
-                to.design[e] += weights[e] * energy * slope.factor;
+                to.density[e] += weights[e] * energy * slope.factor;
             }
             if slope.gamma != 0.0 {
-                to.design[e] += weights[e] * by_gamma[e] * slope.gamma;
+                to.density[e] += weights[e] * by_gamma[e] * slope.gamma;
             }
         }
         if parameters {
@@ -280,7 +280,7 @@ impl Design {
         by_stress: &[f64],
         parameters: bool,
         (by_displacement, by_history): (&mut [f64], &mut [f64]),
-        to: &mut PathGradient,
+        to: &mut Inputs,
     ) {
         let model = &*self.model;
         let d = &state.unknowns[..model.displacement_count()];
@@ -291,7 +291,7 @@ impl Design {
         model.share.sum(&mut [&mut force, &mut history, &mut by_density]);
         add(&mut by_history[model.history.solid.clone()], &history);
         by_displacement.iter_mut().zip(force).for_each(|(to, from)| *to += from);
-        to.design.iter_mut().zip(by_density).for_each(|(to, from)| *to += from);
+        to.density.iter_mut().zip(by_density).for_each(|(to, from)| *to += from);
         if parameters {
             // σ is proportional to E
             let first = model.interfaces.len();

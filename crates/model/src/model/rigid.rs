@@ -20,7 +20,7 @@ use super::rotation::{curvature, turn, turn_slopes};
 use nalgebra::{Matrix3, Vector3};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{Mesh, Rigid};
-use slipstick_path::StateError;
+use slipstick_path::{DependentUnknowns, StateError};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
@@ -41,6 +41,16 @@ struct RigidBody {
     elements: Range<usize>,
     /// a_i.
     arms: Vec<Vector3<f64>>,
+}
+
+impl DependentUnknowns for RigidBodies {
+    fn gather(&self, y: &[f64], derivative: &mut [f64]) {
+        self.pull_back(y, derivative);
+    }
+
+    fn spread(&self, y: &[f64], lambda: &mut [f64]) {
+        self.spread(y, lambda);
+    }
 }
 
 impl RigidBodies {

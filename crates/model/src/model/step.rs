@@ -1,19 +1,16 @@
 //! The equations of a load step and their derivatives: [`StepProblem`] for a design.
 
 use super::evaluated::{ContactState, Kinematics, Step, Workspace};
-use super::law::LawWeights;
 use super::law::NodeLaw;
 use super::pattern::Coupling;
 use super::{Design, Method, assembly, inverted, node};
-use nalgebra::Vector3;
 use slipstick_contact::enforcement::{Freedom, covered};
-use slipstick_contact::kinematics::frame::NodalFrame;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{
-    Adjoint, Attempt, Evaluated, Held, HeldMotions, Iteration, Phase, PreviousPullBack, Scales, StateError,
-    StepProblem, StepState, Unknowns, Wanted,
+    Adjoint, Attempt, DependentUnknowns, Evaluated, Held, HeldMotions, HoldFreeMotions, Inputs, Iteration, Phase,
+    Scales, StateError, StepProblem, StepState, Unknowns, Wanted,
 };
-use slipstick_solid::{SolidAdjoint, SolidStep};
+use slipstick_solid::SolidStep;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -164,33 +161,12 @@ impl StepProblem for Design {
         Ok(workspace.matrix.as_ref().expect("made above"))
     }
 
-    fn gather(&self, at: &Evaluated<Self>, derivative: &mut [f64]) {
-        self.model.rigid.pull_back(&at.unknowns, derivative);
+    fn dependent(&self) -> Option<&dyn DependentUnknowns> {
+        (!self.model.rigid.is_empty()).then_some(&self.model.rigid)
     }
 
-    fn spread(&self, at: &Evaluated<Self>, lambda: &mut [f64]) {
-        self.model.rigid.spread(&at.unknowns, lambda);
-    }
-
-    fn hold_free_motions(&self, step: &mut Step, previous: &StepState, hold: bool) -> bool {
-        let model = &*self.model;
-        let can = model.may_move_freely();
-        step.anchor = (can && hold).then(|| previous.unknowns[..model.displacement_count()].to_vec());
-        can
-    }
-
-    fn moves_freely(&self, at: &Evaluated<Self>, nearly: bool) -> bool {
-        self.model.may_move_freely() && self.model.free_motions(&at.unknowns, &at.state, nearly).basis.is_some()
-    }
-
-    fn approach(&self, step: &Step, y: &[f64], workspace: &mut Workspace) -> Result<Option<Vec<f64>>, StateError> {
-        self.approached(step, y, workspace)
-    }
-
-    fn motions_left_free(&self, step: &Step, at: &Evaluated<Self>) -> HeldMotions {
-        let model = &self.model;
-        let free = model.motions_left_free(&at.state);
-        HeldMotions { free, share: model.holding_share(step, at), work: model.holding_work(step, at) }
+    fn free_motions(&self) -> Option<&dyn HoldFreeMotions<Self>> {
+        self.model.may_move_freely().then_some(self)
     }
 
     /// A node that faced the other surface and no longer does must not lie far behind that
@@ -242,108 +218,25 @@ impl StepProblem for Design {
         Ok(history)
     }
 
-    fn pull_back_current(
-        &self,
-        step: &Step,
-        at: &Evaluated<Self>,
-        eta: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        let (model, split) = (&*self.model, self.model.displacement_count());
-        self.model.share.add(out, |out| {
-            if model.has_memory() {
-                let (d, solid) = (&at.unknowns[..split], self.solid_step(step.solid_history(model)));
-                let eta = &eta[model.history.solid.clone()];
-                model.solid.pull_back_current(d, solid, eta, &mut out[..split]).map_err(inverted)?;
-            }
-            self.model.add_from_contact(out, |out| {
-                for (j, now, node) in at.state.own().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty) {
-                    let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
-                    node::add_traction_pull_back(now, &node.step, &node.law.traction(), &weight, out);
-                }
-            });
-            Ok(())
-        })
-    }
-
-    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the
-    /// fraction of friction that acts, and through the history of the penalty method.
-    ///
-    /// * Multipliers: R and the normal rows of C do not depend on it (62), (63), (67), (85); stick
-    ///   and slip rows do (64), (65). The same holds for the augmented Lagrangian, whose equations
-    ///   at convergence are identical.
-    /// * Penalty: R depends on it through the tangential traction (71), (72), in stick (73), (74)
-    ///   and in slip (75)–(77). The paper propagates ∂t_τ/∂d in (74); here the history has its own
-    ///   adjoint η instead.
-    ///
-    /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences`
-    /// (tests/suite/derivatives.rs).
-    fn pull_back_previous(&self, step: &Step, at: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
-        let model = &*self.model;
-        let mut out = PreviousPullBack {
-            unknowns: vec![0.0; model.unknowns.count()],
-            history: vec![0.0; model.unknowns.history],
-        };
-        let x = model.contact_positions(&at.unknowns);
-        let mapped = model.contact_vector(lambda);
-        for (j, now, node) in at.state.own() {
-            let weights = self.law_weights(j, now, &node.law, &mapped, &eta[model.history.contact.clone()]);
-            self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
-        }
-        model.pull_to_nodes(&mut out.unknowns);
-        model.pull_back_viscous_force(step, lambda, &mut out.unknowns);
-        model.pull_back_holding_force(&at.state.free, lambda, &mut out.unknowns);
-        if model.has_memory() {
-            let (split, solid) = (model.displacement_count(), model.history.solid.clone());
-            let adjoint = SolidAdjoint { forces: &lambda[..split], history: &eta[solid.clone()] };
-            let before = self.solid_step(step.solid_history(model));
-            let result =
-                model.solid.pull_back_previous(&at.unknowns[..split], before, adjoint, &mut out.history[solid]);
-            result.expect("the state has been evaluated with these displacements");
-        }
-        model.share.sum(&mut [&mut out.unknowns, &mut out.history]);
-        out
-    }
-
-    /// The density enters only through the internal force and the history of elements with memory: neither
-    /// contact nor C depends on it.
-    ///
-    /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences`
-    /// (tests/suite/derivatives.rs).
-    fn pull_back_design(
-        &self,
-        step: &Step,
-        at: &Evaluated<Self>,
-        lambda: &[f64],
-        eta: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        let (model, split) = (&*self.model, self.model.displacement_count());
-        let (d, history) = (&at.unknowns[..split], step.solid_history(model));
-        self.pull_back_density(d, history, &lambda[..split], out)?;
-        if !model.has_memory() {
-            return Ok(());
-        }
-        let (solid, eta) = (self.solid_step(history), &eta[model.history.solid.clone()]);
-        let slopes = self.scaling_slopes();
-        model.share.add(out, |out| model.solid.pull_back_history_density(d, solid, slopes, eta, out).map_err(inverted))
-    }
-
-    fn pull_back_parameters(
+    fn pull_back(
         &self,
         step: &Step,
         at: &Evaluated<Self>,
         adjoint: &Adjoint<'_>,
-        out: &mut [f64],
+        into: &mut Inputs,
     ) -> Result<(), StateError> {
-        let &Adjoint { lambda, eta, by_prescribed, time } = adjoint;
-        let split = self.model.displacement_count();
-        let d = &at.unknowns[..split];
-        self.model.share.add(out, |out| {
-            self.pull_back_contact(step, &at.state, lambda, eta, out);
-            self.pull_back_own_moduli(d, step.solid_history(&self.model), lambda, out)
-        })?;
-        self.model.pull_back_amplitudes(d, time, &lambda[..split], by_prescribed, out);
+        if !into.unknowns.is_empty() {
+            self.pull_back_current(step, at, adjoint.eta, &mut into.unknowns)?;
+        }
+        if !into.previous.is_empty() {
+            self.pull_back_previous(step, at, adjoint, into);
+        }
+        if !into.density.is_empty() {
+            self.pull_back_design(step, at, adjoint, &mut into.density)?;
+        }
+        if !into.parameters.is_empty() {
+            self.pull_back_parameters(step, at, adjoint, &mut into.parameters)?;
+        }
         Ok(())
     }
 
@@ -388,6 +281,26 @@ impl StepProblem for Design {
     }
 }
 
+impl HoldFreeMotions<Self> for Design {
+    fn hold(&self, step: &mut Step, previous: &StepState, hold: bool) {
+        step.anchor = hold.then(|| previous.unknowns[..self.model.displacement_count()].to_vec());
+    }
+
+    fn are_free(&self, at: &Evaluated<Self>, nearly: bool) -> bool {
+        self.model.free_motions(&at.unknowns, &at.state, nearly).basis.is_some()
+    }
+
+    fn approach(&self, step: &Step, y: &[f64], workspace: &mut Workspace) -> Result<Option<Vec<f64>>, StateError> {
+        self.approached(step, y, workspace)
+    }
+
+    fn left_free(&self, step: &Step, at: &Evaluated<Self>) -> HeldMotions {
+        let model = &self.model;
+        let free = model.motions_left_free(&at.state);
+        HeldMotions { free, share: model.holding_share(step, at), work: model.holding_work(step, at) }
+    }
+}
+
 impl Design {
     /// What the solids depend on in a step that starts with this history.
     pub(super) fn solid_step<'a>(&'a self, history: &'a [f64]) -> SolidStep<'a> {
@@ -408,33 +321,6 @@ impl Design {
             at.state.own().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
         });
         model.rigid.carry_over(&at.unknowns, &forces, matrix);
-    }
-
-    /// Adds the derivatives through slip, friction and history of node j with respect to the
-    /// previous state.
-    pub(super) fn pull_back_law_previous(
-        &self,
-        step: &Step,
-        j: usize,
-        frame: &NodalFrame,
-        x: &[f64],
-        &LawWeights { by_slip, by_friction, by_shear_limit, by_history, .. }: &LawWeights,
-        out: &mut PreviousPullBack,
-    ) {
-        if let Some(by_history) = by_history {
-            out.history[2 * j..][..2].iter_mut().zip(&by_history).for_each(|(to, from)| *to += from);
-        }
-        let previous = &step.previous.nodes[j];
-        // the rows of a bond do not depend on a state
-        let bonded = self.model.pair(&self.model.slaves[j]).is_bonded();
-        if (by_slip[0] != 0.0 || by_slip[1] != 0.0) && !bonded {
-            previous.add_previous_slip_gradient(frame, x, by_slip, &mut out.unknowns);
-        }
-        let slopes = self.friction(step, j).1;
-        let by_area = by_friction * slopes.coefficient + by_shear_limit * slopes.shear_limit;
-        if by_area != 0.0 {
-            previous.add_area_gradient(by_area, &mut out.unknowns);
-        }
     }
 
     /// This rank's part of F, and the sum of squares of its tractions.

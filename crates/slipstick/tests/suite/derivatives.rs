@@ -12,7 +12,8 @@ use slipstick::model::{Design, Step, Workspace};
 use slipstick_contact::enforcement::lagrange::complementarity;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling, friction_share};
 use slipstick_contact::friction::Friction;
-use slipstick_path::{Evaluated, Held, Iteration, StateError, StepProblem, StepState, Unknowns, Wanted};
+use slipstick_path::differences::Comparison;
+use slipstick_path::{Evaluated, Held, Inputs, Iteration, StateError, StepProblem, StepState, Unknowns, Wanted};
 
 const FRICTION: f64 = 0.4;
 /// Pseudo-time of the state: no load depends on it.
@@ -121,10 +122,6 @@ fn difference(at: &[f64], t: usize, h: f64, mut f: impl FnMut(&[f64]) -> Vec<f64
 
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Generic {
@@ -284,101 +281,41 @@ fn tangent_on_slivers_matches_finite_differences() {
     });
 }
 
-/// λᵀ∂F/∂y_{n−1} + ηᵀ∂G/∂y_{n−1} and the same for h_{n−1}.
+/// The pull-back at generic states, of which some previous rows are slivers, on which friction depends.
+/// `inputs::every_input_is_pulled_back` compares densities and parameters, at converged states: elsewhere,
+/// settings of the iteration depend on them.
 #[test]
-fn previous_pull_back_matches_finite_differences() {
+fn pull_back_matches_finite_differences_at_generic_states() {
     variants().into_par_iter().for_each(|(name, enforcement, shape)| {
-        check_previous_pull_back(&name, generic(&enforcement, shape, false));
-        // the same if the previous rows of some nodes are slivers, on which friction depends
+        check_pull_back(&name, &generic(&enforcement, shape, false));
         let sliver = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, false);
         let (previous, reference) = (sliver.previous.clone(), sliver.measures(&sliver.y.clone()));
         let before = sliver.measures(&previous.unknowns);
         let shares = before.iter().zip(&reference).map(|(b, r)| friction_share(b.area, r.reference_area).0);
         assert!(shares.clone().any(|share| 0.0 < share && share < 1.0), "{name}: {:?}", shares.collect::<Vec<_>>());
-        check_previous_pull_back(&format!("{name}, slivers"), sliver);
+        check_pull_back(&format!("{name}, slivers"), &sliver);
     });
 }
 
-fn check_previous_pull_back(name: &str, mut generic: Generic) {
-    let (y, previous) = (generic.y.clone(), generic.previous.clone());
-    let mut random = Random::new(17);
-    let (lambda, eta) = (random.vector(y.len(), 1.0), random.vector(previous.history.len(), 1.0));
-    let found = {
-        let mut workspace = Workspace::default();
-        generic.design().pull_back_previous(&generic.step(&mut workspace), &generic.evaluate(&y), &lambda, &eta)
+fn check_pull_back(name: &str, generic: &Generic) {
+    let model = generic.design().model();
+    let comparison = Comparison {
+        problem: &|_: &Inputs| Design::new(model.clone(), &generic.density),
+        workspace: &|_: &Design| Workspace::default(),
+        span: [0.0, TIME],
+        at: Inputs {
+            unknowns: generic.y.clone(),
+            previous: generic.previous.unknowns.clone(),
+            history: generic.previous.history.clone(),
+            ..Inputs::default()
+        },
+        increments: [1e-5, 1e-5, 1e-3, 1e-3, 0.0],
+        history: Vec::new(),
     };
-    let mut product = |previous: &StepState| {
-        generic.previous.clone_from(previous);
-        vec![dot(&lambda, &generic.residual(&y)) + dot(&eta, &generic.history(&y))]
-    };
-    let by_unknown: Vec<f64> = (0..y.len())
-        .map(|t| {
-            difference(&previous.unknowns, t, 1e-5, |u| {
-                product(&StepState { unknowns: u.to_vec(), history: previous.history.clone() })
-            })[0]
-        })
-        .collect();
-    let by_history: Vec<f64> = (0..eta.len())
-        .map(|t| {
-            difference(&previous.history, t, 1e-3, |h| {
-                product(&StepState { unknowns: previous.unknowns.clone(), history: h.to_vec() })
-            })[0]
-        })
-        .collect();
-    let error = deviation(&found.unknowns, &by_unknown);
-    println!("{name}: {error:.1e}");
-    assert!(error < BOUND, "{name}: {error:e}");
-    if !eta.is_empty() {
-        let error = deviation(&found.history, &by_history);
-        println!("{name}, history: {error:.1e}");
-        assert!(error < BOUND, "{name}, history: {error:e}");
+    for deviation in comparison.deviations().unwrap() {
+        println!("{name}: {deviation:?}");
+        assert!(deviation.relative < BOUND, "{name}: {deviation:?}");
     }
-}
-
-/// ηᵀ∂G/∂y, and λᵀ∂F/∂φ. The complementarity conditions do not depend on the design.
-#[test]
-fn current_and_design_pull_back_match_finite_differences() {
-    variants().into_par_iter().for_each(|(name, enforcement, shape)| {
-        let mut generic = generic(&enforcement, shape, false);
-        let (y, previous) = (generic.y.clone(), generic.previous.clone());
-        let mut random = Random::new(23);
-        let eta = random.vector(previous.history.len(), 1.0);
-        if !eta.is_empty() {
-            let mut found = vec![0.0; y.len()];
-            let (mut workspace, at) = (Workspace::default(), generic.evaluate(&y));
-            let step = generic.step(&mut workspace);
-            generic.design().pull_back_current(&step, &at, &eta, &mut found).unwrap();
-            let expected: Vec<f64> =
-                (0..y.len()).map(|t| difference(&y, t, 1e-5, |y| vec![dot(&eta, &generic.history(y))])[0]).collect();
-            let error = deviation(&found, &expected);
-            println!("{name}, current: {error:.1e}");
-            assert!(error < BOUND, "{name}, current: {error:e}");
-        }
-        let split = generic.split();
-        let mut lambda = random.vector(y.len(), 1.0);
-        let design = |lambda: &[f64]| {
-            let mut found = vec![0.0; generic.density.len()];
-            let (mut workspace, at) = (Workspace::default(), generic.evaluate(&y));
-            let step = generic.step(&mut workspace);
-            generic.design().pull_back_design(&step, &at, lambda, &eta, &mut found).unwrap();
-            found
-        };
-        let found = design(&lambda);
-        lambda[split..].fill(0.0);
-        assert_eq!(found, design(&lambda));
-        let density = generic.density.clone();
-        let expected: Vec<f64> = (0..density.len())
-            .map(|e| {
-                difference(&density, e, 1e-3, |density| {
-                    generic.problem.analysis.set_density(&density.to_vec().into());
-                    vec![dot(&lambda, &generic.residual(&y))]
-                })[0]
-            })
-            .collect();
-        let error = deviation(&found, &expected);
-        println!("{name}, design: {error:.1e}");
-        assert!(error < BOUND, "{name}, design: {error:e}");
-    });
 }
 
 /// A sticking traction rotates with the bodies: the history's components are preserved under any

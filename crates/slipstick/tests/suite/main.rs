@@ -21,6 +21,7 @@ mod free;
 mod friction;
 mod gradient;
 mod hertz;
+mod inputs;
 mod invariance;
 mod joints;
 mod load_cases;

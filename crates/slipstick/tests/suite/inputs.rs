@@ -1,0 +1,210 @@
+//! The pull-back of a design's steps into every input, compared with central differences at converged
+//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces and loads.
+
+use crate::common::scene::*;
+use crate::common::*;
+use rayon::prelude::*;
+use slipstick::design::ElementValues;
+use slipstick::model::{Design, Parameter, Workspace};
+use slipstick_path::differences::Comparison;
+use slipstick_path::{Inputs, StepProblem};
+use std::collections::BTreeMap;
+
+/// Relative to the largest derivative with respect to an input.
+const BOUND: f64 = 1e-7;
+
+/// What is compared: a case's text, with its parameters in braces.
+struct Kind {
+    name: String,
+    text: String,
+    /// Whether contact statuses of all kinds occur.
+    varied: bool,
+}
+
+/// A case with names in place of its coefficient of friction, moduli and amplitudes: all motions and loads
+/// are multiples of `amplitude` and `load`.
+fn scene(name: &str, enforcement: &str, shape: &'static str) -> (String, Scene) {
+    let scene = Scene {
+        slab: [3, 1, 1],
+        block: [2, 1, 2],
+        enforcement: enforcement.into(),
+        shape,
+        motion: "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".into(),
+        steps: 5,
+        ..Scene::default()
+    };
+    (name.into(), scene)
+}
+
+fn kinds() -> Vec<Kind> {
+    let weighted = "{ penalty = { stiffness = { normal = 3e4, tangential = 4e3 }, scaling = \"weighted\" } }";
+    let methods = [
+        ("Lagrange", LAGRANGE.to_string()),
+        ("penalty", penalty(4e3)),
+        ("penalty weighted", weighted.into()),
+        ("penalty relative", "{ penalty = {} }".into()),
+        ("augmented", augmented(4e3, 1e-12)),
+    ];
+    let mut scenes = Vec::new();
+    for (name, enforcement) in &methods {
+        scenes.extend(["standard", "dual"].map(|shape| scene(&format!("{name}, {shape}"), enforcement, shape)));
+    }
+    for (name, enforcement) in [&methods[0], &methods[1]] {
+        let (_, base) = scene("", enforcement, "standard");
+        let tolerance = "tolerance = { relative = 1e-12 }";
+        scenes.push((
+            format!("{name}, turned, viscous"),
+            Scene {
+                drive: "rotation = { point = [1.0, 0, 0.5], direction = [0, 1, 0] }".into(),
+                motion: base.motion.replace("0.04] }", "0.04], angle = 6 }"),
+                load_path: format!("{tolerance}\nviscosity = 40"),
+                ..base.clone()
+            },
+        ));
+        scenes.push((
+            format!("{name}, loaded"),
+            Scene { more: "[[load]]\nsurface = \"slab_xmax\"\npressure = 20\n".into(), ..base },
+        ));
+    }
+    let mut kinds: Vec<Kind> =
+        scenes.iter().map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: true }).collect();
+    for (name, enforcement) in [&methods[0], &methods[1], &methods[4]] {
+        let (_, base) = scene("", enforcement, "standard");
+        let text = Scene { design: "yield_p = 2.5".into(), ..base }.text();
+        let elastic = "neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 }";
+        let plastic =
+            "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }";
+        kinds.push(Kind { name: format!("{name}, plastic"), text: text.replace(elastic, plastic), varied: false });
+    }
+    let (_, base) = scene("", LAGRANGE, "standard");
+    let text = base.text();
+    let (before, after) = text.rsplit_once("material = { neo_hooke").expect("the block's material");
+    let (_, after) = after.split_once('\n').expect("a line");
+    let rigid = format!("{before}rigid = {{ reference = [1.0, 1.5, 0.4] }}\n{after}")
+        .replace("block_ymax", "block")
+        .replace("[\"slab\", \"block\"]", "[\"slab\"]");
+    let rigid = rigid.replace("block_ymin", "SLAVE").replace("slab_ymax", "block_ymin").replace("SLAVE", "slab_ymax");
+    kinds.push(Kind { name: "rigid".into(), text: rigid, varied: false });
+    kinds
+}
+
+/// The text with other values of its parameters; the last of them are amplitudes of motions and of loads.
+fn with_parameters(text: &str, names: &[Parameter], values: &[f64]) -> String {
+    let mut out = text.to_owned();
+    for (name, value) in names.iter().zip(values) {
+        out = match *name {
+            Parameter::Friction { .. } => out.replace("friction = 0.4", &format!("friction = {value:?}")),
+            Parameter::YoungsModulus { body } => {
+                // a rigid body has none
+                let place = out.match_indices("youngs_modulus = ").nth(body).map(|(place, key)| place + key.len());
+                place.map_or(out.clone(), |from| {
+                    let length = out[from..].find(',').expect("an end");
+                    format!("{}{value:?}{}", &out[..from], &out[from + length..])
+                })
+            }
+            // the slab's support does not move
+            Parameter::Amplitude { motion: 0 } => out,
+            Parameter::Amplitude { .. } => {
+                let line = out.lines().find(|line| line.starts_with("motion = ")).expect("a motion").to_owned();
+                out.replace(&line, &scaled(&line, *value))
+            }
+            Parameter::Load { .. } => out.replace("pressure = 20", &format!("pressure = {:?}", 20.0 * value)),
+        };
+    }
+    out
+}
+
+/// A line of waypoints with all displacements and angles multiplied by a factor.
+fn scaled(line: &str, factor: f64) -> String {
+    let document: toml::Table = line.parse().expect("a line of a case");
+    let waypoints = document["motion"].as_array().expect("a list").iter().map(|waypoint| {
+        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|i| i as f64)).expect("a number");
+        let keys = waypoint.as_table().expect("a table").iter().map(|(key, value)| match value.as_array() {
+            Some(values) => {
+                let values: Vec<f64> = values.iter().map(|u| factor * number(u)).collect();
+                format!("{key} = {values:?}")
+            }
+            None if key == "angle" => format!("{key} = {:?}", factor * number(value)),
+            None => format!("{key} = {:?}", number(value)),
+        });
+        format!("{{ {} }}", keys.collect::<Vec<_>>().join(", "))
+    });
+    format!("motion = [{}]", waypoints.collect::<Vec<_>>().join(", "))
+}
+
+/// Every input of the last steps of every kind. Together, all statuses of contact occur at the ends of
+/// these steps.
+#[test]
+fn every_input_is_pulled_back() {
+    let compared: Vec<(String, BTreeMap<String, f64>)> = kinds().into_par_iter().map(|kind| compare(&kind)).collect();
+    for (kind, inputs) in &compared {
+        println!("{kind}: {inputs:?}");
+        for (input, relative) in inputs {
+            assert!(*relative < BOUND, "{kind}, {input}: {relative:e}");
+        }
+        let history = kind.contains("penalty") || kind.contains("plastic");
+        let expected = ["unknowns", "history", "previous", "density", "parameters"];
+        for name in expected.iter().filter(|name| history || !["unknowns", "history"].contains(*name)) {
+            assert!(inputs.keys().any(|input| input.starts_with(name)), "{kind} has no {name}");
+        }
+    }
+}
+
+/// The largest relative deviation for each input with a derivative.
+fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
+    let mut base = problem(&kind.text);
+    let density = random_density(&base, 5);
+    let path = forward(&mut base, &density).path;
+    let design = &base.analysis.design;
+    let (model, unknowns) = (design.model().clone(), design.unknowns().clone());
+    // friction, the moduli of both bodies, also of a rigid one, the motions, and the load if there is one
+    let mut names = vec![Parameter::Friction { interface: 0 }];
+    names.extend([0, 1].map(|body| Parameter::YoungsModulus { body }));
+    names.extend([0, 1].map(|motion| Parameter::Amplitude { motion }));
+    names.extend(kind.text.contains("[[load]]").then_some(Parameter::Load { load: 0 }));
+    let value = |name: &Parameter| match *name {
+        Parameter::Friction { .. } => 0.4,
+        Parameter::YoungsModulus { .. } => 1000.0,
+        Parameter::Amplitude { .. } | Parameter::Load { .. } => 1.0,
+    };
+    let parameters: Vec<f64> = names.iter().map(value).collect();
+    assert_eq!(parameters.len(), unknowns.parameters, "{}: {names:?}", kind.name);
+    let of = |inputs: &Inputs| -> Design {
+        let density: ElementValues = inputs.density.clone().into();
+        if inputs.parameters == parameters {
+            return Design::new(model.clone(), &density);
+        }
+        let text = with_parameters(&kind.text, &names, &inputs.parameters);
+        Design::new(problem(&text).analysis.design.model().clone(), &density)
+    };
+    let mut largest = BTreeMap::new();
+    let mut statuses = [0; 3];
+    for index in path.states.len() - 2..path.states.len() {
+        let [previous, state] = [&path.states[index - 1], &path.states[index]];
+        state.active_set.iter().for_each(|&status| statuses[usize::from(status)] += 1);
+        let split = unknowns.history - model.solid().history();
+        let comparison = Comparison {
+            problem: &of,
+            workspace: &|_: &Design| Workspace::default(),
+            span: [previous.time, state.time],
+            at: Inputs {
+                unknowns: state.state.unknowns.clone(),
+                previous: previous.state.unknowns.clone(),
+                history: previous.state.history.clone(),
+                density: density.to_vec(),
+                parameters: parameters.clone(),
+            },
+            increments: [1e-5, 1e-5, 1e-4, 1e-4, 1e-4],
+            history: vec![("of contact", 0..split), ("of elements", split..unknowns.history)],
+        };
+        for deviation in comparison.deviations().expect("has a value") {
+            // round-off of the differences
+            if deviation.size > 1e-6 {
+                let to: &mut f64 = largest.entry(deviation.input).or_default();
+                *to = if deviation.relative > *to || deviation.relative.is_nan() { deviation.relative } else { *to };
+            }
+        }
+    }
+    assert!(!kind.varied || statuses[1..].iter().all(|&count| count > 0), "{}: {statuses:?}", kind.name);
+    (kind.name.clone(), largest)
+}
