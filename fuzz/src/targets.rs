@@ -1,18 +1,19 @@
 //! What is done with the bytes of a file that may hold anything. Each function returns, whatever
-//! they are; a panic is a finding. The test `corpus` of the facade runs them over the corpus.
+//! they are; a panic is a finding. The test `corpus` of the service layer runs them over the corpus.
 
 use std::path::Path;
 use std::sync::OnceLock;
 
 use slipstick::build;
 use slipstick::case::{Resolved, parse_case_with, utf8};
-use slipstick::check::{bytes_to_build, inspect};
+use slipstick::check::inspect;
 use slipstick::design::Functions;
 use slipstick::linalg::Alone;
 use slipstick::mesh::Mesh;
 use slipstick::meshio::{FileMesh, vtu as vtu_file};
 use slipstick::optimize::{Optimization, OptimizationState};
 use slipstick::run::{Checkpoint, RunDirectory, StartValuesFile, read_density, sha256};
+use slipstick_service::forecast::{bytes_to_build, forecast};
 use tempfile::TempDir;
 
 /// The mesh file that every name in a fuzzed case stands for.
@@ -54,7 +55,10 @@ pub fn model(data: &[u8]) {
         return;
     }
     match build::build(&resolved.case) {
-        Ok(mut problem) => drop(inspect(&resolved.case, &mut problem)),
+        Ok(mut problem) => {
+            let seen = inspect(&resolved.case, &mut problem);
+            drop(seen.and_then(|_| forecast(&resolved.case, &mut problem)));
+        }
         Err(error) => {
             assert!(!error.message.is_empty() && !error.help.is_empty(), "{error:?}");
             drop(resolved.source_map.error(&error.path, slipstick::case::CaseCode::Mesh, &error.message, &error.help));

@@ -20,12 +20,12 @@ pub(crate) use regions::Regions;
 pub use surfaces::smooth_faces;
 
 use crate::case::{self, Case};
-use crate::machine::Machine;
 use quantities::Requested;
 use select::nodes_of;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::{CellRule, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceError, InterfaceOptions};
+use slipstick_linalg::Ranks;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
@@ -35,7 +35,9 @@ use slipstick_model::model::{
     Method, ModelInterface, ModelParts, OffsetPoint, Share, Uzawa, Viscosity, Workspace,
 };
 pub use slipstick_model::problem::Problem;
-use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
+use slipstick_path::{
+    LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
+};
 use slipstick_solid::{Interpolation, Section, Simp, SolidModel};
 use std::sync::Arc;
 
@@ -57,19 +59,30 @@ impl BuildError {
     }
 }
 
-/// Builds mesh, model, load path, design and objective in a single process.
+/// What a problem is solved on.
+pub trait Platform {
+    /// The ranks that share it.
+    fn ranks(&self) -> Arc<dyn Ranks>;
+
+    /// The linear solver that a case requests; `owners` has the rank of each node, `slaves` are the
+    /// names of the slave surfaces.
+    ///
+    /// # Errors
+    /// [`BuildError`] if it is not available.
+    fn linear(
+        &self,
+        solver: &case::Solver,
+        owners: &[u32],
+        mesh: &Mesh,
+        slaves: &[&str],
+    ) -> Result<LinearSystem, BuildError>;
+}
+
+/// Builds mesh, model, load path, design and objective on a platform; all its ranks call this.
 ///
 /// # Errors
 /// [`BuildError`] at the place in the case that cannot be built.
-pub fn build(case: &Case) -> Result<Problem, BuildError> {
-    build_on(case, &Machine::default())
-}
-
-/// As [`build`], for the ranks of a machine; all of them must call this.
-///
-/// # Errors
-/// [`BuildError`].
-pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
+pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildError> {
     if case.output.vtkhdf && !cfg!(feature = "vtkhdf") {
         let message = "this program was built without VTKHDF files";
         let help = "omit the key (path.pvd lists the same fields), or build the program with `--features vtkhdf`";
@@ -97,9 +110,9 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections = case.bodies.iter().map(section).collect();
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
-    let share = Share::of(&mesh, &pairs, machine.ranks());
+    let share = Share::of(&mesh, &pairs, platform.ranks());
     let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
-    let linear = machine.linear(&case.solver, share.owners(), &mesh, &slaves)?;
+    let linear = platform.linear(&case.solver, share.owners(), &mesh, &slaves)?;
     let solid = SolidModel::part(&mesh, sections, |element| share.has_element(element) && !mesh.is_rigid(element))
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other

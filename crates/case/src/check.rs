@@ -1,4 +1,4 @@
-//! Checks of a case before it runs: sizes, supports, initial gaps, memory.
+//! Checks of a case before it runs: sizes, supports, initial gaps.
 
 mod adjusted;
 mod closing;
@@ -7,7 +7,6 @@ mod design;
 mod distance;
 mod facets;
 mod held;
-mod memory;
 mod normals;
 mod recognised;
 mod surfaces;
@@ -17,21 +16,18 @@ use std::ops::Range;
 
 use crate::build::Problem;
 use crate::build::symmetry::mirrored;
-use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, LoadCase, Shape};
+use crate::case::{Case, Contact, Enforcement, LoadCase};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
-use slipstick_linalg::{Automatic, SchwarzSolver};
-use slipstick_mesh::{Element, Mesh};
-use slipstick_model::analysis::Analysis;
+use slipstick_mesh::Mesh;
 use slipstick_model::model::{NodalContact, course};
 use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
-use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
+use slipstick_path::StateError;
 
 pub use adjusted::Adjustment;
-pub use memory::RankMemory;
 pub use recognised::{SurfaceKind, SurfacePart};
 pub use surfaces::SurfaceSummary;
 pub use volume::start_volume;
@@ -161,101 +157,14 @@ pub struct Inspection {
     pub sets: Vec<(String, usize)>,
     /// Surfaces.
     pub surfaces: Vec<SurfaceSummary>,
-    /// Free unknowns of a step.
-    pub unknowns: usize,
     /// Designed elements.
     pub designed: usize,
     /// Design variables; fewer than designed elements if these share variables.
     pub variables: usize,
     /// Load steps.
     pub steps: usize,
-    /// Predicted memory of one factorization. \[bytes\]
-    pub factor_bytes: f64,
-    /// Whether this memory is that of a GPU, which `peak_bytes` and `kept_bytes` do not contain.
-    pub factors_on_gpu: bool,
-    /// Number of load steps whose factors fit into `adjoint.memory` and are reused for the
-    /// gradient, if no step is cut back. It is 0 for the plain Uzawa iteration, whose inner solves
-    /// are of other systems.
-    pub steps_with_factors: usize,
-    /// Predicted peak memory of a run. \[bytes\]
-    pub peak_bytes: f64,
-    /// The part of `peak_bytes` for factors kept for the gradient. \[bytes\]
-    pub kept_bytes: f64,
-    /// Floating-point operations of one factorization.
-    pub factor_operations: f64,
-    /// Whether the factors are those of a preconditioner, with which solves iterate.
-    pub iterative: bool,
-    /// Data from which memory on several ranks is predicted.
-    pub on_ranks: RankMemory,
     /// Warnings.
     pub notices: Vec<Notice>,
-}
-
-/// Memory that [`build`](crate::build::build) and [`inspect`] need for each element and for each
-/// node: mesh, reference geometry, scatter map, matrix and its ordering. Measured on blocks and
-/// plates of 64 000 to 216 000 elements, where the sum is accurate to within a tenth; rounded
-/// down. \[bytes\]
-const BYTES_TO_BUILD: [f64; 2] = [4500.0, 4000.0];
-
-/// The same for each tetrahedron; a node there has about 15 neighbours instead of 27. Measured on
-/// meshes of 73 000 to 570 000 tetrahedra from files, where tetrahedra and nodes together need a
-/// sixth more. \[bytes\]
-const BYTES_PER_TETRAHEDRON: f64 = 700.0;
-
-/// The same for each tetrahedron of 10 and each hexahedron of 27 nodes, and for each of their nodes,
-/// which have about 28 and 64 neighbours. \[bytes\]
-const BYTES_PER_TET10: [f64; 2] = [3600.0, 4200.0];
-const BYTES_PER_HEX27: [f64; 2] = [16_000.0, 9000.0];
-
-/// Memory that building a case needs, estimated from its numbers of elements and nodes. \[bytes\]
-pub fn bytes_to_build(case: &Case) -> f64 {
-    let of_body = |body: &Body| match &body.shape {
-        Shape::Mesh(file) => {
-            let (mut counts, mut nodes) = (counts(&file.mesh), body.shape.node_count());
-            if body.order == 2 && counts[2] + counts[3] == 0.0 {
-                // a tetrahedron has about 1.4 nodes, a hexahedron 8
-                nodes = 1.4 * counts[0] + 8.0 * counts[1];
-                counts = [0.0, 0.0, counts[0], counts[1]];
-            }
-            bytes_of_building(counts, nodes)
-        }
-        shape => {
-            let hexahedra = shape.element_count().map_or(f64::INFINITY, |count| count as f64);
-            match body.order {
-                2 => bytes_of_building([0.0, 0.0, 0.0, hexahedra], 8.0 * shape.node_count()),
-                _ => bytes_of_building([0.0, hexahedra, 0.0, 0.0], shape.node_count()),
-            }
-        }
-    };
-    case.bodies.iter().map(of_body).sum()
-}
-
-/// Numbers of tetrahedra; of hexahedra and wedges together, since wedges are stored as hexahedra; of
-/// tetrahedra of 10 and hexahedra of 27 nodes.
-fn counts(mesh: &Mesh) -> [f64; 4] {
-    let mut counts = [0.0; 4];
-    for element in &mesh.elements {
-        counts[match element {
-            Element::Tet4(_) => 0,
-            Element::Wedge6(_) | Element::Hex8(_) => 1,
-            Element::Tet10(_) => 2,
-            Element::Hex27(_) => 3,
-        }] += 1.0;
-    }
-    counts
-}
-
-fn bytes_of_building([tetrahedra, hexahedra, tet10, hex27]: [f64; 4], nodes: f64) -> f64 {
-    let [element, node] = BYTES_TO_BUILD;
-    // the nodes are those of the elements with the most neighbours
-    let node = match (hex27 > 0.0, tet10 > 0.0, hexahedra > 0.0) {
-        (true, ..) => BYTES_PER_HEX27[1],
-        (_, true, _) => BYTES_PER_TET10[1],
-        (.., true) => node,
-        _ => 0.5 * node,
-    };
-    let quadratic = BYTES_PER_TET10[0] * tet10 + BYTES_PER_HEX27[0] * hex27;
-    BYTES_PER_TETRAHEDRON * tetrahedra + element * hexahedra + quadratic + node * nodes
 }
 
 /// Penetrations above this fraction of the facet size cause a warning.
@@ -304,25 +213,6 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         notices.retain(|notice| notice.kind != NoticeKind::NothingOpposite || notice.path != path);
         notices.push(open.notice(case));
     }
-    let Factorization {
-        unknowns,
-        bytes: factor_bytes,
-        operations: factor_operations,
-        matrix_bytes,
-        contact_bytes,
-        iterative,
-        on_ranks,
-    } = factorization(case, problem)?;
-    let contact_zone = on_ranks.contact_zone && case.solver.linear == LinearSolverChoice::Petsc;
-    // the factors of a contact zone are not reused
-    let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, factor_bytes) };
-    let factors_on_gpu = case.solver.linear == LinearSolverChoice::Cudss;
-    let factors = if factors_on_gpu { 0.0 } else { factor_bytes };
-    let working = if iterative { memory::iterations(unknowns) } else { memory::FRONTS * factors };
-    let (matrix, kept) = (matrix_bytes, steps_with_factors);
-    let systems = memory::Systems { factors, working, on_ranks, matrix, contact: contact_bytes, kept };
-    let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
-    let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     let sets = problem
         .mesh
         .names()
@@ -334,18 +224,9 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         contacts,
         sets,
         surfaces: surfaces::surfaces(&problem.mesh),
-        unknowns,
         designed: problem.variables().map_or(0, |variables| variables.designed().len()),
         variables: problem.variables().map_or(0, slipstick_design::DesignVariables::count),
         steps: case.steps(),
-        factor_bytes,
-        factors_on_gpu,
-        steps_with_factors,
-        peak_bytes,
-        kept_bytes,
-        factor_operations,
-        iterative,
-        on_ranks,
         notices,
     })
 }
@@ -667,109 +548,4 @@ fn distinct(nodes: impl Iterator<Item = u32>) -> usize {
     let mut nodes: Vec<u32> = nodes.collect();
     nodes.dedup();
     nodes.len()
-}
-
-/// Predictions for a factorization.
-struct Factorization {
-    /// Free unknowns.
-    unknowns: usize,
-    bytes: f64,
-    operations: f64,
-    matrix_bytes: f64,
-    contact_bytes: f64,
-    /// Whether the factors are a preconditioner.
-    iterative: bool,
-    on_ranks: memory::Factors,
-}
-
-fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, StateError> {
-    let Analysis { design, workspace, .. } = &mut problem.analysis;
-    let rest = design.model().rest();
-    let wanted = Wanted::Derivatives;
-    let geometry = design.geometry(&rest.unknowns, wanted, workspace)?;
-    let step = design.begin(&rest, &geometry, [0.0, 1.0], workspace)?;
-    let iteration = Iteration { at_start: true, ..Iteration::default() };
-    let at = design.evaluate(&step, &rest.unknowns, Some(&geometry), iteration, wanted, workspace)?;
-    let matrix = design.tangent(&step, &at, workspace)?;
-    let contact_bytes = geometry.bytes() as f64;
-    let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
-    let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), fixed, groups);
-    let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
-    let pattern = reduction.pattern();
-    let unknowns = reduction.free();
-    if case.solver.linear == LinearSolverChoice::Schwarz {
-        // several ranks, whose direct factors are larger, are not possible
-        let (bytes, operations) = SchwarzSolver::predict(pattern);
-        return Ok(Factorization {
-            unknowns,
-            bytes,
-            operations,
-            matrix_bytes,
-            contact_bytes,
-            iterative: true,
-            on_ranks: memory::Factors::direct(bytes),
-        });
-    }
-    if case.solver.linear == LinearSolverChoice::Cudss {
-        let tree = slipstick_linalg::EliminationTree::new(pattern, None);
-        let (entries, operations) = tree.map_or((0.0, 0.0), |tree| tree.size());
-        // in single precision
-        let bytes = 4.0 * entries + memory::ON_GPU * pattern.entries() as f64;
-        let on_ranks = memory::Factors::direct(8.0 * entries);
-        return Ok(Factorization {
-            unknowns,
-            bytes,
-            operations,
-            matrix_bytes,
-            contact_bytes,
-            iterative: false,
-            on_ranks,
-        });
-    }
-    let zone = contact_zone(case, &problem.mesh, pattern);
-    if let (LinearSolverChoice::Petsc, Some((bytes, operations))) = (case.solver.linear, zone) {
-        let on_ranks = memory::Factors { bytes, contact_zone: true };
-        return Ok(Factorization {
-            unknowns,
-            bytes,
-            operations,
-            matrix_bytes,
-            contact_bytes,
-            iterative: true,
-            on_ranks,
-        });
-    }
-    let forecast = Automatic::forecast(pattern);
-    let double = 8.0 * forecast.direct_entries;
-    let (bytes, operations, iterative) = match case.solver.linear {
-        LinearSolverChoice::Auto => (forecast.bytes, forecast.operations, forecast.iterative),
-        LinearSolverChoice::Direct => (0.5 * double, forecast.direct_operations, false),
-        _ => (double, forecast.direct_operations, false),
-    };
-    let on_ranks =
-        zone.map_or(memory::Factors::direct(double), |(bytes, _)| memory::Factors { bytes, contact_zone: true });
-    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, contact_bytes, iterative, on_ranks })
-}
-
-/// Memory of the contact-zone preconditioner and operations of its factorization, if the case uses it.
-#[cfg(feature = "petsc")]
-fn contact_zone(case: &Case, mesh: &Mesh, pattern: &slipstick_linalg::CsrPattern) -> Option<(f64, f64)> {
-    let slaves: Vec<&str> = case.contacts.iter().map(|contact| contact.slave.as_str()).collect();
-    let used = case.solver.petsc_preconditioner == crate::case::PetscPreconditioner::ContactZone;
-    used.then(|| crate::machine::contact_zone(mesh, &slaves).predict(pattern)).flatten()
-}
-
-#[cfg(not(feature = "petsc"))]
-fn contact_zone(_: &Case, _: &Mesh, _: &slipstick_linalg::CsrPattern) -> Option<(f64, f64)> {
-    None
-}
-
-/// Number of steps whose factors can be kept for the gradient within the memory that the case
-/// allows.
-fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usize {
-    let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
-    if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {
-        return 0;
-    }
-    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.steps())
 }

@@ -159,7 +159,7 @@ impl Parallel {
             if let (false, Err(failure)) = (self.leads(), result) {
                 context.console.speak(failure);
             }
-            session.abort(result.as_ref().err().map_or(1, |failure| Exit::from(failure) as i32));
+            session.abort(result.as_ref().err().map_or(1, |failure| crate::exit::Exit::from(failure) as i32));
         }
         let _ = (context, result, PATIENCE, LONG);
     }

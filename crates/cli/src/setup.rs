@@ -67,7 +67,8 @@ pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setu
 }
 
 impl Setup {
-    fn new(file: &Path, checked: Checked) -> Self {
+    /// A checked case of this file.
+    pub fn new(file: &Path, checked: Checked) -> Self {
         Self { file: file.to_owned(), checked, design_of: OnceLock::new() }
     }
 

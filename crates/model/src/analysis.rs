@@ -388,9 +388,30 @@ impl Analysis {
         density: &ElementValues,
         observer: &mut dyn MarchObserver,
     ) -> Result<Forward, AnalysisError> {
-        self.set_density(density);
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
+        self.forward_keeping(factor_memory, density, observer)
+    }
+
+    /// As [`forward`](Self::forward), if no gradient follows: no factors are kept for it.
+    ///
+    /// # Errors
+    /// As [`forward`](Self::forward).
+    pub fn forward_only(
+        &mut self,
+        density: &ElementValues,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Forward, AnalysisError> {
+        self.forward_keeping(0, density, observer)
+    }
+
+    fn forward_keeping(
+        &mut self,
+        factor_memory: usize,
+        density: &ElementValues,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Forward, AnalysisError> {
+        self.set_density(density);
         let options = MarchOptions { factor_memory, ..self.march };
         let path = self.march_all(&options, observer)?;
         let steps = self.times.len();

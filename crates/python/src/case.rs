@@ -136,11 +136,12 @@ impl Case {
     /// Facts known before anything is solved, and the warnings, both as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String)> {
         detached(py, || {
-            let (Checked { inspection, mut warnings, .. }, problem) = self.checked()?;
+            let (checked, problem) = self.checked()?;
+            let mut warnings = checked.warnings.clone();
             let known = warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume);
             let warning = above_volume_bound(&self.resolved, &problem);
             warnings.extend(warning.filter(|_| !known));
-            let found = serde_json::to_string(&inspection).map_err(|error| Error::Internal(error.to_string()))?;
+            let found = serde_json::to_string(&checked.facts()).map_err(|error| Error::Internal(error.to_string()))?;
             Ok((found, diagnostics_as_json(&warnings)))
         })
     }

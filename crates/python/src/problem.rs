@@ -240,16 +240,16 @@ impl Problem {
         let density = arrays::densities(&density);
         detached(py, || {
             let mut problem = self.built.lock()?;
-            // no gradient follows
-            let kept = std::mem::take(&mut problem.analysis.march.factor_memory);
             let models =
                 |problem: &slipstick::build::Problem| (problem.analysis.design.clone(), problem.analysis.cases.clone());
             let own = models(&problem);
             if let Some(friction) = friction {
                 problem.analysis.set_friction(friction);
             }
-            let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
-            problem.analysis.march.factor_memory = kept;
+            let forward = watched(&mut problem, progress, |problem, watch| {
+                let forward = problem.analysis.forward_only(&density, watch);
+                complete(problem, forward)
+            });
             let found = forward.as_ref().map_or_else(|_| Vec::new(), |forward| overlaps(&problem, &forward.path));
             let used = models(&problem);
             if friction.is_some() {
@@ -525,6 +525,11 @@ fn forward(
     watch: &mut Watch,
 ) -> Result<Forward, Error> {
     let forward = problem.analysis.forward(density, watch);
+    complete(problem, forward)
+}
+
+/// A forward analysis that has reached the end of the load path.
+fn complete(problem: &slipstick::build::Problem, forward: Result<Forward, AnalysisError>) -> Result<Forward, Error> {
     let forward = forward.map_err(|error| Error::analysis(problem, &error))?;
     let (steps, all) = (forward.path.steps, problem.analysis.times.len());
     if steps < all {

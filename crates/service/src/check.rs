@@ -1,12 +1,14 @@
 //! Checks a case before it runs: what is built from it, what is wrong, and whether it fits into the
 //! memory.
 
+use serde::Serialize;
 use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
-use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect, start_volume};
+use slipstick::check::{Inspection, NoticeKind, inspect, start_volume};
 use slipstick::design::ElementValues;
 
 use crate::failure::{Failure, Outcome};
+use crate::forecast::{Forecast, bytes_to_build, forecast};
 use crate::host::{Event, Host};
 use crate::memory::{Budget, bytes};
 
@@ -17,6 +19,8 @@ pub struct Checked {
     pub resolved: Resolved,
     /// Facts that are known before it runs.
     pub inspection: Inspection,
+    /// What its run needs.
+    pub forecast: Forecast,
     /// Number of threads.
     pub threads: usize,
     /// What is probably a mistake, with the warnings of the case's reader.
@@ -36,7 +40,8 @@ pub fn check(host: &dyn Host, resolved: Resolved) -> Outcome<(Checked, Problem)>
     let map = &resolved.source_map;
     let mut problem = build_on(case, &machine).map_err(|error| Failure::build(&error, map))?;
     problem.analysis.linear.set_interrupt(host.interrupt());
-    let inspection = inspect(case, &mut problem).map_err(|error| {
+    let seen = inspect(case, &mut problem).and_then(|seen| Ok((seen, forecast(case, &mut problem)?)));
+    let (inspection, forecast) = seen.map_err(|error| {
         let message = format!("the reference configuration cannot be evaluated: {error}");
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
     })?;
@@ -45,7 +50,7 @@ pub fn check(host: &dyn Host, resolved: Resolved) -> Outcome<(Checked, Problem)>
     if !errors.is_empty() {
         return Err(Failure::Case(errors));
     }
-    Ok((Checked { resolved, inspection, threads, warnings }, problem))
+    Ok((Checked { resolved, inspection, forecast, threads, warnings }, problem))
 }
 
 /// As [`check`], for a case that will run: with these sections, for this number of iterations if it is
@@ -71,16 +76,30 @@ pub fn prepare(
     Ok((checked, problem))
 }
 
+/// What is known of a case before it runs, as data.
+#[derive(Debug, Serialize)]
+pub struct Facts<'a> {
+    #[serde(flatten)]
+    inspection: &'a Inspection,
+    #[serde(flatten)]
+    forecast: &'a Forecast,
+}
+
 impl Checked {
+    /// What is known before it runs.
+    pub fn facts(&self) -> Facts<'_> {
+        Facts { inspection: &self.inspection, forecast: &self.forecast }
+    }
+
     /// The diagnostic for a case whose run, with or without a gradient, needs more memory than there is;
     /// `None` if it fits or this is unknown.
     pub fn too_large(&self, host: &dyn Host, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
-        let Self { resolved, inspection, .. } = self;
+        let Self { resolved, forecast, .. } = self;
         // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts it
         if host.ranks().size() > 1 {
             return None;
         }
-        let Inspection { peak_bytes, kept_bytes, .. } = *inspection;
+        let Forecast { peak_bytes, kept_bytes, .. } = *forecast;
         let kept = if gradient { kept_bytes } else { 0.0 };
         let needed = peak_bytes - kept_bytes + kept;
         let available = host.memory().exceeded_by(needed)?;

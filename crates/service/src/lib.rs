@@ -15,6 +15,7 @@
 
 pub mod check;
 pub mod failure;
+pub mod forecast;
 pub mod host;
 pub mod memory;
 pub mod optimization;

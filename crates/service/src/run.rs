@@ -73,8 +73,8 @@ pub fn start(
 ) -> Outcome<Run> {
     let part = RunPart::starting(host.line(), checked.threads);
     let run = Run::start(directory, &checked.resolved, file, &mesh_files(file), part, force)?;
-    let (case, inspection) = (file.display().to_string(), &checked.inspection);
-    let case = StartedCase { case, unknowns: inspection.unknowns, steps: inspection.steps };
+    let (case, steps) = (file.display().to_string(), checked.inspection.steps);
+    let case = StartedCase { case, unknowns: checked.forecast.unknowns, steps };
     host.tell(Event::Started(Started { command, directory, threads: checked.threads, case: Some(case) }));
     Ok(run)
 }

@@ -15,9 +15,11 @@
 //! adjoint sweep for any [`StepProblem`](path::StepProblem), and [`mesh`], [`solid`], [`contact`],
 //! [`design`] and [`linalg`] contain the parts from which problems are built.
 
+pub mod build;
 pub mod drive;
+pub mod machine;
 
-pub use slipstick_case::{build, case, check, machine};
+pub use slipstick_case::{case, check};
 pub use slipstick_model::{
     analysis, crushed, losses, model, optimize, overlaps, pieces, problem, quantities, verify, words,
 };

@@ -5,6 +5,7 @@ use slipstick::build::Problem;
 use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
 use slipstick::check::{Inspection, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
+use slipstick_service::check::Checked;
 
 use super::render::replaceable;
 use super::{bytes, digits};
@@ -48,12 +49,12 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     context.console.warnings(too_large.as_slice());
     let mut warnings = setup.checked.warnings.len() + usize::from(too_large.is_some());
     warnings += setup.warn_of_volume(context, &problem, setup.starts_above_bound());
-    let seconds = setup.checked.inspection.factor_operations / OPERATIONS_PER_SECOND;
-    let on = &setup.checked.inspection.on_ranks;
+    let seconds = setup.checked.forecast.factor_operations / OPERATIONS_PER_SECOND;
+    let on = &setup.checked.forecast.on_ranks;
     let ranks = args.ranks.map(usize::from);
     let on_ranks = ranks.map(|ranks| json!({ "ranks": ranks, "each": on.of_each(ranks), "kept": on.kept(ranks) }));
     let told = json!({
-        "command": "check", "inspection": setup.checked.inspection, "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
+        "command": "check", "inspection": setup.checked.facts(), "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
     });
     context.console.event("result", told);
     let console = &context.console;
@@ -101,7 +102,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         console.text(&format!("  {objective}"));
     }
     console.text("\nsize");
-    console.lines(&size(&setup.checked.inspection, seconds, args.ranks.map(usize::from)));
+    console.lines(&size(&setup.checked, seconds, args.ranks.map(usize::from)));
     if let Some(file) = &args.picture {
         surfaces::draw(console, &setup, &problem.mesh, file)?;
     }
@@ -287,33 +288,30 @@ fn sharp_edges(setup: &Setup) -> Vec<String> {
         .collect()
 }
 
-fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<String> {
+fn size(Checked { inspection, forecast, .. }: &Checked, seconds: f64, ranks: Option<usize>) -> Vec<String> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
-    let on_gpu = inspection.factors_on_gpu;
+    let on_gpu = forecast.factors_on_gpu;
     let designed = match inspection.variables {
         variables if variables == inspection.designed => inspection.designed.to_string(),
         variables => format!("{}, which share {}", inspection.designed, counted(variables, "variable")),
     };
     let mut rows = vec![
         row("load steps", inspection.steps.to_string()),
-        row("unknowns of a step", inspection.unknowns.to_string()),
+        row("unknowns of a step", forecast.unknowns.to_string()),
         row("designed elements", designed),
-        row(
-            if on_gpu { "factors on the GPU, predicted" } else { "factors, predicted" },
-            bytes(inspection.factor_bytes),
-        ),
-        row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
-        row("predicted memory of a run", bytes(inspection.peak_bytes - inspection.kept_bytes)),
-        row("plus kept factors, at most", bytes(inspection.kept_bytes)),
+        row(if on_gpu { "factors on the GPU, predicted" } else { "factors, predicted" }, bytes(forecast.factor_bytes)),
+        row("steps that keep them for the gradient", forecast.steps_with_factors.to_string()),
+        row("predicted memory of a run", bytes(forecast.peak_bytes - forecast.kept_bytes)),
+        row("plus kept factors, at most", bytes(forecast.kept_bytes)),
     ];
     if !on_gpu {
         rows.push(row("one factorization, roughly", format!("{seconds:.2} s on one core")));
     }
-    if inspection.iterative {
+    if forecast.iterative {
         rows.push(row("linear solver", "iterative".to_owned()));
     }
     if let Some(ranks) = ranks {
-        let on = &inspection.on_ranks;
+        let on = &forecast.on_ranks;
         rows.push(row(&format!("memory on each of {}", counted(ranks, "rank")), bytes(on.of_each(ranks))));
         rows.push(row("plus kept factors, on each at most", bytes(on.kept(ranks))));
     }

@@ -47,7 +47,6 @@ pub fn run(context: &Context, args: &Evaluate) -> Outcome {
 fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &ElementValues, friction: &[f64]) -> Outcome {
     let directory = run.directory();
     let own = own_friction(problem);
-    problem.analysis.march.factor_memory = 0; // no gradient follows
     let asked: Vec<Option<f64>> =
         if friction.is_empty() { vec![None] } else { friction.iter().copied().map(Some).collect() };
     let steps = problem.analysis.times.len();
@@ -64,7 +63,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         if let Some(coefficient) = coefficient {
             problem.analysis.set_friction(coefficient);
         }
-        let forward = match problem.analysis.forward(density, &mut watch) {
+        let forward = match problem.analysis.forward_only(density, &mut watch) {
             Ok(forward) => forward,
             Err(error) => {
                 // the other coefficients may well converge

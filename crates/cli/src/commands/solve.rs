@@ -33,7 +33,6 @@ fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
 pub fn run(context: &Context, args: &Solve) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet"])?;
     let density = setup.density(context, &problem, &args.design)?;
-    problem.analysis.march.factor_memory = 0; // no gradient follows
     let run = start(context, &setup, &args.out, "solve")?;
     let outcome = solve(context, &mut problem, run.as_ref(), &density)
         .and_then(|()| tell_promises(context, &setup.checked.resolved.case, run.as_ref()));
@@ -91,7 +90,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
     let steps = problem.analysis.times.len() / cases.count();
     let recording = Recording::new(&problem.mesh, &problem.quantities, designs, steps);
     let mut writer = PathWriter::new(directory, &problem.mesh, designs, recording).live();
-    let marched = problem.analysis.forward(density, &mut Both { watch: &mut watch, writer: &mut writer });
+    let marched = problem.analysis.forward_only(density, &mut Both { watch: &mut watch, writer: &mut writer });
     let (recording, written) = writer.finish();
     let forward = match marched {
         Ok(forward) => forward,

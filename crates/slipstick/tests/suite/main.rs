@@ -8,7 +8,6 @@ mod closing;
 mod common;
 mod conservative;
 mod constrained;
-mod corpus;
 mod crushed;
 mod curved;
 mod derivatives;

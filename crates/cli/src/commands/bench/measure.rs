@@ -5,16 +5,18 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::Problem;
+use slipstick::case::Resolved;
 use slipstick::design::quantity::{ContactResultant, Displacement, ForcePart, Patch, Reaction};
 use slipstick::design::{Bound, Constraint, ElementValues, ObservedSteps, Quantity, Response, VectorMeasure};
 use slipstick::linalg::Ranks;
 use slipstick::path::{Silent, SolveCounts};
+use slipstick_service::check;
 
 use super::half_ball;
 use crate::args::Bench;
 use crate::commands::phases;
 use crate::failure::Failure;
-use crate::setup::{Setup, look, prepare};
+use crate::setup::{Setup, look, read};
 use crate::{Context, Outcome, clock, memory};
 
 /// Measures in this process, so that its peak memory is that of the analysis.
@@ -24,9 +26,6 @@ use crate::{Context, Outcome, clock, memory};
 pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     let (setup, mut problem) = problem(context, args)?;
     let density = setup.density(context, &problem, &args.design)?;
-    if let Some(memory) = args.memory {
-        problem.analysis.march.factor_memory = memory.0;
-    }
     let steps = args.steps.map(|steps| steps.get());
     let steps = steps.or(args.case.is_none().then_some(half_ball::STEPS / 5));
     problem.analysis.times.truncate(steps.unwrap_or(usize::MAX));
@@ -55,7 +54,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     Ok(json!({
         "rank": ranks.rank(), "elements_here": elements_here, "slave_nodes_here": slave_nodes_here,
         "factor_bytes": counts.factor_bytes, "operations": counts.operations,
-        "elements": problem.mesh.elements.len(), "unknowns": setup.checked.inspection.unknowns, "threads": setup.checked.threads, "clock": if args.cpu { "processor" } else { "wall" },
+        "elements": problem.mesh.elements.len(), "unknowns": setup.checked.forecast.unknowns, "threads": setup.checked.threads, "clock": if args.cpu { "processor" } else { "wall" },
         "steps": forward.path.steps, "increments": forward.path.increments(),
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,
@@ -113,12 +112,21 @@ fn quantity(problem: &Problem, number: usize) -> Arc<dyn Quantity> {
 }
 
 fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {
+    let with_memory = |mut resolved: Resolved| {
+        let memory = &mut resolved.case.adjoint.memory;
+        *memory = args.memory.unwrap_or(*memory);
+        resolved
+    };
     match (&args.case, args.sizes.first()) {
-        (Some(path), _) => prepare(context, &path.as_path().into(), &["dirichlet"]),
+        (Some(path), _) => {
+            let resolved = with_memory(read(&path.as_path().into())?);
+            let (checked, problem) = check::prepare(context, resolved, &["dirichlet"], None)?;
+            Ok((Setup::new(path, checked), problem))
+        }
         (None, size) => {
             let name = "half_ball.toml";
             let text = half_ball::case(size.map_or(1000, |size| size.get()), "2 GiB");
-            look(context, name.as_ref(), slipstick::case::parse_case(&text, name)?)
+            look(context, name.as_ref(), with_memory(slipstick::case::parse_case(&text, name)?))
         }
     }
 }

@@ -2,7 +2,7 @@
 //! reader panic or hang. Inputs that a fuzzer finds are added to the corpus when the error is
 //! fixed.
 
-#[path = "../../../../fuzz/src/targets.rs"]
+#[path = "../../../fuzz/src/targets.rs"]
 mod targets;
 
 use std::fs;

@@ -1,6 +1,6 @@
 //! The processes that solve a problem: a single one, or the ranks of a parallel run.
 
-use crate::build::BuildError;
+use crate::build::{BuildError, Platform};
 use crate::case::{self, LinearSolverChoice};
 use slipstick_linalg::{Alone, Automatic, Nodes, Precision, Ranks, Schwarz, SolverChoice};
 use slipstick_mesh::Mesh;
@@ -29,36 +29,6 @@ impl Machine {
             return Arc::new(session.clone());
         }
         Arc::new(Alone)
-    }
-
-    /// The linear solver that a case requests; `owners` has the rank of each node, `slaves` are the
-    /// names of the slave surfaces.
-    pub(crate) fn linear(
-        &self,
-        solver: &case::Solver,
-        owners: &[u32],
-        mesh: &Mesh,
-        slaves: &[&str],
-    ) -> Result<LinearSystem, BuildError> {
-        let several = self.ranks().size() > 1;
-        let alone = || match several {
-            false => Ok(()),
-            true => Err(BuildError {
-                path: "solver.linear".into(),
-                message: "this solver works on one rank only".into(),
-                help: "choose \"petsc\", or omit the key".into(),
-            }),
-        };
-        let one = |choice: SolverChoice| alone().map(|()| LinearSystem::new(choice));
-        match solver.linear {
-            LinearSolverChoice::Auto if !several => Ok(LinearSystem::new(Automatic(nodes(mesh)))),
-            LinearSolverChoice::Direct => one(SolverChoice::Auto),
-            LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
-            LinearSolverChoice::Faer => one(SolverChoice::Faer),
-            LinearSolverChoice::Schwarz => alone().map(|()| LinearSystem::new(Schwarz(nodes(mesh)))),
-            LinearSolverChoice::Cudss => alone().and_then(|()| cudss()),
-            LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners, mesh, slaves),
-        }
     }
 
     #[cfg(feature = "petsc")]
@@ -103,9 +73,43 @@ impl Machine {
     }
 }
 
+impl Platform for Machine {
+    fn ranks(&self) -> Arc<dyn Ranks> {
+        self.ranks()
+    }
+
+    fn linear(
+        &self,
+        solver: &case::Solver,
+        owners: &[u32],
+        mesh: &Mesh,
+        slaves: &[&str],
+    ) -> Result<LinearSystem, BuildError> {
+        let several = self.ranks().size() > 1;
+        let alone = || match several {
+            false => Ok(()),
+            true => Err(BuildError {
+                path: "solver.linear".into(),
+                message: "this solver works on one rank only".into(),
+                help: "choose \"petsc\", or omit the key".into(),
+            }),
+        };
+        let one = |choice: SolverChoice| alone().map(|()| LinearSystem::new(choice));
+        match solver.linear {
+            LinearSolverChoice::Auto if !several => Ok(LinearSystem::new(Automatic(nodes(mesh)))),
+            LinearSolverChoice::Direct => one(SolverChoice::Auto),
+            LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
+            LinearSolverChoice::Faer => one(SolverChoice::Faer),
+            LinearSolverChoice::Schwarz => alone().map(|()| LinearSystem::new(Schwarz(nodes(mesh)))),
+            LinearSolverChoice::Cudss => alone().and_then(|()| cudss()),
+            LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners, mesh, slaves),
+        }
+    }
+}
+
 /// The contact zone around these slave surfaces.
 #[cfg(feature = "petsc")]
-pub(crate) fn contact_zone(mesh: &Mesh, slaves: &[&str]) -> slipstick_petsc::ContactZone {
+pub fn contact_zone(mesh: &Mesh, slaves: &[&str]) -> slipstick_petsc::ContactZone {
     let nodes: Vec<u32> = slaves.iter().filter_map(|name| mesh.surfaces.get(*name)).flat_map(|s| s.nodes()).collect();
     let mut zone = slipstick_petsc::ContactZone::new(mesh.nodes.as_slice(), nodes);
     zone.apart = mesh.rigid.iter().flat_map(|rigid| [rigid.reference, rigid.rotation()]).collect();

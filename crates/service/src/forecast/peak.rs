@@ -1,11 +1,10 @@
 //! Predicts the peak memory of a run.
 
-use crate::build::Problem;
-use crate::case::{Case, Contact, Enforcement, LinearSolverChoice, StartValues, Symmetry};
-
 use serde::Serialize;
+use slipstick::build::Problem;
+use slipstick::case::{Case, Contact, Enforcement, LinearSolverChoice, StartValues, Symmetry};
 
-use super::{bytes_of_building, counts};
+use super::building::{bytes_of_building, counts};
 
 /// Predictions for the linear systems of a step.
 #[derive(Debug, Clone, Copy)]

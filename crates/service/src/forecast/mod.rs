@@ -1,0 +1,87 @@
+//! Forecasts what a run needs of a machine: memory and operations.
+
+mod building;
+mod factors;
+mod peak;
+
+use serde::Serialize;
+use slipstick::build::Problem;
+use slipstick::case::{Case, Contact, Enforcement, LinearSolverChoice};
+use slipstick::path::StateError;
+
+pub use building::bytes_to_build;
+pub use peak::RankMemory;
+
+use factors::{Factorization, factorization};
+
+/// What a run needs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Forecast {
+    /// Free unknowns of a step.
+    pub unknowns: usize,
+    /// Predicted memory of one factorization. \[bytes\]
+    pub factor_bytes: f64,
+    /// Whether this memory is that of a GPU, which `peak_bytes` and `kept_bytes` do not contain.
+    pub factors_on_gpu: bool,
+    /// Number of load steps whose factors fit into `adjoint.memory` and are reused for the
+    /// gradient, if no step is cut back. It is 0 for the plain Uzawa iteration, whose inner solves
+    /// are of other systems.
+    pub steps_with_factors: usize,
+    /// Predicted peak memory of a run. \[bytes\]
+    pub peak_bytes: f64,
+    /// The part of `peak_bytes` for factors kept for the gradient. \[bytes\]
+    pub kept_bytes: f64,
+    /// Floating-point operations of one factorization.
+    pub factor_operations: f64,
+    /// Whether the factors are those of a preconditioner, with which solves iterate.
+    pub iterative: bool,
+    /// Data from which memory on several ranks is predicted.
+    pub on_ranks: RankMemory,
+}
+
+/// Forecasts what a run of a built problem needs.
+///
+/// # Errors
+/// If the reference configuration cannot be evaluated.
+pub fn forecast(case: &Case, problem: &mut Problem) -> Result<Forecast, StateError> {
+    let Factorization {
+        unknowns,
+        bytes: factor_bytes,
+        operations: factor_operations,
+        matrix_bytes,
+        contact_bytes,
+        iterative,
+        on_ranks,
+    } = factorization(case, problem)?;
+    let contact_zone = on_ranks.contact_zone && case.solver.linear == LinearSolverChoice::Petsc;
+    // the factors of a contact zone are not reused
+    let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, factor_bytes) };
+    let factors_on_gpu = case.solver.linear == LinearSolverChoice::Cudss;
+    let factors = if factors_on_gpu { 0.0 } else { factor_bytes };
+    let working = if iterative { peak::iterations(unknowns) } else { peak::FRONTS * factors };
+    let (matrix, kept) = (matrix_bytes, steps_with_factors);
+    let systems = peak::Systems { factors, working, on_ranks, matrix, contact: contact_bytes, kept };
+    let (peak_bytes, kept_bytes) = peak::peak(case, problem, &systems);
+    let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
+    Ok(Forecast {
+        unknowns,
+        factor_bytes,
+        factors_on_gpu,
+        steps_with_factors,
+        peak_bytes,
+        kept_bytes,
+        factor_operations,
+        iterative,
+        on_ranks,
+    })
+}
+
+/// Number of steps whose factors can be kept for the gradient within the memory that the case
+/// allows.
+fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usize {
+    let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
+    if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {
+        return 0;
+    }
+    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.steps())
+}
