@@ -28,8 +28,19 @@ fn mesh() -> Mesh {
     Mesh::merge(vec![slab, block]).unwrap()
 }
 
-/// A mesh, and the faces of its block that are the slave: its bottom; or a block that stands on its
-/// edge, or on a corner, with the two or three faces that meet there.
+/// The same, with a block whose bottom is a roof upside down: along its middle, it is bent by 28°, or by 15° if
+/// `depth` is 0.05.
+fn ridged(depth: f64) -> Mesh {
+    let mut mesh = mesh();
+    for node in mesh.bodies[1].nodes.clone() {
+        let [x, y, _] = &mut mesh.nodes[node];
+        *y -= depth * (1.0 - (*x - 0.85).abs() / 0.4) * (1.0 - *y) / 0.5;
+    }
+    mesh
+}
+
+/// A mesh, and the faces of its block that are the slave: its bottom, flat or bent; or a block that
+/// stands on its edge, or on a corner, with the two or three faces that meet there.
 fn scenes() -> Vec<(Mesh, &'static [&'static str])> {
     const BOTTOM: &[&str] = &["block_ymin"];
     const EDGE: &[&str] = &["block_ymin", "block_xmax"];
@@ -45,6 +56,7 @@ fn scenes() -> Vec<(Mesh, &'static [&'static str])> {
         mesh
     };
     let mut scenes: Vec<_> = meshes().into_iter().map(|mesh| (mesh, BOTTOM)).collect();
+    scenes.push((ridged(0.1), BOTTOM));
     scenes.push((on_edge(Vector3::z(), -40.0), EDGE));
     scenes.push((on_edge(Vector3::new(0.7, 0.0, -0.6), 45.0), CORNER));
     scenes
@@ -223,6 +235,38 @@ fn normals_at_edges_are_those_of_the_face_that_is_touched() {
             let normal = row.frame.vector(0);
             assert!((normal - expected).norm() < 1e-12, "{degrees}°, x = {end}: {normal}");
         }
+    }
+}
+
+/// A ridge that is less sharp than the feature angle, and rotated: its normal is that of the slab while
+/// one of its sides does not lie on the slab. A surface that is curved there keeps its own.
+#[test]
+fn a_kink_has_the_normal_of_the_face_that_it_touches() {
+    let half = 0.25_f64.atan().to_degrees();
+    for (degrees, curved) in [-half, -10.0, 3.0, half + 2.0].into_iter().flat_map(|a| [(a, false), (a, true)]) {
+        let mut mesh = ridged(0.1);
+        let ridge: Vec<u32> = (0_u32..).zip(&mesh.nodes).filter(|(_, x)| x[1] == 0.4).map(|(node, _)| node).collect();
+        assert_eq!(ridge.len(), 3);
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), f64::to_radians(degrees));
+        let pivot = Vector3::new(0.85, 0.4, 0.0);
+        for x in &mut mesh.nodes[mesh.bodies[1].nodes.clone()] {
+            *x = (pivot + turn * (Vector3::from(*x) - pivot)).into();
+        }
+        let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let averaged = interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard);
+        let height = |facet: &FacetNodes| {
+            let corners = facet.iter().map(|&node| mesh.nodes[node as usize].into()).collect::<Vec<_>>();
+            curved.then(|| FacetHeight::new([1e-3; 25], &corners))
+        };
+        let heights = averaged.slave_facets().iter().map(height).collect();
+        let boundary: Vec<FacetNodes> = mesh.boundary(1).facets.iter().map(|facet| facet.nodes).collect();
+        let touched = averaged.with_heights([heights, Vec::new()]);
+        let touched = touched.with_touched_normals(&boundary, &x, std::f64::consts::FRAC_PI_4);
+        let rows = evaluate(&touched, &x, false);
+        // the ridge's ends are also at the sides of the block
+        let row = rows.iter().find(|row| row.node == ridge[1]).unwrap();
+        let expected = if curved { turn * -Vector3::y() } else { -Vector3::y() };
+        assert!((row.frame.vector(0) - expected).norm() < 1e-12, "{degrees}° {curved}: {}", row.frame.vector(0));
     }
 }
 

@@ -58,8 +58,8 @@ impl fmt::Display for LostWork {
 impl LostWork {
     /// The remedy.
     pub fn help(&self) -> String {
-        "at an edge, use `normals = \"touched\"` in the [[contact]] table, or let the other surface be the slave; \
-         elsewhere, refine the mesh"
+        "at an edge, include both of its sides in the slave surface, use `normals = \"touched\"` in the [[contact]] \
+         table, or let the other surface be the slave; elsewhere, refine the mesh"
             .into()
     }
 }

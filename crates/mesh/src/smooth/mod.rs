@@ -54,8 +54,8 @@ const ON_SHAPE: f64 = 0.02;
 /// Heights below this fraction of a facet's size are round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Bending of an edge relative to that of the other edges of its facets beyond which the edge is a
-/// kink, where flat faces meet.
+/// Bending of an edge relative to that of the other smooth edges of its facets beyond which the edge is
+/// a kink, where flat faces meet.
 const KINK: f64 = 3.0;
 
 /// Facets belong to a known shape if their normals differ from its own by less than this. \[rad\]
@@ -258,7 +258,9 @@ impl<'a> Facets<'a> {
     fn add_averaged(&self, patch: &BTreeSet<u32>, flat: &BTreeSet<u32>, points: &[[f64; 3]], out: &mut SmoothSurface) {
         let bending = |facet: u32, but: [u32; 2]| {
             let others = edges(&self.facets[facet as usize]).filter(|edge| *edge != but);
-            others.filter_map(|edge| self.bends.get(&edge)).map(|bend| bend.angle).fold(0.0, f64::max)
+            let smooth =
+                others.filter_map(|edge| self.bends.get(&edge)).filter(|bend| bend.angle <= self.feature_angle);
+            smooth.map(|bend| bend.angle).fold(0.0, f64::max)
         };
         let kinks: BTreeSet<[u32; 2]> = self
             .bends
@@ -442,10 +444,12 @@ mod tests {
 
     #[test]
     fn flat_faces_and_kinks_stay_as_they_are() {
-        let profiles: [&[[f64; 2]]; 3] = [
+        let profiles: [&[[f64; 2]]; 4] = [
             &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]],
             &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.5], [4.0, 1.0]],
             &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.5]],
+            // the facet in the middle ends at a sharp edge and at a kink
+            &[[0.0, 0.0], [1.0, 1.5], [2.0, 1.5], [3.0, 1.0], [4.0, 0.5]],
         ];
         for profile in profiles {
             let (facets, nodes) = strip(profile);

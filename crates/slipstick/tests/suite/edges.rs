@@ -7,10 +7,12 @@
 mod ends;
 mod fields;
 mod gradients;
+mod kinks;
 mod nose;
 mod overhang;
 mod search;
 mod sliding;
+mod soft;
 mod ssnp503;
 mod study;
 mod warnings;
