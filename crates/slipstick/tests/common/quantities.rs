@@ -17,7 +17,10 @@ pub fn every_quantity(problem: &Problem) -> Vec<Arc<dyn Quantity>> {
     };
     let along = |e| VectorMeasure::along(e).expect("a direction");
     let whole = || Patch::whole(0);
-    let slaves = problem.analysis.model().slave_nodes();
+    let mut slaves = problem.analysis.model().slave_nodes();
+    // a node may be the slave of several pairs
+    let mut known = std::collections::HashSet::new();
+    slaves.retain(|node| known.insert(*node));
     let part = Patch::within(0, slaves[..2].to_vec()).expect("nodes");
     let force = |name: &str, part| -> Arc<dyn Quantity> { Arc::new(ContactResultant::new(name, whole(), part)) };
     let pressure = |name: &str, measure| -> Arc<dyn Quantity> {

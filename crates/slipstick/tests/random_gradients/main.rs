@@ -6,6 +6,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod curved;
 mod problem;
 #[path = "../common/table.rs"]
 mod table;
@@ -14,6 +15,7 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
+use curved::FIRST_OF_CURVED;
 use problem::{
     FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS,
     RandomProblem, random_map, random_problem,
@@ -256,6 +258,13 @@ fn gradients_of_random_rigid_bodies() {
     suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 40, With::Densities);
 }
 
+/// The same with curved surfaces whose facets do not match, and with nodes in two pairs, as at the edge of a
+/// block in a corner; normals at edges are averaged or those of the face that is touched.
+#[test]
+fn gradients_of_random_curved_surfaces_and_corners() {
+    suite(FIRST_OF_CURVED..FIRST_OF_CURVED + 20, With::Densities);
+}
+
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
 /// one-sided differences agree with the adjoint to second order, central ones do not. They are
 /// reported as kinks, not as errors.
@@ -332,6 +341,13 @@ fn gradients_of_three_hundred_random_rigid_bodies() {
 fn gradients_of_two_hundred_random_plastic_bodies() {
     let table = suite(FIRST_OF_PLASTIC..FIRST_OF_PLASTIC + 200, With::Densities);
     publish("7_plastic", "plastic bodies", &table);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_two_hundred_random_curved_surfaces_and_corners() {
+    let table = suite(FIRST_OF_CURVED..FIRST_OF_CURVED + 200, With::Densities);
+    publish("8_curved", "curved surfaces whose facets do not match, and nodes in two pairs", &table);
 }
 
 /// Publishes the sums of a suite as a row of the table by kind of problem.

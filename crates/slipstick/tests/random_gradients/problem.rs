@@ -15,6 +15,7 @@ use slipstick_design::{
 };
 use slipstick_mesh::{Body, BoxShape, box_mesh};
 
+use super::curved::{FIRST_OF_CURVED, curved_problem};
 use crate::common::quantities::every_quantity;
 use crate::common::{Random, designed, problem, problem_with};
 
@@ -34,11 +35,11 @@ pub struct RandomProblem {
     pub problem: Problem,
 }
 
-fn one_of<T: Copy>(random: &mut Random, all: &[T]) -> T {
+pub fn one_of<T: Copy>(random: &mut Random, all: &[T]) -> T {
     all[((random.unit() * all.len() as f64) as usize).min(all.len() - 1)]
 }
 
-fn chance(random: &mut Random, probability: f64) -> bool {
+pub fn chance(random: &mut Random, probability: f64) -> bool {
     random.unit() < probability
 }
 
@@ -61,7 +62,7 @@ fn direction(random: &mut Random) -> Unit<Vector3<f64>> {
     }
 }
 
-fn place(rotation: &Rotation3<f64>, translate: Vector3<f64>) -> String {
+pub fn place(rotation: &Rotation3<f64>, translate: Vector3<f64>) -> String {
     let (axis, angle) =
         rotation.axis_angle().map_or(([0.0, 1.0, 0.0], 0.0), |(axis, angle)| (axis.into_inner().into(), angle));
     let translate: [f64; 3] = translate.into();
@@ -95,7 +96,7 @@ fn other_laws() -> Vec<LawKind> {
     LawKind::ALL.iter().copied().filter(|law| finite(law) && !law.has_memory()).collect()
 }
 
-fn enforcement(random: &mut Random) -> (&'static str, String) {
+pub fn enforcement(random: &mut Random) -> (&'static str, String) {
     let method = one_of(random, &["Lagrange", "penalty", "augmented"]);
     let own = chance(random, 0.5);
     let stiffness = random.within(5e3, 4e4);
@@ -328,7 +329,7 @@ fn scenarios(random: &mut Random, turn: &Rotation3<f64>, rotation: Option<([f64;
 
 /// Sets an objective of one to three quantities with weights, summed over steps or the largest of
 /// them; returns its description.
-fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
+pub fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
     // without loads, the compliance is 0
     let mut all = every_quantity(problem);
     all.retain(|quantity| quantity.name() != "compliance");
@@ -404,6 +405,9 @@ fn printed_box(random: &mut Random, problem: &Problem, body: &Body) -> PrintedBo
 
 /// The problem of a seed.
 pub fn random_problem(seed: u64) -> RandomProblem {
+    if seed >= FIRST_OF_CURVED {
+        return curved_problem(seed);
+    }
     let mut random = Random::new(seed);
     let r = &mut random;
     let slab = [r.within(1.5, 4.0), r.within(0.5, 1.2), r.within(0.8, 2.0)];
