@@ -227,6 +227,7 @@ fn march_options(case: &Case) -> MarchOptions {
             case::StartValues::LastState => StartValues::Previous,
         },
         factor_memory: case.adjoint.memory.0,
+        history_memory: case.adjoint.memory.0,
     }
 }
 

@@ -30,6 +30,7 @@ mod divided;
 pub mod equations;
 mod failure;
 mod free;
+mod history;
 mod inputs;
 mod ladder;
 mod linear;
@@ -51,6 +52,7 @@ mod timings;
 mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+pub use history::{Evaluator, HistoryUpdate};
 pub use inputs::Inputs;
 pub use ladder::{FailedAttempt, Rung};
 pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};

@@ -4,6 +4,7 @@ use crate::continuation;
 use crate::divided::on_first;
 use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
 use crate::free::FreeSteps;
+use crate::history::{Histories, HistoryUpdate, Thinning};
 use crate::ladder::{self, FailedAttempt, Progress, Rung, iterations_of};
 use crate::newton::{self, NewtonOptions, Start, StepReport};
 use crate::problem::{Attempt, Evaluated, Held, Iteration, Method, StepProblem, StepState, Wanted};
@@ -17,7 +18,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Settings of the march.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MarchOptions {
     /// Newton's method.
     pub newton: NewtonOptions,
@@ -30,6 +31,21 @@ pub struct MarchOptions {
     /// has none or if they no longer work well. The gradient is the same in both cases, to the
     /// tolerance of its linear solves.
     pub factor_memory: usize,
+    /// Memory for the histories of a path whose [`LoadPath::histories`] can compute them again, but at
+    /// least that of eight. \[bytes\] The results are the same, bit for bit.
+    pub history_memory: usize,
+}
+
+impl Default for MarchOptions {
+    fn default() -> Self {
+        Self {
+            newton: NewtonOptions::default(),
+            max_cutbacks: 0,
+            start: StartValues::default(),
+            factor_memory: 0,
+            history_memory: usize::MAX,
+        }
+    }
 }
 
 /// An accepted state.
@@ -37,7 +53,8 @@ pub struct MarchOptions {
 pub struct PathState {
     /// Pseudo-time.
     pub time: f64,
-    /// Unknowns and history; with several ranks, each may hold only [its part](Path::state).
+    /// Unknowns and history; with several ranks, each may hold only [its part](Path::state), and the
+    /// history may be empty because it can be computed again.
     pub state: StepState,
     /// The user's step (1-based) that this state completes; `None` within a step that was cut back.
     pub completes: Option<usize>,
@@ -50,6 +67,8 @@ pub struct PathState {
     pub rest: bool,
     /// Whether each rank holds only its part of the unknowns and history.
     pub(crate) divided: bool,
+    /// Where the history comes from, unless it is kept.
+    pub(crate) histories: Option<Arc<Histories>>,
     pub(crate) factors: Option<Arc<KeptFactors>>,
 }
 
@@ -98,15 +117,25 @@ impl Path {
         self.states.iter().filter(|state| !state.rest).count()
     }
 
-    /// Returns a state. A state that is distributed over the ranks is gathered, so all ranks must
-    /// call this. The last two states of a path, from which steps start, are complete on every
-    /// rank. In a run on one rank, all states are complete.
+    /// Returns a state. A state that is distributed over the ranks is gathered, and a history that is not
+    /// kept is computed again, so all ranks must call this in the same order. The last two states of a load
+    /// case, from which steps start, are complete on every rank.
     pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
-        let PathState { state, divided, .. } = &self.states[index];
-        if !divided {
-            return Cow::Borrowed(state);
-        }
-        Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
+        let joined = |index: usize| {
+            let PathState { state, divided, .. } = &self.states[index];
+            match divided {
+                false => Cow::Borrowed(state),
+                true => {
+                    let [unknowns, history] = [&state.unknowns, &state.history].map(|part| ranks.join(part));
+                    Cow::Owned(StepState { unknowns, history })
+                }
+            }
+        };
+        let state = joined(index);
+        let Some(histories) = &self.states[index].histories else { return state };
+        let first = (0..index).rev().find(|&before| self.states[before].rest).unwrap_or(0);
+        let history = histories.get(index - first, &|n| (&self.states[first + n], joined(first + n).into_owned()));
+        Cow::Owned(StepState { history, ..state.into_owned() })
     }
 
     /// Runs a task on the first rank, such as writing files, which requests states by number. All
@@ -153,6 +182,11 @@ impl Path {
     /// Number of states that have factors for the sweep.
     pub fn states_with_factors(&self) -> usize {
         self.states.iter().filter(|s| s.factors.is_some()).count()
+    }
+
+    /// Number of states that keep a history; those of the others are [computed again](LoadPath::histories).
+    pub fn states_with_histories(&self) -> usize {
+        self.states.iter().filter(|s| s.histories.is_none() && !s.state.history.is_empty()).count()
     }
 
     /// Drops the factors, which are no longer needed after the sweep.
@@ -236,13 +270,15 @@ pub struct LoadPath<'a> {
     pub steps_before: usize,
     /// A path that provides initial guesses.
     pub guide: Option<&'a Guide>,
+    /// Computes histories again that are not kept; without it, all are kept.
+    pub histories: Option<Arc<dyn HistoryUpdate>>,
 }
 
 impl<'a> LoadPath<'a> {
     /// A path from `start` at time 0 to each of the `times`, without earlier load cases and without
     /// a guide.
     pub fn new(start: StepState, times: &'a [f64]) -> Self {
-        Self { begin: 0.0, start, times, steps_before: 0, guide: None }
+        Self { begin: 0.0, start, times, steps_before: 0, guide: None, histories: None }
     }
 }
 
@@ -264,7 +300,7 @@ pub fn march<P: StepProblem>(
     options: &MarchOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<Path, Box<MarchFailure>> {
-    let &LoadPath { begin, ref start, times, steps_before, guide } = load_path;
+    let &LoadPath { begin, ref start, times, steps_before, guide, ref histories } = load_path;
     let rest = PathState {
         time: begin,
         state: start.clone(),
@@ -273,8 +309,12 @@ pub fn march<P: StepProblem>(
         active_set: Vec::new(),
         rest: true,
         divided: false,
+        histories: None,
         factors: None,
     };
+    let length = start.history.len();
+    let thinned = histories.as_ref().filter(|_| length > 0);
+    let mut thinning = thinned.map(|update| Thinning::new(update.clone(), length, options.history_memory));
     let mut path = Path { states: vec![rest], steps: steps_before, factor_bytes: 0 };
     solver.linear.forget();
     // geometry of the last state
@@ -310,9 +350,14 @@ pub fn march<P: StepProblem>(
                     let factors = path.keep(solver.linear.latest(fixed), options.factor_memory);
                     let completes = last.then_some(step);
                     let (rest, divided, active_set) = (false, false, at.active_set);
-                    let next = PathState { time: target, state, completes, report, active_set, rest, divided, factors };
+                    let (time, histories) = (target, None);
+                    let next =
+                        PathState { time, state, completes, report, active_set, rest, divided, histories, factors };
                     path.states.push(next);
                     path.divide(solver.linear.ranks());
+                    if let Some(thinning) = &mut thinning {
+                        thinning.thin(&mut path.states);
+                    }
                     geometry = Some(at.geometry);
                     observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {

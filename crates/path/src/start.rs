@@ -282,6 +282,7 @@ mod tests {
                 active_set: Vec::new(),
                 rest: false,
                 divided: false,
+                histories: None,
                 factors: None,
             }
         };

@@ -7,6 +7,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipstick::analysis::LoadCases;
+use slipstick::linalg::Alone;
 use slipstick::model::{ContactResults, Design, course};
 use slipstick::path::PathState;
 use slipstick::quantities::{Quantities, quantities};
@@ -67,9 +68,10 @@ impl Path {
     fn contact<'py>(&self, py: Python<'py>, step: usize) -> PyResult<Bound<'py, PyDict>> {
         let results = detached(py, || {
             let (index, state) = self.state(step)?;
-            let previous = &self.path.states[if state.rest { index } else { index - 1 }];
+            let [previous, now] =
+                [if state.rest { index } else { index - 1 }, index].map(|i| self.path.state(i, &Alone));
             let design = self.cases.design_at(&self.design, state.time);
-            let results = design.contact_results(&previous.state, &state.state, state.time);
+            let results = design.contact_results(&previous, &now, state.time);
             results.map_err(|error| Error::Internal(format!("a converged state cannot be evaluated: {error}")))
         })?;
         self.arrays(py, &results)

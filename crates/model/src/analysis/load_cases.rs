@@ -187,7 +187,11 @@ impl Analysis {
     ) -> Result<Path, Box<MarchFailure>> {
         let steps = self.cases.steps(&self.times);
         let count = steps.len();
-        let options = MarchOptions { factor_memory: options.factor_memory / count, ..*options };
+        let options = MarchOptions {
+            factor_memory: options.factor_memory / count,
+            history_memory: options.history_memory / count,
+            ..*options
+        };
         let mut lanes = self.lanes();
         let one_by_one = lanes.is_empty();
         let stop = Stop::new(count);
@@ -203,6 +207,7 @@ impl Analysis {
                     times: &times[steps[case].clone()],
                     steps_before: steps[case].start,
                     guide,
+                    histories: problem.history_update(),
                 };
                 let marched = march(&mut Solver { problem, linear, workspace }, &load_path, &options, observer);
                 if marched.is_err() {

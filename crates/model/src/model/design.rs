@@ -2,10 +2,10 @@
 //! stiffness at the contact.
 
 use super::enforcement::{Enforcement, GivenStiffness, Method, TANGENTIAL_COMPLEMENTARITY};
-use super::{ContactModel, LEAST_SHARE, SlaveData, inverted};
+use super::{ContactModel, LEAST_SHARE, SlaveData, Workspace, inverted};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_design::ElementValues;
-use slipstick_path::StateError;
+use slipstick_path::{Evaluator, HistoryUpdate, StateError};
 use slipstick_solid::ElementScaling;
 use std::sync::Arc;
 
@@ -40,6 +40,12 @@ impl Design {
     /// The same densities in the model as modified by `change`.
     pub(crate) fn of_changed_model(&mut self, change: impl FnOnce(&mut ContactModel)) {
         change(Arc::make_mut(&mut self.model));
+    }
+
+    /// Computes the history at the end of a step again; `None` without histories.
+    pub(crate) fn history_update(&self) -> Option<Arc<dyn HistoryUpdate>> {
+        let evaluator = || Evaluator::new(self.clone(), Workspace::default());
+        (self.model.unknowns.history > 0).then(|| Arc::new(evaluator()) as _)
     }
 
     /// The data that do not depend on the density.

@@ -230,14 +230,16 @@ fn states(case: &Case, problem: &Problem) -> f64 {
     let steps = case.steps();
     let (mesh, model) = (&problem.mesh, problem.analysis.model());
     let displacements = 3.0 * mesh.nodes.len() as f64;
-    // Multipliers, and the same amount for the history of contact and statuses.
+    // Multipliers, and the same amount for the history of contact and statuses. Histories of elements are
+    // computed again where memory is short.
     let history = model.solid().history() as f64;
-    let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64 + history);
+    let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);
     // The previous design's path in single precision, and the path of the current design that
     // replaces it.
     let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
     let copies = if follows { 2.0 } else { 1.0 };
-    (steps + 1) as f64 * copies * state * realisations(case) as f64
+    let histories = ((steps + 1) as f64 * 8.0 * history).min(problem.analysis.march.history_memory as f64);
+    ((steps + 1) as f64 * copies * state + histories) * realisations(case) as f64
 }
 
 /// Number of sample elements from which the number of neighbours is estimated.

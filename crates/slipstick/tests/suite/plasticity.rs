@@ -1,10 +1,11 @@
 //! Plasticity in the whole path: gradients through loading, unloading and reloading with friction, for all
 //! methods and elements, and the energy balance.
 
-use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
+use crate::common::scene::{LAGRANGE, Scene, augmented, penalty, three_bodies};
 use crate::common::{forward, problem, problem_with};
 use crate::quantity_gradients::check;
 use slipstick::quantities::quantities;
+use slipstick_linalg::Alone;
 use slipstick_mesh::{BoxShape, box_mesh};
 
 /// A text with plastic bodies in place of elastic ones of E = 1000.
@@ -111,4 +112,32 @@ fn keys_that_do_not_fit_are_refused() {
     let strain = "[[quantity]]\nname = 'strain'\nplastic_strain = {}\n";
     let elastic = scene().text().replace("yield_p = 2.5", "") + strain;
     assert!(refused(&elastic).contains("no element here has a law with plastic strain"));
+}
+
+/// Histories that are not kept are computed again, bit for bit: with room for eight of 24, every quantity and
+/// its gradient are the same, for plastic bodies pressed together by a penalty and for a body that only
+/// contact holds.
+#[test]
+fn histories_are_the_same_when_computed_again() {
+    let plastic = plastic(&Scene { enforcement: penalty(2e4), steps: 24, ..scene() }.text(), LINEAR);
+    let free = three_bodies(&penalty(2e4), &penalty(1e4));
+    for text in [plastic, free] {
+        let run = |memory: usize| {
+            let mut problem = problem(&text);
+            problem.analysis.march.history_memory = memory;
+            let density = crate::common::random_density(&problem, 3);
+            let run = forward(&mut problem, &density);
+            let gradients = problem.analysis.response_gradients(&run, true).expect("gradients");
+            let kept = run.path.states.iter().filter(|state| !state.state.history.is_empty()).count();
+            let found = quantities(&problem, &run.path);
+            let middle = run.path.state(run.path.states.len() / 2, &Alone);
+            (kept, run.path.states.len(), gradients, format!("{found:?} {:?}", middle.history))
+        };
+        let (all, states, gradients, values) = run(usize::MAX);
+        let (kept, _, again, values_again) = run(0);
+        assert_eq!(all, states);
+        assert!(kept <= 8 && kept < states, "{kept} of {states}");
+        assert_eq!(format!("{gradients:?}"), format!("{again:?}"));
+        assert_eq!(values, values_again);
+    }
 }

@@ -36,6 +36,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     let (mut forward, marched) =
         timed(analysis, ranks.as_ref(), now, |analysis| analysis.forward(&density, &mut Silent))?;
     let (kept_states, kept_bytes) = (forward.path.states_with_factors(), forward.path.factor_bytes);
+    let with_histories = forward.path.states_with_histories();
     let (mut gradient, mut recomputed) = (Value::Null, Value::Null);
     if analysis.objective.is_some() && kept_states > 0 {
         gradient = timed(analysis, ranks.as_ref(), now, |analysis| analysis.gradient(&forward))?.1;
@@ -58,7 +59,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         "steps": forward.path.steps, "increments": forward.path.increments(),
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,
-        "states_with_kept_factors": kept_states, "kept_bytes": kept_bytes, "peak_bytes": memory::peak(),
+        "states_with_kept_factors": kept_states, "kept_bytes": kept_bytes, "states_with_histories": with_histories, "peak_bytes": memory::peak(),
         "objective": forward.value, "responses": together,
     }))
 }
