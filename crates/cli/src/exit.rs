@@ -33,3 +33,17 @@ impl Termination for Exit {
         ExitCode::from(self as u8)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As `--help` lists them.
+    #[test]
+    fn failures_have_their_exit_code() {
+        let check = Failure::Check { message: String::new(), cure: String::new() };
+        let interrupted = Failure::Interrupted { message: String::new(), resume: None };
+        let codes = [&Failure::Case(Vec::new()), &Failure::input("", ""), &check, &interrupted];
+        assert_eq!(codes.map(|failure| Exit::from(failure) as u8), [2, 2, 3, 4]);
+    }
+}
