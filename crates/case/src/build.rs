@@ -2,6 +2,7 @@
 
 mod cross_points;
 mod edges;
+mod error;
 mod maps;
 mod mesh;
 mod optimization;
@@ -14,12 +15,13 @@ pub(crate) mod ties;
 mod variables;
 mod variation;
 
+pub use error::BuildError;
 pub use mesh::build_mesh;
 pub use optimization::optimization;
 pub(crate) use regions::Regions;
 pub use surfaces::smooth_faces;
 
-use crate::case::{self, Case};
+use crate::case::{self, Case, CaseCode};
 use quantities::Requested;
 use select::nodes_of;
 use slipstick_contact::enforcement::Stiffness;
@@ -40,24 +42,6 @@ use slipstick_path::{
 };
 use slipstick_solid::{Interpolation, Section, Simp, SolidModel};
 use std::sync::Arc;
-
-/// Why a valid case cannot be built: the place in the case, the problem, and the remedy.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{path}: {message}; {help}")]
-pub struct BuildError {
-    /// Dotted path of the offending entry in the case file, like `contact[0].slave`.
-    pub path: String,
-    /// What is wrong.
-    pub message: String,
-    /// The remedy.
-    pub help: String,
-}
-
-impl BuildError {
-    fn new(path: impl Into<String>, message: impl ToString, help: impl Into<String>) -> Self {
-        Self { path: path.into(), message: message.to_string(), help: help.into() }
-    }
-}
 
 /// What a problem is solved on.
 pub trait Platform {
@@ -253,7 +237,7 @@ fn surface_of<'a>(mesh: &'a Mesh, name: &str, path: &str) -> Result<&'a Surface,
     mesh.surfaces.get(name).ok_or_else(|| {
         let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
         let help = format!("facets are needed here; known surfaces: {}", known.join(", "));
-        BuildError::new(path, format!("there is no surface `{name}`"), help)
+        BuildError::new(path, format!("there is no surface `{name}`"), help).with_code(CaseCode::UnknownSet)
     })
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use slipstick::build::BuildError;
-use slipstick::case::{CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap};
+use slipstick::case::{CaseDiagnostic, CaseErrors, Severity, SourceMap};
 use slipstick::export::ExportError;
 use slipstick::output::OutputError;
 use slipstick::part::PartError;
@@ -54,8 +54,7 @@ impl Failure {
 
     /// An error from building the model, at its place in the case file.
     pub fn build(error: &BuildError, map: &SourceMap) -> Self {
-        let code = build_code(error);
-        Self::Case(vec![map.diagnostic(Severity::Error, &error.path, code, &error.message, &error.help)])
+        Self::Case(vec![map.diagnostic(Severity::Error, &error.path, error.code, &error.message, &error.help)])
     }
 
     /// The exit state in the run's record.
@@ -82,33 +81,6 @@ impl Failure {
                 format!("interrupted: {message}\n    continue with: slipstick resume {}", directory.display())
             }
         }
-    }
-}
-
-/// The stable code of an error that is only found while building, from its place in the case.
-fn build_code(error: &BuildError) -> CaseCode {
-    let path = error.path.as_str();
-    let has = |part: &str| path.contains(part);
-    match path.split(['[', '.']).next().unwrap_or_default() {
-        "body" if has(".material") => CaseCode::OutOfRange,
-        "body" => CaseCode::Mesh,
-        "set" | "surface" if has(".within") => CaseCode::UnknownSet,
-        "set" | "surface" => CaseCode::EmptySet,
-        "dirichlet" if error.message.starts_with("there is no") => CaseCode::UnknownSet,
-        "dirichlet" => CaseCode::ConflictingDirichlet,
-        "contact" if has(".cell_rule") => CaseCode::CellRule,
-        "contact" if error.message.starts_with("there is no") => CaseCode::UnknownSet,
-        "design" if has(".bodies") => CaseCode::UnknownBody,
-        "design" if has(".initial") => CaseCode::Fraction,
-        "design" if has(".volume_fraction") => CaseCode::InfeasibleVolume,
-        "design" if error.message.starts_with("no element is designed") => CaseCode::EmptyDesign,
-        "design" if has(".symmetry") || has(".pattern") || has(".extrude") => CaseCode::AsymmetricMesh,
-        "design" if has(".overhang") => CaseCode::Unsupported,
-        "design" => CaseCode::ContradictoryPassive,
-        "optimizer" if has(".volume_fraction") => CaseCode::InfeasibleVolume,
-        "objective" if has(".contact_force") => CaseCode::NoContact,
-        "objective" => CaseCode::Steps,
-        _ => CaseCode::Unsupported,
     }
 }
 

@@ -40,20 +40,18 @@ impl Machine {
         slaves: &[&str],
     ) -> Result<LinearSystem, BuildError> {
         let Some(session) = &self.session else {
-            return Err(BuildError {
-                path: "solver.linear".into(),
-                message: "PETSc is not started".into(),
-                help: "create the machine from a PETSc session".into(),
-            });
+            return Err(BuildError::new(
+                "solver.linear",
+                "PETSc is not started",
+                "create the machine from a PETSc session",
+            ));
         };
         if let Some(options) = &solver.petsc_options {
             let contact_zone = solver.petsc_preconditioner == case::PetscPreconditioner::ContactZone;
-            session.try_options(options, contact_zone).map_err(|error| BuildError {
-                path: "solver.petsc_options".into(),
-                message: error.to_string(),
-                help: "give options of its linear solver as PETSc's manual writes them (docs/cluster.md); set others \
-                       in the variable PETSC_OPTIONS"
-                    .into(),
+            session.try_options(options, contact_zone).map_err(|error| {
+                let help = "give options of its linear solver as PETSc's manual writes them (docs/cluster.md); set others \
+                            in the variable PETSC_OPTIONS";
+                BuildError::new("solver.petsc_options", error, help)
             })?;
         }
         let backend = slipstick_petsc::PetscBackend::new(session.clone(), owners);
@@ -65,11 +63,11 @@ impl Machine {
 
     #[cfg(not(feature = "petsc"))]
     fn petsc(&self, _: &case::Solver, _: &[u32], _: &Mesh, _: &[&str]) -> Result<LinearSystem, BuildError> {
-        Err(BuildError {
-            path: "solver.linear".into(),
-            message: "this program was built without PETSc".into(),
-            help: "choose \"auto\", or build it with `--features petsc` (docs/cluster.md)".into(),
-        })
+        Err(BuildError::new(
+            "solver.linear",
+            "this program was built without PETSc",
+            "choose \"auto\", or build it with `--features petsc` (docs/cluster.md)",
+        ))
     }
 }
 
@@ -88,11 +86,11 @@ impl Platform for Machine {
         let several = self.ranks().size() > 1;
         let alone = || match several {
             false => Ok(()),
-            true => Err(BuildError {
-                path: "solver.linear".into(),
-                message: "this solver works on one rank only".into(),
-                help: "choose \"petsc\", or omit the key".into(),
-            }),
+            true => Err(BuildError::new(
+                "solver.linear",
+                "this solver works on one rank only",
+                "choose \"petsc\", or omit the key",
+            )),
         };
         let one = |choice: SolverChoice| alone().map(|()| LinearSystem::new(choice));
         match solver.linear {
@@ -121,28 +119,26 @@ pub fn contact_zone(mesh: &Mesh, slaves: &[&str]) -> slipstick_petsc::ContactZon
 fn cudss() -> Result<LinearSystem, BuildError> {
     use slipstick_cudss::{CudssBackend, CudssError, Device};
 
-    let device = Device::open().map_err(|error| BuildError {
-        path: "solver.linear".into(),
-        message: error.to_string(),
-        help: match error {
+    let device = Device::open().map_err(|error| {
+        let help = match error {
             CudssError::Library { .. } | CudssError::Version { .. } => {
                 "install the NVIDIA driver and cuDSS 1, and name the folder of libcudss in LD_LIBRARY_PATH \
                  (docs/gpu.md); or choose \"auto\""
             }
             _ => "choose \"auto\", or check with `nvidia-smi` that a GPU is free (docs/gpu.md)",
-        }
-        .into(),
+        };
+        BuildError::new("solver.linear", error, help)
     })?;
     Ok(LinearSystem::new(CudssBackend::new(Arc::new(device))))
 }
 
 #[cfg(not(feature = "cudss"))]
 fn cudss() -> Result<LinearSystem, BuildError> {
-    Err(BuildError {
-        path: "solver.linear".into(),
-        message: "this program was built without cuDSS".into(),
-        help: "choose \"auto\", or build it with `--features cudss` (docs/gpu.md)".into(),
-    })
+    Err(BuildError::new(
+        "solver.linear",
+        "this program was built without cuDSS",
+        "choose \"auto\", or build it with `--features cudss` (docs/gpu.md)",
+    ))
 }
 
 /// The nodes of a mesh for the Schwarz preconditioner.

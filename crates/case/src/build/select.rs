@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::BuildError;
 use super::regions::to_facet;
-use crate::case;
+use crate::case::{self, CaseCode};
 use nalgebra::Vector3;
 use slipstick_mesh::{self as mesh, Mesh, Surface};
 
@@ -13,6 +13,7 @@ pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, 
     mesh.set_nodes(name).map(|n| n.into_owned()).ok_or_else(|| {
         let known = mesh.names().join(", ");
         BuildError::new(path, format!("there is no set or surface `{name}`"), format!("known names: {known}"))
+            .with_code(CaseCode::UnknownSet)
     })
 }
 
@@ -27,6 +28,7 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str)
         Some(within) => mesh.surfaces.get(within).cloned().ok_or_else(|| {
             let message = format!("there is no surface `{within}`");
             BuildError::new(format!("{path}.within"), message, "name a surface of the body")
+                .with_code(CaseCode::UnknownSet)
         })?,
     };
     let inside =
@@ -104,6 +106,7 @@ fn union(mesh: &Mesh, of: &[String], path: &str) -> Result<Surface, BuildError> 
                 format!("there is no surface `{name}`"),
                 "name surfaces of the case",
             )
+            .with_code(CaseCode::UnknownSet)
         })?;
         let new = part.facets.iter().filter(|facet| !all.facets.contains(facet));
         let new: Vec<mesh::Facet> = new.cloned().collect();

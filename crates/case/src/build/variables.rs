@@ -1,12 +1,12 @@
 //! The design variables of a case: designed and passive elements, and elements that share a variable.
 
-use slipstick_design::{DesignVariables, Motion, Places, TieError, Ties};
+use slipstick_design::{DesignError, DesignVariables, Motion, Places, TieError, Ties};
 use slipstick_mesh::Mesh;
 use slipstick_model::words::{counted, quantity};
 
 use super::BuildError;
 use super::regions::Regions;
-use crate::case::{Case, Design, DesignSymmetry};
+use crate::case::{Case, CaseCode, Design, DesignSymmetry};
 
 pub(super) fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {
     let Some(design) = &case.design else {
@@ -22,8 +22,13 @@ pub(super) fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignV
     let regions = Regions::new(mesh, &domain);
     let inside = |listed| -> Vec<u32> { regions.each(listed).concat() };
     let (solid, void) = (inside(&design.passive_solid), inside(&design.passive_void));
-    let variables = DesignVariables::new(mesh.elements.len(), &domain, &solid, &void)
-        .map_err(|e| BuildError::new("design", e, "change bodies or passive regions"))?;
+    let variables = DesignVariables::new(mesh.elements.len(), &domain, &solid, &void).map_err(|error| {
+        let refused = BuildError::new("design", &error, "change bodies or passive regions");
+        match error {
+            DesignError::Empty { .. } => refused.with_code(CaseCode::EmptyDesign),
+            _ => refused,
+        }
+    })?;
     let scheduled = case.optimizer.iter().flat_map(|optimizer| optimizer.schedule.volume_fraction.entries());
     let scheduled =
         (0..).zip(scheduled).map(|(i, &(_, limit))| (format!("optimizer.schedule.volume_fraction[{i}]"), limit));
