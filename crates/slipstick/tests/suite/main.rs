@@ -1,9 +1,6 @@
 //! Tests of the library, in one program: it links once, and its tests share the cores.
 //! `cargo test --release -p slipstick --test suite newton::` runs those of one module.
 
-mod case_bad;
-mod case_good;
-mod closing;
 #[path = "../common/mod.rs"]
 mod common;
 mod conservative;
@@ -37,11 +34,9 @@ mod plasticity;
 mod quantities;
 mod quantity_gradients;
 mod rigid;
-mod round_trip;
 mod rounding;
 mod run;
 mod scenarios;
-mod schema;
 mod schwarz;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]

@@ -1,7 +1,7 @@
 //! Case files without errors: meaning, defaults, templates, round trip, warnings, places.
 
-use slipstick::case::*;
-use slipstick::solid::Orthotropic;
+use slipstick_case::case::*;
+use slipstick_solid::Orthotropic;
 
 fn parse(text: &str) -> Resolved {
     parse_case(text, "case.toml").unwrap_or_else(|errors| panic!("{errors}"))

@@ -1,11 +1,12 @@
 //! Gaps that no prescribed motion closes are predicted, and no others: compared with hand
 //! calculations and with the actual load path.
 
-use slipstick::analysis::ForwardNotice;
-use slipstick::build::build;
-use slipstick::case::{CaseCode, TEMPLATES, parse_case};
-use slipstick::check::{NoticeKind, inspect};
+use slipstick_case::case::{CaseCode, TEMPLATES, parse_case};
+use slipstick_case::check::{NoticeKind, inspect};
+use slipstick_model::analysis::ForwardNotice;
 use slipstick_path::Silent;
+
+use crate::build;
 
 /// A block above a slab with this gap; the caller appends supports and motions.
 fn bodies(gap: f64) -> String {
@@ -36,7 +37,9 @@ fn foreseen(text: &str, steps: usize) -> Vec<String> {
 
 /// Whether contact closes on the path that is marched.
 fn closes(text: &str, steps: usize) -> bool {
-    let mut problem = crate::common::problem(&format!("{text}\n[load_path]\nsteps = {steps}\n"));
+    let text = format!("{text}\n[load_path]\nsteps = {steps}\n");
+    let resolved = parse_case(&text, "gap.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let mut problem = build(&resolved.case).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}"));
     forward.notice != Some(ForwardNotice::ContactNeverCloses)

@@ -2,8 +2,9 @@
 //! remedy.
 
 use super::{GOOD, errors};
-use slipstick::build::{build, optimization};
-use slipstick::case::{CaseCode, parse_case};
+use crate::build;
+use slipstick_case::build::optimization;
+use slipstick_case::case::{CaseCode, parse_case};
 
 const QUANTITIES: &str = r#"
 [[quantity]]
