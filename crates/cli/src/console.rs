@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
-use slipstick::crushed::{CURE, CrushedVoid};
+use slipstick::crushed::{CURE, CrushedVoid, RESCUED};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 use slipstick::pieces::{self, LoosePieces};
@@ -148,8 +148,7 @@ impl Console {
 
     /// Prints that void follows linear elasticity from an iteration on.
     pub fn rescued_void(&self, void: &CrushedVoid, iteration: usize) {
-        let message = format!("{void}; from iteration {iteration} on, void follows linear elasticity");
-        let help = "set `energy_interpolation = {}` in `[design]`, so that all commands analyse the design like this";
+        let (message, help) = (void.rescued_from(iteration), RESCUED);
         self.event(
             "warning",
             json!({ "code": "rescued_void", "message": message, "help": help, "iteration": iteration, "void": void }),

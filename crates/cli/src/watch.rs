@@ -201,7 +201,7 @@ impl DriveObserver for Watch<'_> {
     }
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
-        let DesignEvaluated { record, ref notice, seconds, ref crushed, rescued, ref loose } = *design;
+        let DesignEvaluated { record, ref notice, seconds, ref crushed, rescued, divided, ref loose } = *design;
         // Repeated only if it differs from that of the previous design.
         self.console.notice(notice.as_ref().filter(|notice| Some(*notice) != self.notice.as_ref()));
         self.notice.clone_from(notice);
@@ -211,6 +211,13 @@ impl DriveObserver for Watch<'_> {
         }
         if let Some(void) = rescued {
             self.console.rescued_void(void, record.iteration);
+        }
+        if divided {
+            self.console.event("divided_rise", json!({ "iteration": record.iteration }));
+            self.console.text(&format!(
+                "  iteration {}: the sharpness rises in two halves, since the design would break a bound",
+                record.iteration
+            ));
         }
         if let Some(loose) = loose.as_ref().filter(|_| !self.loose) {
             self.console.loose_pieces(loose, Some(record.iteration));

@@ -20,6 +20,10 @@ pub const VOID: f64 = 0.3;
 pub const CURE: &str =
     "void that follows linear elasticity, which cannot invert: `energy_interpolation = {}` in `[design]`";
 
+/// What to do about void that follows linear elasticity only from an iteration on.
+pub const RESCUED: &str =
+    "set `energy_interpolation = {}` in `[design]`, so that all commands analyse the design like this";
+
 /// Void that inverted or folded in failed attempts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CrushedVoid {
@@ -42,6 +46,13 @@ impl fmt::Display for CrushedVoid {
             "void collapses: {times} at load steps failed because elements of low density inverted or folded, such as \
              element {element} of body `{body}` with the density {density:.3}"
         )
+    }
+}
+
+impl CrushedVoid {
+    /// Says that, because of this, void follows linear elasticity from an iteration on.
+    pub fn rescued_from(&self, iteration: usize) -> String {
+        format!("{self}; from iteration {iteration} on, void follows linear elasticity")
     }
 }
 

@@ -69,6 +69,8 @@ pub struct Optimization {
     /// Whether the volume is bounded.
     bounded: bool,
     iterations: usize,
+    /// Number of updates for which the schedule is made.
+    planned: usize,
     stop: StopCriteria,
     schedule: Schedule,
     /// Whether a march follows the path of the previous design.
@@ -156,6 +158,7 @@ impl Optimization {
             extremes,
             best: None,
             interpolation: None,
+            divided: Vec::new(),
             history: Vec::new(),
         };
         Ok(Self {
@@ -166,6 +169,7 @@ impl Optimization {
             limit,
             bounded: volume_fraction.is_some(),
             iterations,
+            planned: iterations,
             stop,
             schedule,
             follow: options.follow_previous_design,
@@ -182,7 +186,7 @@ impl Optimization {
 
     /// The map from variables to densities at the current iteration.
     pub fn map(&self) -> &DensityMap {
-        self.realisations.map(self.state.iteration)
+        self.realisations.map(self.state.iteration, &self.state.divided)
     }
 
     /// The design of the last [`advance`](Self::advance); `None` before the first.
@@ -240,10 +244,11 @@ impl Optimization {
         self.stop
     }
 
-    /// The iteration of the last entry of the schedule, before which the criteria for stopping do
+    /// The iteration of the last entry of the schedule or, if its rise is divided, of the second half, before which the criteria for stopping do
     /// not count.
     pub fn last_scheduled(&self) -> usize {
-        self.schedule.end()
+        let divided = self.state.divided.last().map_or(0, |from| from + maps::WAIT);
+        self.schedule.end().max(divided)
     }
 
     /// Whether all updates are made (or the criteria for stopping were met) and the last design is
@@ -257,9 +262,26 @@ impl Optimization {
     fn done(&self, x: &VariableValues) -> bool {
         let change = self.state.x_before.as_ref().map(|before| largest_change(x, before));
         let updated = self.state.history.iter().rev().find(|record| record.change.is_some());
-        let ended = |record: &IterationRecord| record.iteration >= self.schedule.end();
+        let ended = |record: &IterationRecord| record.iteration >= self.last_scheduled();
         let settled = |record: &IterationRecord| ended(record) && self.stop.met(record, change);
         self.state.iteration >= self.iterations || updated.is_some_and(settled)
+    }
+
+    /// Whether the sharpness rises at this iteration, and may do so in two halves: an update must follow the
+    /// second one, also if this run ends earlier and is continued.
+    fn can_divide(&self) -> bool {
+        self.realisations.can_divide(self.state.iteration) && self.state.iteration + maps::WAIT < self.planned
+    }
+
+    /// Whether objective and constraints are other functions of the variables at an iteration than before.
+    fn changes_functions_at(&self, iteration: usize) -> bool {
+        let rest = iteration.checked_sub(maps::WAIT).is_some_and(|from| self.state.divided.contains(&from));
+        self.schedule.changes_functions_at(iteration) || rest
+    }
+
+    /// Whether their values cannot be compared with those before.
+    fn changes_values_at(&self, iteration: usize) -> bool {
+        self.schedule.changes_values_at(iteration) || self.changes_functions_at(iteration)
     }
 
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the
@@ -267,6 +289,7 @@ impl Optimization {
     /// history.
     ///
     /// If the path of an updated design cannot be marched, the update is halved, up to a few times.
+    /// If a rise of the sharpness breaks a bound, it is divided.
     /// With GCMMA, a marched design at which the approximations are not conservative is rejected,
     /// and the candidate of the next inner iteration is marched. The optimization stops at a design
     /// whose objective is only round-off.
@@ -274,6 +297,15 @@ impl Optimization {
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
+        let divided = self.state.divided.len();
+        let advanced = self.evaluate_and_update(observer);
+        if advanced.is_err() {
+            self.state.divided.truncate(divided);
+        }
+        advanced
+    }
+
+    fn evaluate_and_update(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
         let mut optimizer = self.state.optimizer.clone();
         if let Some(p) = self.schedule.p.at(self.state.iteration) {
             self.realisations.set_penalization(&mut self.problem.analysis, p);
@@ -298,7 +330,7 @@ impl Optimization {
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
         let done = self.done(&x);
-        let changed = self.schedule.changes_values_at(self.state.iteration) || crushed.is_some();
+        let changed = self.changes_values_at(self.state.iteration) || crushed.is_some();
         let interpolation = crushed.map(|void| Interpolation { from: self.state.iteration, void });
         let interpolation = interpolation.or_else(|| self.state.interpolation.clone());
         let evaluated = Evaluated { x: x.clone(), density: designs.nominal().clone(), gradient: None };
@@ -340,7 +372,7 @@ impl Optimization {
         let Some(best) = self.state.best.clone().filter(|best| Some(best.iteration) == result) else {
             return Ok(None);
         };
-        let densities = self.realisations.densities(best.iteration, &best.x);
+        let densities = self.realisations.densities(best.iteration, &self.state.divided, &best.x);
         let mut designs = self.realisations.march(&mut self.problem.analysis, densities, observer)?;
         if !designs.finished(self.problem.analysis.times.len()) {
             return Err(OptimizeError::Interrupted);
@@ -384,7 +416,7 @@ impl Optimization {
         let analysis = &self.problem.analysis;
         let Gradients { parts, constraints } = self.gradients_of(&x, values, designs, gradients);
         let interpolates = next.interpolation.as_ref().is_some_and(|of| of.from == next.iteration);
-        if self.schedule.changes_functions_at(next.iteration) || interpolates {
+        if self.changes_functions_at(next.iteration) || interpolates {
             next.optimizer.restart();
         }
         if let Some(move_limit) = self.schedule.move_limit.at(next.iteration) {

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use serde_json::json;
+use slipstick::crushed::{CURE, RESCUED};
 use slipstick::drive::{DesignEvaluated, DriveObserver};
 use slipstick::optimize::{Optimization, StopCriteria};
 use slipstick::path::{Interrupt, MarchEvent, MarchObserver};
@@ -24,6 +25,9 @@ pub struct Watch {
     /// When the optimization ends, as JSON.
     outlook: String,
     signals: Arc<Mutex<Signals>>,
+    /// Warnings about the designs of an optimization, each once.
+    pub warnings: Vec<String>,
+    crushed: bool,
     steps: usize,
     newton_iterations: usize,
 }
@@ -59,7 +63,8 @@ impl Watch {
     /// Watches analyses of one call.
     pub fn new(progress: Option<Py<PyAny>>, callback: Option<Py<PyAny>>) -> Self {
         let signals = Arc::new(Mutex::new(Signals { raised: None, asked: Instant::now() }));
-        Self { progress, callback, outlook: String::new(), signals, steps: 0, newton_iterations: 0 }
+        let (outlook, warnings) = (String::new(), Vec::new());
+        Self { progress, callback, outlook, signals, warnings, crushed: false, steps: 0, newton_iterations: 0 }
     }
 
     /// Tells the callback when this optimization ends: after so many updates, or earlier, after the
@@ -110,6 +115,14 @@ impl DriveObserver for Watch {
     }
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
+        let DesignEvaluated { record, crushed, rescued, .. } = design;
+        let from = record.iteration;
+        if let Some(void) = rescued {
+            self.warnings.push(format!("{}\n{RESCUED}", void.rescued_from(from)));
+        }
+        if let Some(crushed) = crushed.as_ref().filter(|_| !std::mem::replace(&mut self.crushed, true)) {
+            self.warnings.push(format!("{crushed}\n{CURE}"));
+        }
         let Some(callback) = &self.callback else { return };
         let record = serde_json::to_string(design.record).unwrap_or_default();
         locked(&self.signals).call(|py| callback.call1(py, (record, design.seconds, &self.outlook)).map(drop));

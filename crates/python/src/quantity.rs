@@ -31,13 +31,14 @@ pub struct Defined {
 }
 
 /// A quantity as passed from Python: adapter, name, powers of force and length, whether it reads
-/// reactions, contact, energies, stresses and the state before, and whether it accumulates.
-pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool, bool), bool);
+/// reactions, contact, energies, stresses, plastic work, plastic strains and the state before, and whether
+/// it accumulates.
+pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool, bool, bool, bool), bool);
 
 /// The quantity of a definition.
 pub fn defined((adapter, name, (force, length), reads, accumulates): Definition) -> Defined {
-    let (reaction, contact, energy, stress, previous) = reads;
-    let reads = Reads { reaction, contact, energy, stress, previous, ..Reads::default() };
+    let (reaction, contact, energy, stress, plastic_work, plastic_strain, previous) = reads;
+    let reads = Reads { reaction, contact, energy, stress, plastic_work, plastic_strain, previous };
     Defined { name, dimension: Dimension::of(force, length), reads, accumulates, adapter }
 }
 
@@ -99,11 +100,13 @@ fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>>
         ("external_force", view.external_force, 3),
         ("reaction", view.reaction, 3),
         ("stress", view.stress, STRESS_POINTS),
+        ("plastic_strain", view.plastic_strain, STRESS_POINTS),
     ] {
         state.set_item(name, arrays::matrix(py, entries.to_vec(), columns))?;
     }
     state.set_item("density", view.density.to_vec().into_pyarray(py))?;
     state.set_item("energy", view.energy.to_vec().into_pyarray(py))?;
+    state.set_item("plastic_work", view.plastic_work.to_vec().into_pyarray(py))?;
     let all = |of: fn(&ContactNode) -> &[f64]| view.contact.iter().flat_map(|at| of(at).to_vec()).collect::<Vec<f64>>();
     let contact = PyDict::new(py);
     contact.set_item("node", arrays::numbers(py, view.contact.iter().map(|at| at.node)))?;
@@ -138,6 +141,8 @@ fn add(field: &str, entries: &[f64], weight: f64, to: &mut StateDerivative) {
         "density" => &mut to.density,
         "energy" => &mut to.energy,
         "stress" => &mut to.stress,
+        "plastic_work" => &mut to.plastic_work,
+        "plastic_strain" => &mut to.plastic_strain,
         "previous.displacement" => &mut to.previous.displacement,
         "previous.external_force" => &mut to.previous.external_force,
         "previous.reaction" => &mut to.previous.reaction,

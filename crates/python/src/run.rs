@@ -37,6 +37,9 @@ pub struct Run {
     directory: RunDirectory,
     resolved: Arc<Resolved>,
     mesh: Mesh,
+    /// What the optimization that made it warns of.
+    #[pyo3(get)]
+    warnings: Vec<String>,
 }
 
 /// Optimizes the design of a case in its own directory.
@@ -71,8 +74,8 @@ pub fn optimize(
         let part = RunPart::starting(command, rayon::current_num_threads());
         let run = slipstick::run::Run::start(&directory, resolved, &case.file, &case.mesh_files(), part, force)?;
         let recorded = RecordedOptimization::start(optimization, resolved, Some(run), record.as_deref())?;
-        finish(recorded, Watch::new(progress, callback))?;
-        Run::open_directory(&directory)
+        let warnings = finish(recorded, Watch::new(progress, callback))?;
+        Ok(Run { warnings, ..Run::open_directory(&directory)? })
     })
 }
 
@@ -97,10 +100,11 @@ pub fn resume(
         let resumed = service::resume(&host, &request, |problem| responses.apply(problem));
         // what an interrupted check says is not why it ended
         watch.check()?;
-        if let Resumed::InProgress(recorded) = resumed? {
-            finish(*recorded, watch)?;
-        }
-        Run::open_directory(&directory)
+        let warnings = match resumed? {
+            Resumed::InProgress(recorded) => finish(*recorded, watch)?,
+            _ => Vec::new(),
+        };
+        Ok(Run { warnings, ..Run::open_directory(&directory)? })
     })
 }
 
@@ -122,8 +126,8 @@ fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Respo
     Ok(service::optimization(resolved, problem)?)
 }
 
-/// Runs an optimization to its end and records how it ended.
-fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<(), Error> {
+/// Runs an optimization to its end and records how it ended. Returns what its designs warn of.
+fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<Vec<String>, Error> {
     // of an earlier call
     drop(take_raised());
     recorded.optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
@@ -146,7 +150,8 @@ fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<(), Er
     };
     let written = driven.end_as(exit, message);
     outcome?;
-    Ok(written?)
+    written?;
+    Ok(watch.warnings)
 }
 
 #[pymethods]

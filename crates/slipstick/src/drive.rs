@@ -49,6 +49,8 @@ pub struct DesignEvaluated<'a> {
     pub crushed: Option<CrushedVoid>,
     /// Void that made its path fail: from this design on, void follows linear elasticity.
     pub rescued: Option<&'a CrushedVoid>,
+    /// Whether the sharpness rose in its analysis by the first of two halves.
+    pub divided: bool,
     /// Pieces of the design that hang together with nothing.
     pub loose: Option<LoosePieces>,
     /// Wall time of the analysis, the gradient and the update. \[s\]
@@ -271,7 +273,8 @@ pub fn drive(
             let rescued = optimization.state.interpolation.as_ref();
             let rescued = rescued.filter(|of| of.from == record.iteration).map(|of| &of.void);
             let notice = forward.notice.clone();
-            observer.evaluated(&DesignEvaluated { record, notice, crushed, rescued, loose, seconds });
+            let divided = optimization.state.divided.contains(&record.iteration);
+            observer.evaluated(&DesignEvaluated { record, notice, crushed, rescued, divided, loose, seconds });
         }
         if let Some(recorder) = &mut recorder {
             recorder.record(optimization, seconds)?;

@@ -78,6 +78,11 @@ impl Optimizer {
         }
     }
 
+    /// Whether it is MMA with a guard.
+    pub fn is_guarded(&self) -> bool {
+        matches!(self, Self::Guarded(_))
+    }
+
     /// Whether a step need not be [judged](Self::judge) if it does not go too far.
     pub fn is_lenient(&self) -> bool {
         matches!(self, Self::Guarded(gcmma) if !gcmma.is_strict())

@@ -72,6 +72,7 @@ mod tests {
             extremes: Vec::new(),
             best: None,
             interpolation: None,
+            divided: Vec::new(),
             history: Vec::new(),
         }
     }

@@ -234,7 +234,11 @@ impl Optimization {
                     let domain = self.on_domain(&designs.forwards[realisation]);
                     variables.restrict_domain(&filter.apply(&domain, &variables.on_domain(gradient))).into()
                 }
-                _ => self.realisations.map_of(realisation, self.state.iteration).pull_back(x, gradient).into(),
+                _ => self
+                    .realisations
+                    .map_of(realisation, self.state.iteration, &self.state.divided)
+                    .pull_back(x, gradient)
+                    .into(),
             }
         };
         // all that depend on the state are filtered alike: a gain that one gradient shows and

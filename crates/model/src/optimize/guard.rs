@@ -10,6 +10,9 @@ use super::functions::Values;
 /// Violation that a step may leave behind, relative to the bound.
 const ALLOWED: f64 = super::FEASIBLE;
 
+/// Violation that a rise of the sharpness may add, relative to the bound.
+const BROKEN: f64 = 0.3;
+
 /// Smallest relative rise of the objective that counts.
 const RISE: f64 = 1e-3;
 
@@ -17,6 +20,12 @@ const RISE: f64 = 1e-3;
 /// objective between designs that meet them.
 pub(super) fn goes_too_far(last: &IterationRecord, values: &Values) -> bool {
     too_far([last.violation, values.violation()], [last.objective, values.objective()])
+}
+
+/// Whether a rise of the sharpness alone makes the design `last` violate a bound so much further that
+/// approximations there say little about the way back.
+pub(super) fn breaks_bounds(last: &IterationRecord, values: &Values) -> bool {
+    values.violation() > last.violation + BROKEN
 }
 
 /// The same for violations and objectives before and after the step.

@@ -60,18 +60,32 @@ impl Optimization {
     /// a design with, and it is accepted. A halved update is judged like a full one. It does not raise the objective
     /// either: the approximations are convex, so where both ends are no worse than the last design,
     /// nor is the middle.
+    ///
+    /// If the sharpness rises there, though, and the design then breaks a bound, MMA with a guard divides the rise
+    /// in two: the same variables are marched with the first half of it.
     pub(super) fn march_accepted(
         &mut self,
         optimizer: &mut Optimizer,
         observer: &mut dyn MarchObserver,
     ) -> Result<Marched, OptimizeError> {
         let bounds = Bounds::of_variables(self.state.x.len());
-        let comparable = !self.schedule.changes_values_at(self.state.iteration);
+        let comparable = !self.changes_values_at(self.state.iteration);
+        let mut divisible = optimizer.is_guarded() && self.can_divide();
         let (mut x, mut halvings, mut lost) = (self.state.x.clone(), 0, 0);
         loop {
             let mut marched = self.march_or_step_back(x, observer)?;
             marched.halvings += halvings;
             marched.lost += lost;
+            if std::mem::take(&mut divisible) && !marched.designs.is_rounded() {
+                let values = self.values(&marched.designs, self.state.dilated_limit, None);
+                if self.state.history.last().is_some_and(|last| guard::breaks_bounds(last, &values)) {
+                    halvings = marched.halvings;
+                    lost = marched.lost + marched.designs.newton_iterations() + marched.designs.failed_iterations();
+                    self.state.divided.push(self.state.iteration);
+                    x = marched.x;
+                    continue;
+                }
+            }
             let judged = comparable && !marched.designs.is_rounded() && marched.crushed.is_none();
             // without scales, nothing has been approximated yet
             let Some(scaling) = self.state.scaling.as_ref().filter(|_| judged) else {
@@ -105,7 +119,7 @@ impl Optimization {
     ) -> Result<Marched, OptimizeError> {
         let (mut halvings, mut lost, mut crushed) = (0, 0, None);
         loop {
-            let densities = self.realisations.densities(self.state.iteration, &x);
+            let densities = self.realisations.densities(self.state.iteration, &self.state.divided, &x);
             let mut watched = Failures { observer: &mut *observer, states: Vec::new() };
             let marched = self.realisations.march(&mut self.problem.analysis, densities, &mut watched);
             let states = watched.states;

@@ -75,16 +75,21 @@ impl Realisations {
     }
 
     /// The map of the nominal design.
-    pub fn map(&self, iteration: usize) -> &DensityMap {
-        self.map_of(0, iteration)
+    pub fn map(&self, iteration: usize, divided: &[usize]) -> &DensityMap {
+        self.map_of(0, iteration, divided)
     }
 
-    pub fn map_of(&self, realisation: usize, iteration: usize) -> &DensityMap {
-        self.maps[realisation].at(iteration)
+    pub fn map_of(&self, realisation: usize, iteration: usize, divided: &[usize]) -> &DensityMap {
+        self.maps[realisation].at(iteration, divided)
     }
 
-    pub fn densities(&self, iteration: usize, x: &VariableValues) -> Vec<ElementValues> {
-        self.maps.iter().map(|maps| maps.at(iteration).densities(x)).collect()
+    pub fn densities(&self, iteration: usize, divided: &[usize], x: &VariableValues) -> Vec<ElementValues> {
+        self.maps.iter().map(|maps| maps.at(iteration, divided).densities(x)).collect()
+    }
+
+    /// Whether the sharpness rises at an iteration, and may do so in two parts.
+    pub fn can_divide(&self, iteration: usize) -> bool {
+        self.maps[0].can_divide(iteration)
     }
 
     pub fn set_penalization(&mut self, nominal: &mut Analysis, p: f64) {

@@ -111,6 +111,10 @@ pub struct OptimizationState {
     /// Since when void follows linear elasticity because a path could not be completed otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
+    /// Iterations at which the sharpness rose only half of the way, because a bound would have broken; the
+    /// rest follows two iterations later.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub divided: Vec<usize>,
     /// All evaluated designs.
     pub history: Vec<IterationRecord>,
 }

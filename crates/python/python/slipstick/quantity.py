@@ -93,6 +93,12 @@ class State:
     stress : ndarray, shape (elements, 8)
         Von Mises stresses of the solid material at the Gauss points, 0 for entries without a point;
         empty unless the quantity reads it. [F/L²]
+    plastic_work : ndarray, shape (elements,)
+        Plastic work since rest, 0 in elastic elements; empty unless the quantity reads it, and
+        without plastic materials. [F L]
+    plastic_strain : ndarray, shape (elements, 8)
+        Equivalent plastic strains at the Gauss points, as for the stress; empty unless the quantity
+        reads it.
     contact : ContactState
         Contact data of all slave nodes.
     previous : PreviousState
@@ -109,6 +115,8 @@ class State:
     density: NDArray[np.float64]
     energy: NDArray[np.float64]
     stress: NDArray[np.float64]
+    plastic_work: NDArray[np.float64]
+    plastic_strain: NDArray[np.float64]
     contact: ContactState
     previous: PreviousState
 
@@ -123,7 +131,7 @@ _UNITS = {
     "F/L²": (1, -2),
 }
 
-_READS = ("reaction", "contact", "energy", "stress", "previous")
+_READS = ("reaction", "contact", "energy", "stress", "plastic_work", "plastic_strain", "previous")
 
 _DERIVATIVES = (
     *(
@@ -134,6 +142,8 @@ _DERIVATIVES = (
         "density",
         "energy",
         "stress",
+        "plastic_work",
+        "plastic_strain",
     ),
     *(f"contact.{name}" for name in ("multiplier", "vector", "gap", "slip", "area")),
     *(f"previous.{name}" for name in ("displacement", "external_force", "reaction")),
@@ -155,7 +165,7 @@ class Quantity:
         Unit in force F and length L: "", "L", "L²", "L³", "F", "F L" or "F/L²".
     reads : tuple of str
         The data that the state must contain: any of "reaction", "contact", "energy", "stress",
-        "previous".
+        "plastic_work", "plastic_strain", "previous".
     accumulates : bool
         Whether the value is an increment; the quantity at a load step is then the sum over all
         (sub-)steps since the start of the load case.
@@ -248,7 +258,7 @@ class Adapter:
         return checked
 
 
-Definition = tuple[Any, str, tuple[int, int], tuple[bool, bool, bool, bool, bool], bool]
+Definition = tuple[Any, str, tuple[int, int], tuple[bool, ...], bool]
 
 
 def definition(quantity: Quantity) -> Definition:
@@ -267,8 +277,7 @@ def definition(quantity: Quantity) -> Definition:
         raise ValueError(
             f"{name}.reads is {quantity.reads!r}: give a tuple of any of {', '.join(_READS)}"
         )
-    reaction, contact, energy, stress, previous = (read in quantity.reads for read in _READS)
-    reads = (reaction, contact, energy, stress, previous)
+    reads = tuple(read in quantity.reads for read in _READS)
     adapter = Adapter(quantity, name)
     return adapter, name, _UNITS[quantity.unit], reads, bool(quantity.accumulates)
 

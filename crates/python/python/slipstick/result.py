@@ -329,6 +329,8 @@ def run(
         continues = f"slipstick.resume({os.fspath(path)!r}) continues"
         said = f"finished iterations are kept: {continues}" if kept else "no iteration has finished"
         raise KeyboardInterrupt(said) from None
+    for warning in result._run.warnings:
+        warnings.warn(SlipstickWarning(warning), stacklevel=3)
     _warn_of_violation(result)
     return result
 
