@@ -166,7 +166,7 @@ impl Problem {
         adapter: Py<PyAny>,
         name: String,
         dimension: (i32, i32),
-        reads: (bool, bool, bool, bool, bool),
+        reads: (bool, bool, bool, bool, bool, bool, bool),
         accumulates: bool,
     ) -> PyResult<()> {
         let quantity = defined((adapter, name, dimension, reads, accumulates));

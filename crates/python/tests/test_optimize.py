@@ -178,3 +178,34 @@ def test_pictures_pages_and_surfaces(problem: ss.Problem, tmp_path: Path) -> Non
     with pytest.raises(ss.InputError, match="no field `nothing`") as caught:
         result.render(tmp_path / "other.png", field="nothing")
     assert "available fields" in caught.value.help
+
+
+def test_void_that_is_rescued_is_warned_of(tmp_path: Path) -> None:
+    crushed = {
+        "body": [
+            {
+                "name": "block",
+                "box": {"min": [0, 0, 0], "max": [1, 1.5, 1], "elements": [2, 3, 2]},
+                "material": {"neo_hooke": {"youngs_modulus": 1000.0, "poisson_ratio": 0.3}},
+            }
+        ],
+        "dirichlet": [
+            {"set": "block_ymin"},
+            {"set": "block_ymax", "motion": [{"t": 1.0, "u": [0.5, -0.6, 0.0]}]},
+        ],
+        "load_path": {"steps": 1, "max_cutbacks": 0},
+        "design": {
+            "bodies": ["block"],
+            "initial": 0.6,
+            "passive_void": [{"min": [0, 0.5, 0], "max": [1, 1, 1]}],
+            "volume_fraction": 0.6,
+        },
+        "quantity": [{"name": "push", "reaction": {"set": "block_ymax", "component": "y"}}],
+        "objective": {"minimise": {"quantity": "push"}},
+        "optimizer": {"iterations": 1},
+    }
+    problem = ss.Case.from_dict(crushed, name="crushed.toml").build()
+    told = r"from iteration 0 on, void follows linear elasticity\n.*energy_interpolation = \{\}"
+    with pytest.warns(ss.SlipstickWarning, match=told) as warnings:
+        problem.optimize(directory=tmp_path / "run")
+    assert sum("linear elasticity" in str(warning.message) for warning in warnings) == 1

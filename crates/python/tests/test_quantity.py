@@ -293,3 +293,76 @@ def test_an_exception_belongs_to_one_call(
     assert quantity.failed
     quantity.fails = False
     assert problem.vjp(names="own")[0]["own"].shape == (4,)
+
+
+BENT = {
+    "body": [
+        {
+            "name": "beam",
+            "box": {"min": [0, 0, 0], "max": [3, 1, 1], "elements": [3, 1, 1]},
+            "material": {
+                "j2_linear": {
+                    "youngs_modulus": 1000.0,
+                    "poisson_ratio": 0.3,
+                    "yield_stress": 8.0,
+                    "hardening_modulus": 120.0,
+                }
+            },
+        }
+    ],
+    "dirichlet": [
+        {"set": "beam_xmin"},
+        {"set": "beam_xmax", "motion": [{"t": 1.0, "u": [0.1, -0.2, 0.0]}]},
+    ],
+    "load_path": {"steps": 3, "tolerance": {"relative": 1e-11}},
+    "design": {"bodies": ["beam"], "volume_fraction": 0.8, "simp": {"p": 3.0, "min": 0.01}},
+    "quantity": [{"name": "strain", "plastic_strain": {"body": "beam", "sharpness": 6}}],
+    "optimizer": {"iterations": 1},
+}
+
+
+class PlasticWork(ss.Quantity):
+    """The work of all elements, which tables have as `plastic_work`."""
+
+    unit = "F L"
+    reads = ("plastic_work",)
+
+    def value(self, state: ss.State) -> float:
+        return float(state.plastic_work.sum())
+
+    def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+        return {"plastic_work": np.ones_like(state.plastic_work)}
+
+
+class PlasticNorm(ss.Quantity):
+    """The 6-norm of the strains, which is that of the case at full density."""
+
+    reads = ("plastic_strain",)
+
+    def value(self, state: ss.State) -> float:
+        return float((state.plastic_strain**6).sum() ** (1 / 6))
+
+    def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+        return {"plastic_strain": (state.plastic_strain / self.value(state)) ** 5}
+
+
+def test_plastic_work_and_strains_are_read() -> None:
+    problem = ss.Case.from_dict(BENT, name="bent.toml").build()
+    problem.add(PlasticWork())
+    problem.add(PlasticNorm())
+    solid = np.ones(3)
+    table = problem.solve(solid).quantities
+    assert table["plastic_work"][-1] > 0.01
+    values, _ = problem.vjp(solid, ["PlasticWork", "PlasticNorm", "strain"])
+    np.testing.assert_allclose(values["PlasticWork"], table["plastic_work"][-3:], rtol=1e-12)
+    np.testing.assert_allclose(values["PlasticNorm"], values["strain"], rtol=1e-12)
+    grey, direction = np.array([0.9, 0.7, 0.8]), np.array([1.0, -0.5, 0.3])
+    for name in ("PlasticWork", "PlasticNorm"):
+        weights = np.array([0.3, -0.2, 1.0])
+        slope = problem.vjp(grey, name)[1]({name: weights}) @ direction
+
+        def along(h: float, name: str = name, weights: NDArray[np.float64] = weights) -> float:
+            return float(weights @ problem.vjp(grey + h * direction, name)[0][name])
+
+        found = orders(along, slope)
+        assert np.all(np.abs(found - 2.0) < 0.1), (name, found)

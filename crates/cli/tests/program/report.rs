@@ -393,6 +393,44 @@ fn a_browser_shows_the_page() {
     );
 }
 
+/// Colours a page by plastic strain and stores the pixels, and what the legend says, in its title.
+const PLASTIC: &str = r##"<script>
+const select = [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes("Colour")).querySelector("select");
+const told = { fields: [...select.options].map(option => option.value), pictures: [] };
+for (const field of ["stress", "plastic"]) { select.value = field; select.dispatchEvent(new Event("change")); told.pictures.push(document.getElementById("legend").textContent); }
+document.title = JSON.stringify(told);
+</script></body>"##;
+
+/// Plastic strains are fields of the view where bodies yield, the same as in the files, and none elsewhere.
+#[test]
+fn plastic_strains_are_on_the_page() {
+    let place = Place::new();
+    let page = |run: &str| {
+        place.good(&format!("report {run}"));
+        data(&place.read(&format!("{run}/report.html")))
+    };
+    place.good("solve case.toml -q");
+    assert!(page("case_solve")["steps"][4]["plastic"].is_null());
+    let yields = "{ j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 5.0, hardening_modulus = 100.0 } }";
+    place.write("case.toml", &CASE.replace("{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }", yields));
+    place.good("solve case.toml -q --out yields");
+    let fields = slipstick::output::read_fields(&place.path("yields/path_0004.vtu")).expect("fields");
+    let expected = &fields.iter().find(|field| field.name == "plastic_strain").expect("plastic strains").values;
+    let largest = expected.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let packed = &page("yields")["steps"][4]["plastic"];
+    let (low, step) = (packed["low"].as_f64().expect("low"), packed["step"].as_f64().expect("step"));
+    let codes = STANDARD.decode(packed["data"].as_str().expect("text")).expect("base64");
+    assert!(largest > 1e-3 && codes.len() == 2 * expected.len(), "{largest}");
+    for (code, strain) in codes.as_chunks::<2>().0.iter().zip(expected.iter()) {
+        assert!((low + step * f64::from(u16::from_le_bytes(*code)) - strain).abs() <= 0.5001 * step, "{strain}");
+    }
+    let Some(told) = tried(&place, "yields", PLASTIC, "plastic_strains_are_on_the_page") else { return };
+    assert!(told["fields"].as_array().expect("fields").contains(&"plastic".into()), "{told}");
+    assert!(told["pictures"][0].as_str().expect("a legend").starts_with("von Mises stress"), "{told}");
+    let legend = told["pictures"][1].as_str().expect("a legend");
+    assert!(legend.starts_with("equivalent plastic strain0") && legend.contains("at this step up to"), "{told}");
+}
+
 /// Plays the load path, and stores the steps that are shown meanwhile in its title.
 const PLAYED: &str = r##"<script>
 const step = [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes("Load step")), input = step.querySelector("input");

@@ -51,6 +51,9 @@ pub(super) struct Step {
     /// Von Mises stress of each element, then of the element behind each face of the skin. \[F/L²\]
     #[serde(skip_serializing_if = "Option::is_none")]
     stress: Option<Packed>,
+    /// Largest equivalent plastic strain of each element, in the same order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plastic: Option<Packed>,
 }
 
 /// Fields of one file.
@@ -175,10 +178,12 @@ fn step(
     };
     let status = of_slaves("contact_status")?.into_iter().map(|status| status.clamp(0.0, 2.0) as u8);
     let (load_case, time) = course::named(load_cases, time);
-    let stress = stored.values("von_mises_stress", mesh.elements.len()).map(|values| {
-        let shown = layout.elements.iter().chain(&layout.behind);
-        Packed::numbers(&shown.map(|&e| values[e as usize]).collect::<Vec<f64>>())
-    });
+    let of_elements = |name: &str| {
+        stored.values(name, mesh.elements.len()).map(|values| {
+            let shown = layout.elements.iter().chain(&layout.behind);
+            Packed::numbers(&shown.map(|&e| values[e as usize]).collect::<Vec<f64>>())
+        })
+    };
     Some(Step {
         number,
         load_case: load_case.map(str::to_owned),
@@ -188,7 +193,8 @@ fn step(
         gap: Packed::numbers(&of_slaves("contact_gap")?),
         slip: Packed::numbers(&of_slaves("slip_increment")?),
         status: base64(&status.collect::<Vec<u8>>()),
-        stress,
+        stress: of_elements("von_mises_stress"),
+        plastic: of_elements("plastic_strain"),
     })
 }
 

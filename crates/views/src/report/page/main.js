@@ -150,9 +150,9 @@ function view() {
     const below = open(density()).filter((phi, e) => phi <= state.threshold && m.bodies[bodyOfHex[e]].designed).sort(), middle = below[below.length >> 1];
     if (!designed || middle > 0.05 && below.filter(phi => Math.abs(phi - middle) < 0.02).length > 0.5 * below.length) state.threshold = 0;
   }
-  const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2] };
-  const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress" };
-  const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? designed : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
+  const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2], plastic: "" };
+  const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress", plastic: "equivalent plastic strain" };
+  const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "plastic", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? designed : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
   function nodal(field) {
     const f = frame(), values = new Float32Array(nodeCount).fill(NaN);
     if (field === "displacement") { const u = open(f.displacement); for (let n = 0; n < nodeCount; n++) values[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]); return values; }
@@ -165,7 +165,7 @@ function view() {
   function range(field) {
     if (field === "density") return [0, 1];
     if (field === "status") return [0, 2];
-    if (field === "stress") return stresses();
+    if (everywhere(field)) return ofMaterial(field);
     const key = `${state.mode} ${field}`;
     if (!ranges.has(key)) {
       let low = field === "derivative" || field === "gap" ? Infinity : 0, high = -Infinity;
@@ -178,14 +178,16 @@ function view() {
     }
     return ranges.get(key);
   }
+  // Fields of the material of all bodies.
+  const everywhere = field => field === "stress" || field === "plastic";
   // Of what is shown: void has no stress, and that of a hidden body does not matter.
   const counts = (i, phi) => i < hexes.length / 8 ? (!phi || phi[i] > state.threshold) && !state.hidden.has(bodyOfHex[i]) : !state.hidden.has(bodyOfQuad[i - hexes.length / 8]);
-  function stresses() {
-    const key = `stress ${state.threshold} ${[...state.hidden].sort().join()}`;
+  function ofMaterial(field) {
+    const key = `${field} ${state.threshold} ${[...state.hidden].sort().join()}`;
     if (!ranges.has(key)) {
       const phi = density() && open(density());
       let high = 0;
-      steps.forEach(f => { if (f.stress) open(f.stress).forEach((v, i) => { if (v > high && counts(i, phi)) high = v; }); });
+      steps.forEach(f => { if (f[field]) open(f[field]).forEach((v, i) => { if (v > high && counts(i, phi)) high = v; }); });
       ranges.set(key, [0, high || 1]);
     }
     return ranges.get(key);
@@ -202,11 +204,11 @@ function view() {
   }
   function refresh() {
     const phi = density() ? open(density()) : new Float32Array(hexes.length / 8).fill(1), solid = e => e >= 0 && phi[e] > state.threshold && !state.hidden.has(bodyOfHex[e]);
-    const cells = ["density", "derivative", "stress"].includes(state.field), [low, high] = range(state.field);
-    const count = hexes.length / 8, everywhere = state.field === "stress";
+    const whole = everywhere(state.field), cells = whole || ["density", "derivative"].includes(state.field), [low, high] = range(state.field);
+    const count = hexes.length / 8;
     let values = cells ? open(state.field === "density" ? density() : frame()[state.field]) : nodal(state.field);
     const unit = v => Number.isNaN(v) ? -1 : Math.max(0, Math.min(1, (v - low) / (high - low)));
-    const ofElement = e => everywhere || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
+    const ofElement = e => whole || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
     const nodes = [], shown = [], owners = [], inner = new Set();
     let at = positions();
     for (let f = 0; f < faces.sides.length / 2; f++) {
@@ -218,8 +220,8 @@ function view() {
     }
     for (let q = 0; q < quads.length / 4; q++) {
       if (state.hidden.has(bodyOfQuad[q])) continue;
-      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(cells ? (everywhere ? unit(values[count + q]) : -1) : unit(values[n])); }
-      owners.push(everywhere ? count + q : -1);
+      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(cells ? (whole ? unit(values[count + q]) : -1) : unit(values[n])); }
+      owners.push(whole ? count + q : -1);
     }
     if (state.section) {
       const cut = sectionOf(hexes, at, solid, state.section), between = k => values[cut.ends[2 * k]] + cut.parts[k] * (values[cut.ends[2 * k + 1]] - values[cut.ends[2 * k]]);
@@ -249,13 +251,13 @@ function view() {
       const stops = ["#440154", "#414487", "#2a788e", "#22a884", "#7ad151", "#fde725"];
       box.append(name, make("div", { class: "bar", style: `background: linear-gradient(to right, ${stops.join(",")})` }), make("div", { class: "ends" }, make("span", {}, digits(low)), make("span", {}, digits(high))));
     }
-    if (state.field === "stress") box.append(make("div", {}, largest()));
+    if (everywhere(state.field)) box.append(make("div", {}, largest()));
     if (count === 0) box.append(make("div", {}, `no density above ${state.threshold}`));
   }
   const numbered = e => `element ${m.elements[bodyOfHex[e]] + e - m.bodies[bodyOfHex[e]].hexes[0]}`;
-  // The largest stress of what is shown, in this step, and its place.
+  // The largest value of what is shown, in this step, and its place.
   function largest() {
-    const values = open(frame().stress), count = hexes.length / 8, phi = density() && open(density());
+    const values = open(frame()[state.field]), count = hexes.length / 8, phi = density() && open(density());
     let top = -1;
     values.forEach((v, i) => { if (top < 0 || v > values[top]) if (counts(i, phi)) top = i; });
     if (top < 0) return "";
