@@ -283,6 +283,6 @@ impl Run {
 impl Run {
     fn open_directory(path: &Path) -> Result<Self, Error> {
         let OpenRun { directory, resolved, mesh } = OpenRun::open(path)?;
-        Ok(Self { directory, resolved: Arc::new(resolved), mesh })
+        Ok(Self { directory, resolved: Arc::new(resolved), mesh, warnings: Vec::new() })
     }
 }
