@@ -8,8 +8,10 @@ use slipstick::analysis::Forward;
 use slipstick::design::Response;
 
 use crate::arrays;
+use crate::built::Built;
+use crate::compute::{observing, watched};
 use crate::errors::{Error, detached};
-use crate::problem::{Built, named, observing, watched};
+use crate::parameters::named;
 
 /// The values of quantities along a path, and what pulls weights back.
 #[pyclass(frozen, module = "slipstick._slipstick")]

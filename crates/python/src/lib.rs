@@ -10,12 +10,15 @@
 #![cfg(feature = "python")]
 
 mod arrays;
+mod built;
 mod case;
+mod compute;
 mod errors;
 mod gradient;
 mod host;
 mod interrupt;
 mod mesh;
+mod parameters;
 mod path;
 mod problem;
 mod quantity;

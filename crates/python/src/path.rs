@@ -13,8 +13,8 @@ use slipstick::path::PathState;
 use slipstick::quantities::{Quantities, quantities};
 
 use crate::arrays;
+use crate::built::Built;
 use crate::errors::{Error, detached};
-use crate::problem::Built;
 use crate::quantity::take_raised;
 
 /// A marched load path.

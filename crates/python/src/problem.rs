@@ -1,33 +1,33 @@
 //! Problems: mesh, forward analysis, gradients and their check.
 
-use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::thread::ThreadId;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use slipstick::analysis::{AnalysisError, Forward, ForwardNotice, Gradients};
+use slipstick::analysis::Gradients;
 use slipstick::build::build;
-use slipstick::case::{Case, Resolved};
-use slipstick::design::quantity::{Quantity, WrongDerivative};
-use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Role, Term};
+use slipstick::case::Resolved;
+use slipstick::design::quantity::Quantity;
+use slipstick::design::{ElementValues, ObservedSteps, Response, Role, Term};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::model::Parameter;
-use slipstick::overlaps::{OpenOverlap, overlaps};
-use slipstick::quantities::column_names;
+use slipstick::overlaps::overlaps;
 use slipstick::run::load_design;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
 use slipstick_service::check::volume_fraction;
 
 use crate::arrays;
+use crate::built::Built;
+use crate::compute::{
+    add_quantity, complete, forward, in_cases, no_objective, notice, noticed, observing, response, watched,
+};
 use crate::errors::{Error, detached};
 use crate::gradient::Linearization;
-use crate::interrupt::{PAUSE, Watch};
+use crate::parameters::{name_of, named, set_parameter};
 use crate::path::Path;
-use crate::quantity::{Defined, defined, take_raised};
+use crate::quantity::defined;
 
 /// Densities, and design variables.
 type LoadedDesign<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray1<f64>>>);
@@ -42,22 +42,6 @@ pub struct Problem {
     mesh: Arc<Mesh>,
     initial_density: ElementValues,
     roles: Vec<Role>,
-}
-
-/// The part of a problem that computations modify. No result depends on earlier calls.
-pub(crate) struct Built {
-    problem: Mutex<slipstick::build::Problem>,
-    /// The thread that computes.
-    owner: Mutex<Option<ThreadId>>,
-    /// The quantities that were added to those of the case.
-    added: Mutex<Vec<Arc<dyn Quantity>>>,
-    pub(crate) case: Arc<Resolved>,
-}
-
-/// A problem that this thread computes with.
-pub(crate) struct Held<'a> {
-    problem: MutexGuard<'a, slipstick::build::Problem>,
-    owner: &'a Mutex<Option<ThreadId>>,
 }
 
 /// First index and the one after the last.
@@ -174,7 +158,7 @@ impl Problem {
             let mut problem = self.built.lock()?;
             add_quantity(&mut problem, quantity)?;
             let added = problem.quantities.last().cloned();
-            self.built.added.lock().unwrap_or_else(PoisonError::into_inner).extend(added);
+            self.built.added().extend(added);
             Ok(())
         })
     }
@@ -209,10 +193,10 @@ impl Problem {
             }
             let map = &resolved.source_map;
             let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
-            let added = self.built.added.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let added = self.built.added().clone();
             problem.quantities.extend(added.iter().cloned());
             let new = Self { read: self.read.clone(), ..Self::new(Arc::new(resolved), problem) };
-            *new.built.added.lock().unwrap_or_else(PoisonError::into_inner) = added;
+            *new.built.added() = added;
             Ok(new)
         })
     }
@@ -373,248 +357,10 @@ impl Problem {
             mesh: Arc::new(problem.mesh.clone()),
             initial_density: problem.initial_density().clone(),
             roles,
-            built: Arc::new(Built {
-                problem: Mutex::new(problem),
-                owner: Mutex::new(None),
-                added: Mutex::default(),
-                case: resolved.clone(),
-            }),
+            built: Arc::new(Built::new(problem, resolved.clone())),
             read: resolved.clone(),
             resolved,
         }
-    }
-}
-
-impl Built {
-    /// The problem, once no other thread computes with it. A thread that waits here must not hold
-    /// the interpreter, which the computing one needs.
-    ///
-    /// # Errors
-    /// If this thread computes with it already, in a callback, or if an earlier call has panicked;
-    /// [`Error::Python`] for Ctrl-C.
-    pub(crate) fn lock(&self) -> Result<Held<'_>, Error> {
-        let this = std::thread::current().id();
-        let mut asked = Instant::now();
-        loop {
-            let problem = match self.problem.try_lock() {
-                Ok(problem) => problem,
-                // a panic may leave settings of the failed call behind
-                Err(TryLockError::Poisoned(_)) => {
-                    let cure = "build the problem again from its case";
-                    return Err(Error::input("an earlier call has failed inside slipstick", cure));
-                }
-                Err(TryLockError::WouldBlock) if *owner(&self.owner) == Some(this) => {
-                    let cure = "build another problem from the case, and use that one";
-                    return Err(Error::input("the problem is computing, and its callbacks cannot use it", cure));
-                }
-                Err(TryLockError::WouldBlock) => {
-                    std::thread::sleep(Duration::from_millis(2));
-                    if asked.elapsed() >= PAUSE {
-                        Python::attach(|py| py.check_signals())?;
-                        asked = Instant::now();
-                    }
-                    continue;
-                }
-            };
-            *owner(&self.owner) = Some(this);
-            return Ok(Held { problem, owner: &self.owner });
-        }
-    }
-}
-
-fn owner(of: &Mutex<Option<ThreadId>>) -> MutexGuard<'_, Option<ThreadId>> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Drop for Held<'_> {
-    fn drop(&mut self) {
-        *owner(self.owner) = None;
-    }
-}
-
-impl Deref for Held<'_> {
-    type Target = slipstick::build::Problem;
-
-    fn deref(&self) -> &slipstick::build::Problem {
-        &self.problem
-    }
-}
-
-impl DerefMut for Held<'_> {
-    fn deref_mut(&mut self) -> &mut slipstick::build::Problem {
-        &mut self.problem
-    }
-}
-
-/// Computes with a problem until Ctrl-C, or an exception of `progress`, stops it.
-pub(crate) fn watched<T>(
-    problem: &mut slipstick::build::Problem,
-    progress: Option<Py<PyAny>>,
-    work: impl FnOnce(&mut slipstick::build::Problem, &mut Watch) -> Result<T, Error>,
-) -> Result<T, Error> {
-    // of an earlier call
-    drop(take_raised());
-    let mut watch = Watch::new(progress, None);
-    problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
-    let result = work(problem, &mut watch);
-    problem.analysis.linear.set_interrupt(None);
-    let raised = raised();
-    // an interrupted computation reports the interruption, not its incomplete result
-    watch.check()?;
-    raised?;
-    result
-}
-
-/// Adds a quantity, once its derivatives are known to be right.
-///
-/// # Errors
-/// [`Error::Input`] if they are wrong, or if the name is taken; the exception of the quantity.
-pub(crate) fn add_quantity(problem: &mut slipstick::build::Problem, quantity: Defined) -> Result<(), Error> {
-    let name = quantity.name();
-    let taken = column_names(&problem.mesh, problem.analysis.model());
-    if taken.iter().any(|taken| taken == name) || problem.quantities.iter().any(|quantity| quantity.name() == name) {
-        return Err(Error::input(format!("there is a quantity called `{name}` already"), "choose another name"));
-    }
-    let checked = problem.analysis.check_quantity(&quantity);
-    raised()?;
-    checked.map_err(|wrong| {
-        let WrongDerivative { name, step, argument, derivative, difference } = wrong;
-        let message = format!(
-            "quantity `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} \
-             along a direction in which differences of its value give {difference:e}"
-        );
-        let cure = "correct `derivative`, which returns the partial derivatives with respect to each field of \
-                    the state that `value` uses, with the other fields fixed";
-        Error::input(message, cure)
-    })?;
-    problem.quantities.push(Arc::new(quantity));
-    Ok(())
-}
-
-/// Sets a parameter in a case. An amplitude multiplies the motion or the load.
-fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) -> Result<(), Error> {
-    match parameter {
-        Parameter::Friction { interface } => case.contacts[interface].friction = value,
-        Parameter::YoungsModulus { body } => {
-            let material = &mut case.bodies[body].material;
-            *material =
-                material.with_youngs_modulus(value).map_err(|error| Error::input(error.to_string(), error.help))?;
-        }
-        Parameter::Amplitude { motion } => {
-            for waypoint in &mut case.dirichlet[motion].motion {
-                waypoint.u = waypoint.u.map(|u| value * u);
-                waypoint.angle *= value;
-            }
-        }
-        Parameter::Load { load } => {
-            case.loads[load].amplitude.iter_mut().for_each(|point| point.factor *= value);
-        }
-    }
-    Ok(())
-}
-
-/// The exception of a quantity that was defined in Python.
-pub(crate) fn raised() -> Result<(), Error> {
-    take_raised().map_or(Ok(()), |error| Err(Error::Python(error)))
-}
-
-/// A complete forward analysis.
-fn forward(
-    problem: &mut slipstick::build::Problem,
-    density: &ElementValues,
-    watch: &mut Watch,
-) -> Result<Forward, Error> {
-    let forward = problem.analysis.forward(density, watch);
-    complete(problem, forward)
-}
-
-/// A forward analysis that has reached the end of the load path.
-fn complete(problem: &slipstick::build::Problem, forward: Result<Forward, AnalysisError>) -> Result<Forward, Error> {
-    let forward = forward.map_err(|error| Error::analysis(problem, &error))?;
-    let (steps, all) = (forward.path.steps, problem.analysis.times.len());
-    if steps < all {
-        return Err(Error::analysis(problem, &AnalysisError::Unfinished { steps, all }));
-    }
-    Ok(forward)
-}
-
-/// Computes with another objective and without constraints, which are then restored.
-pub(crate) fn observing<T>(
-    problem: &mut slipstick::build::Problem,
-    response: &Response,
-    work: impl FnOnce(&mut slipstick::build::Problem) -> T,
-) -> T {
-    let objective = problem.analysis.objective.replace(response.clone());
-    let constraints = std::mem::take(&mut problem.analysis.constraints);
-    let result = work(problem);
-    problem.analysis.objective = objective;
-    problem.analysis.constraints = constraints;
-    result
-}
-
-/// The quantity of this name.
-pub(crate) fn find(problem: &slipstick::build::Problem, name: &str) -> Result<Arc<dyn Quantity>, Error> {
-    let found = problem.quantities.iter().find(|quantity| quantity.name() == name);
-    found.cloned().ok_or_else(|| Error::input(format!("there is no quantity called `{name}`"), known(problem)))
-}
-
-/// The available quantities, for messages.
-fn known(problem: &slipstick::build::Problem) -> String {
-    let known: Vec<&str> = problem.quantities.iter().map(|quantity| quantity.name()).collect();
-    match known.is_empty() {
-        true => "the case has none: add a [[quantity]]".to_owned(),
-        false => format!("quantities of the case: {}", known.join(", ")),
-    }
-}
-
-/// The quantities of these names at every step of every load case.
-fn response(problem: &slipstick::build::Problem, names: &[String]) -> Result<Response, Error> {
-    let term = |name: &String| Ok(Term { quantity: find(problem, name)?, steps: ObservedSteps::All, weight: 1.0 });
-    let terms = names.iter().map(term).collect::<Result<Vec<Term>, Error>>()?;
-    if terms.is_empty() {
-        return Err(Error::input("no quantity is named", known(problem)));
-    }
-    Ok(in_cases(problem, Response::new("quantities", terms, Reduction::Sum)))
-}
-
-/// A response that counts in every load case.
-fn in_cases(problem: &slipstick::build::Problem, response: Response) -> Response {
-    response.in_load_cases(vec![1.0; problem.load_cases.len().max(1)])
-}
-
-fn no_objective() -> Error {
-    Error::input("the case has no objective", "add an [objective], or differentiate quantities with `vjp`")
-}
-
-/// Notices about the value of a path.
-fn notice(forward: &Forward) -> Option<String> {
-    let rounding = forward.rounding.as_ref().map(|rounding| format!("{rounding}; so are its derivatives"));
-    rounding.or_else(|| forward.notice.as_ref().map(ForwardNotice::to_string))
-}
-
-/// A notice together with overlaps of bodies without a contact force.
-fn noticed(notice: Option<String>, overlaps: &[OpenOverlap]) -> Option<String> {
-    let found = overlaps.iter().map(|overlap| format!("{overlap}; {}", overlap.help()));
-    let all: Vec<String> = notice.into_iter().chain(found).collect();
-    (!all.is_empty()).then(|| all.join("\n"))
-}
-
-/// Kind, place in the case and derivative of every parameter.
-pub(crate) fn named(case: &Case, gradients: &Gradients) -> Vec<(&'static str, String, f64)> {
-    let of = |&(parameter, derivative): &(Parameter, f64)| {
-        let (kind, place) = name_of(case, parameter);
-        (kind, place, derivative)
-    };
-    gradients.parameters.iter().map(of).collect()
-}
-
-/// Kind and place in the case of a parameter.
-fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
-    match parameter {
-        Parameter::Friction { interface } => ("friction", format!("contact[{interface}].friction")),
-        Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone()),
-        Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion")),
-        Parameter::Load { load } => ("amplitude", format!("load[{load}]")),
     }
 }
 

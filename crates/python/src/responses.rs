@@ -6,8 +6,8 @@ use slipstick::build::Problem;
 use slipstick::case::Case;
 use slipstick::design::{Bound, Constraint, ObservedSteps, Reduction, Response, Term};
 
+use crate::compute::{add_quantity, find};
 use crate::errors::Error;
-use crate::problem::{add_quantity, find};
 use crate::quantity::{Definition, defined};
 
 /// Load steps at which a quantity counts: `None` for the last one; an empty list for all.

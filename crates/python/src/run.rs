@@ -24,10 +24,10 @@ use slipstick_service::run::OpenRun;
 
 use crate::arrays;
 use crate::case::Case;
+use crate::compute::raised;
 use crate::errors::{Error, detached};
 use crate::host::Interpreter;
 use crate::interrupt::Watch;
-use crate::problem::raised;
 use crate::quantity::take_raised;
 use crate::responses::{Own, Responses, described};
 

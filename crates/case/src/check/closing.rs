@@ -7,8 +7,9 @@
 //! Other pairs are not checked: loads, contact elsewhere, free motions and supports that deform a
 //! body can close any gap.
 
+use super::bodies::held_motions;
 use super::distance::{SurfacePair, largest_difference};
-use super::{Notice, NoticeKind, held_motions};
+use super::{Notice, NoticeKind};
 use crate::build::Problem;
 use crate::case::{Case, Contact};
 use nalgebra::{Rotation3, Unit, Vector3};

@@ -1,6 +1,7 @@
 //! Checks whether each body is connected.
 
-use super::{Notice, NoticeKind, held_motions};
+use super::bodies::held_motions;
+use super::{Notice, NoticeKind};
 use crate::case::{Case, Shape};
 use slipstick_mesh::Mesh;
 use slipstick_model::words::counted;

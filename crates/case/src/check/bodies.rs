@@ -1,0 +1,133 @@
+//! Bodies: their size and quality, and the rigid motions that supports and ties leave free.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+use slipstick_mesh::Mesh;
+
+use super::BodySummary;
+use crate::case::{Case, Contact};
+
+/// Figures about every body.
+pub(super) fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
+    let (volumes, qualities) = (mesh.element_volumes(), mesh.element_qualities());
+    mesh.bodies
+        .iter()
+        .enumerate()
+        .map(|(b, body)| BodySummary {
+            name: body.name.clone(),
+            elements: body.elements.len(),
+            nodes: body.nodes.len(),
+            volume: volumes[body.elements.clone()].iter().sum(),
+            quality: qualities[body.elements.clone()].iter().copied().fold(f64::INFINITY, f64::min),
+            free_motions: match mesh.rigid.iter().find(|rigid| rigid.body == b) {
+                Some(rigid) => fixed[3 * rigid.reference as usize..][..6].iter().filter(|fixed| !**fixed).count(),
+                None => 6 - held_motions(mesh, body.nodes.clone(), fixed),
+            },
+        })
+        .collect()
+}
+
+/// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no
+/// free rigid motion, or the supports of the deformable ones together leave none.
+pub(super) fn held_by_ties(case: &Case, mesh: &Mesh, bodies: &[BodySummary], fixed: &[bool]) -> Vec<bool> {
+    // a surface may be the union of surfaces of several bodies
+    let on = |surface: &String| {
+        let facets = mesh.surfaces.get(surface).map_or(&[][..], |surface| &surface.facets);
+        let has = |elements: &Range<usize>| facets.iter().any(|facet| elements.contains(&(facet.element as usize)));
+        (0..bodies.len()).filter(|&b| has(&mesh.bodies[b].elements)).collect::<Vec<_>>()
+    };
+    let ties = case.contacts.iter().filter(|pair| pair.tied && pair.active == Contact::ALWAYS);
+    let mut group: Vec<usize> = (0..bodies.len()).collect();
+    for pair in ties {
+        let (slaves, masters) = (on(&pair.slave), on(&pair.master));
+        for (a, b) in slaves.iter().flat_map(|&a| masters.iter().map(move |&b| (a, b))) {
+            let (from, to) = (group[a], group[b]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        }
+    }
+    let held = |b: usize| {
+        let members: Vec<usize> = (0..bodies.len()).filter(|&other| group[other] == group[b]).collect();
+        // the nodes of rigid bodies count as prescribed, even if the body is free
+        let deformable = members.iter().filter(|&&member| mesh.rigid.iter().all(|rigid| rigid.body != member));
+        let nodes = deformable.flat_map(|&member| mesh.bodies[member].nodes.clone()).collect::<Vec<_>>();
+        members.len() > 1
+            && (members.iter().any(|&member| bodies[member].free_motions == 0)
+                || held_motions(mesh, nodes.into_iter(), fixed) == 6)
+    };
+    (0..bodies.len()).map(held).collect()
+}
+
+/// Number of the six rigid motions of a body, or a part of it, that prescribed displacements
+/// suppress.
+pub(super) fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> usize {
+    let gram = rigid_motions(mesh, nodes, fixed);
+    let largest = gram.diagonal().max();
+    if largest == 0.0 {
+        return 0;
+    }
+    gram.symmetric_eigenvalues().iter().filter(|&&e| e > HELD * largest).count()
+}
+
+/// Fraction of the largest eigenvalue below which a rigid motion counts as free.
+const HELD: f64 = 1e-10;
+
+/// The axes along which a body, or a part of it, can still move despite the prescribed
+/// displacements, and the axes about whose directions it can rotate.
+pub fn free_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> ([bool; 3], [bool; 3]) {
+    let gram = rigid_motions(mesh, nodes, fixed);
+    let largest = gram.diagonal().max();
+    let eigen = gram.symmetric_eigen();
+    let free: Vec<usize> = (0..6).filter(|&i| eigen.eigenvalues[i] <= HELD * largest).collect();
+    if free.is_empty() {
+        return ([false; 3], [false; 3]);
+    }
+    let motions = DMatrix::from_fn(6, free.len(), |c, i| eigen.eigenvectors[(c, free[i])]);
+    // unit translations in the span of the free motions; unit rotations, about any point, in the
+    // span of their rotations
+    let translation = |c: usize| motions.row(c).norm_squared() > 1.0 - FREE;
+    let turns = motions.rows(3, 3).into_owned().svd(true, false);
+    let basis = turns.u.unwrap_or_default();
+    let strong = (0..turns.singular_values.len()).filter(|&i| turns.singular_values[i] > FREE);
+    let strong: Vec<usize> = strong.collect();
+    let rotation = |c: usize| strong.iter().map(|&i| basis[(c, i)].powi(2)).sum::<f64>() > 1.0 - FREE;
+    (std::array::from_fn(translation), std::array::from_fn(rotation))
+}
+
+/// Tolerance on the squared length of the projection of a unit vector onto a subspace that contains
+/// it.
+const FREE: f64 = 1e-6;
+
+/// Gram matrix of the six rigid motions of a body, three translations and three rotations about its
+/// centre with arms relative to its size, summed over its prescribed displacements.
+fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> DMatrix<f64> {
+    let count = nodes.clone().count() as f64;
+    let mut centre = [0.0; 3];
+    for n in nodes.clone() {
+        (0..3).for_each(|c| centre[c] += mesh.nodes[n][c] / count);
+    }
+    let mut size = 0.0;
+    let mut gram = DMatrix::<f64>::zeros(6, 6);
+    let arms: Vec<[f64; 3]> = nodes.clone().map(|n| std::array::from_fn(|c| mesh.nodes[n][c] - centre[c])).collect();
+    for arm in &arms {
+        size = f64::max(size, arm.iter().map(|a| a * a).sum::<f64>().sqrt());
+    }
+    for (n, arm) in nodes.zip(&arms) {
+        let arm = arm.map(|a| a / size.max(f64::MIN_POSITIVE));
+        for c in (0..3).filter(|&c| fixed[3 * n + c]) {
+            // displacement component c of a translation and of a rotation about each axis:
+            // (ω × arm)_c
+            let (c1, c2) = ((c + 1) % 3, (c + 2) % 3);
+            let mut row = [0.0; 6];
+            row[c] = 1.0;
+            row[3 + c1] = arm[c2];
+            row[3 + c2] = -arm[c1];
+            for i in 0..6 {
+                for j in 0..6 {
+                    gram[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+    }
+    gram
+}

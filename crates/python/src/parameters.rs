@@ -1,0 +1,48 @@
+//! Parameters: their names, and how they are set in a case.
+
+use slipstick::analysis::Gradients;
+use slipstick::case::Case;
+use slipstick::model::Parameter;
+
+use crate::errors::Error;
+
+/// Sets a parameter in a case. An amplitude multiplies the motion or the load.
+pub fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) -> Result<(), Error> {
+    match parameter {
+        Parameter::Friction { interface } => case.contacts[interface].friction = value,
+        Parameter::YoungsModulus { body } => {
+            let material = &mut case.bodies[body].material;
+            *material =
+                material.with_youngs_modulus(value).map_err(|error| Error::input(error.to_string(), error.help))?;
+        }
+        Parameter::Amplitude { motion } => {
+            for waypoint in &mut case.dirichlet[motion].motion {
+                waypoint.u = waypoint.u.map(|u| value * u);
+                waypoint.angle *= value;
+            }
+        }
+        Parameter::Load { load } => {
+            case.loads[load].amplitude.iter_mut().for_each(|point| point.factor *= value);
+        }
+    }
+    Ok(())
+}
+
+/// Kind, place in the case and derivative of every parameter.
+pub fn named(case: &Case, gradients: &Gradients) -> Vec<(&'static str, String, f64)> {
+    let of = |&(parameter, derivative): &(Parameter, f64)| {
+        let (kind, place) = name_of(case, parameter);
+        (kind, place, derivative)
+    };
+    gradients.parameters.iter().map(of).collect()
+}
+
+/// Kind and place in the case of a parameter.
+pub fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
+    match parameter {
+        Parameter::Friction { interface } => ("friction", format!("contact[{interface}].friction")),
+        Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone()),
+        Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion")),
+        Parameter::Load { load } => ("amplitude", format!("load[{load}]")),
+    }
+}
