@@ -27,7 +27,7 @@ pub struct Setup {
 /// Reads a case file, with values replaced as requested.
 ///
 /// # Errors
-/// [`Failure::Case`], [`Failure::Input`].
+/// [`Failure::Case`](crate::failure::Failure::Case), [`Failure::Input`](crate::failure::Failure::Input).
 pub fn read(file: &CaseFile) -> Outcome<Resolved> {
     let path = &file.case;
     case_file(path, &file.set).map_err(|error| error.at(path))
@@ -37,7 +37,7 @@ pub fn read(file: &CaseFile) -> Outcome<Resolved> {
 /// `sections` are those that the command needs.
 ///
 /// # Errors
-/// [`Failure::Case`], [`Failure::Input`]. The former includes a case that is too large for the
+/// [`Failure::Case`](crate::failure::Failure::Case), [`Failure::Input`](crate::failure::Failure::Input). The former includes a case that is too large for the
 /// machine's memory.
 pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome<(Setup, Problem)> {
     prepare_for(context, file, sections, None)
@@ -60,7 +60,7 @@ pub fn prepare_for(
 /// Builds a case to inspect it, sets the number of threads, and shows warnings.
 ///
 /// # Errors
-/// [`Failure::Case`], [`Failure::Input`].
+/// [`Failure::Case`](crate::failure::Failure::Case), [`Failure::Input`](crate::failure::Failure::Input).
 pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setup, Problem)> {
     let (checked, problem) = check::check(context, resolved)?;
     Ok((Setup::new(path, checked), problem))
@@ -85,7 +85,7 @@ impl Setup {
     /// Densities to analyse: the case's uniform initial design, or those of an earlier run.
     ///
     /// # Errors
-    /// [`Failure::Input`] if they do not match the case; [`Failure::Case`] if the case has no
+    /// [`Failure::Input`](crate::failure::Failure::Input) if they do not match the case; [`Failure::Case`](crate::failure::Failure::Case) if the case has no
     /// `design` section.
     pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<ElementValues> {
         match &from.design {
