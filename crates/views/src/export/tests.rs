@@ -333,6 +333,36 @@ fn a_tube_is_as_thick_as_its_wall() {
     }
 }
 
+/// Members of grey designs, by hand. A plate whose density falls across it encloses as much as its densities
+/// represent, so its thickness is their sum over the rows. A web whose density falls from 1 to 0 over two rows,
+/// antisymmetric about its faces, as after a filter, is as thick as between these faces at the threshold 1/2,
+/// aligned with the grid or not.
+#[test]
+fn grey_members_are_as_thick_as_their_densities_represent() {
+    let shape = BoxShape { min: [0.0; 3], max: [6.0, 3.0, 2.0], elements: [24, 12, 8], grading: [1.0; 3] };
+    let mesh = box_mesh("grey", &shape).expect("a box");
+    let thickness = |density: &dyn Fn([f64; 3]) -> f64, threshold: Option<f64>| {
+        let density: Vec<f64> = (0..mesh.elements.len()).map(|e| density(mesh.centroid(e))).collect();
+        let options = ExportOptions { threshold, ..ExportOptions::default() };
+        let surface = design_surface(&mesh, &density, &options).expect("a surface").surface;
+        measure(&crate::part::regular_surface(&mesh, &surface), &[]).member.expect("opposite faces")
+    };
+    // rows of 0.25
+    let rows = [0.0, 0.0, 0.1, 0.35, 0.8, 1.0, 1.0, 0.9, 0.5, 0.2, 0.0, 0.0];
+    let plate = thickness(&|[_, y, _]| rows[(y / 0.25) as usize], None);
+    let expected = 0.25 * rows.iter().sum::<f64>();
+    assert!((plate.length / expected - 1.0).abs() < 5e-3, "{plate:?}, not {expected}");
+    for half in [0.5, 0.57] {
+        let web = |[x, y, _]: [f64; 3]| match (x - 3.0).abs() < 1.0 {
+            true => ((half - (y - 1.5).abs()) / 0.5 + 0.5).clamp(0.0, 1.0),
+            false => 1.0,
+        };
+        let found = thickness(&web, Some(0.5));
+        assert!((found.length / (2.0 * half) - 1.0).abs() < 0.02, "{found:?}, not {}", 2.0 * half);
+        assert!((found.at[0] - 3.0).abs() < 1.0 && (found.at[1] - 1.5).abs() < 0.05, "{found:?}");
+    }
+}
+
 /// Faces of an edge are not opposite unless it is sharper than 20°: a wedge of 40° has the
 /// thickness between its other faces, one of 15° goes to zero.
 #[test]
