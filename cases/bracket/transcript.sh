@@ -11,6 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 figures=../../docs/figures
 page=$(mktemp)
 start=$(date +%s)
+shared=$(awk '$1 > 1.5 { print ", which other programs used, too" }' /proc/loadavg)
 
 # A command as it is typed and what it prints; with a second argument, only lines that match it.
 show() {
@@ -89,7 +90,7 @@ TEXT
     printf '| | s |\n|---|--:|\n| mesh | %s |\n| `check` | %s |\n| `optimize` | %s |\n| `report` | %s |\n| `export` | %s |\n| this whole page | %s |\n' \
         "$(seconds gmsh)" "$(seconds 'slipstick check')" "$(seconds 'slipstick optimize')" "$(seconds 'slipstick report')" \
         "$(seconds 'slipstick export')" "$(($(date +%s) - start))"
-    printf '\nMeasured on %s cores with %s.\n' "$(nproc)" "$(slipstick --version)"
+    printf '\nMeasured with %s on %s cores%s.\n' "$(slipstick --version)" "$(nproc)" "$shared"
 } > "$page"
 mv "$page" ../../docs/bracket.md
 rm -f "$page.times"
