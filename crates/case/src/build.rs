@@ -40,7 +40,7 @@ pub use slipstick_model::problem::Problem;
 use slipstick_path::{
     LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
 };
-use slipstick_solid::{Interpolation, Section, Simp, SolidModel};
+use slipstick_solid::{Interpolation, Section, Sections, Simp, SolidModel};
 use std::sync::Arc;
 
 /// What a problem is solved on.
@@ -92,7 +92,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
-    let sections = case.bodies.iter().map(section).collect();
+    let sections = sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, platform.ranks());
     let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
@@ -169,9 +169,25 @@ fn moved(mesh: &Mesh, dirichlet: &case::Dirichlet, path: &str) -> Result<Moved, 
     Ok(Moved::Nodes(nodes))
 }
 
-/// Material and element formulation of a body.
-fn section(body: &case::Body) -> Section {
-    Section { material: body.material, formulation: body.element }
+/// Materials and element formulations of the bodies, and of their regions.
+fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
+    let section = |material, body: &case::Body| Section { material, formulation: body.element };
+    let mut all = Sections::from(case.bodies.iter().map(|body| section(body.material, body)).collect::<Vec<_>>());
+    for (b, body) in case.bodies.iter().enumerate().filter(|(_, body)| !body.sections.is_empty()) {
+        let elements: Vec<u32> = mesh.bodies[b].elements.clone().map(|e| e as u32).collect();
+        let regions = Regions::new(mesh, &elements);
+        for (i, of) in body.sections.iter().enumerate() {
+            let inside = regions.each(std::slice::from_ref(&of.region)).concat();
+            if inside.is_empty() {
+                let message = format!("no element of `{}` has its centroid in this region", body.name);
+                let help = "give a region of the body, at its position after `place`, or omit the section";
+                return Err(BuildError::new(format!("body[{b}].section[{i}]"), message, help));
+            }
+            all.list.push(section(of.material, body));
+            all.regions.push((b, inside));
+        }
+    }
+    Ok(all)
 }
 
 /// How the stiffness of an element depends on its density.

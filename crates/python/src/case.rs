@@ -108,20 +108,31 @@ impl Case {
         detached(py, || serde_json::to_string(&self.resolved.case).map_err(|error| Error::Internal(error.to_string())))
     }
 
-    /// The constants of a body's material that change when Young's modulus of its small-strain
-    /// limit gets this value, as entries of the case.
+    /// The constants of a body's materials that change when Young's modulus of the small-strain limit of
+    /// its own gets this value, and those of its sections change by the same factor, as entries of the case.
     fn moduli(&self, py: Python<'_>, body: usize, youngs_modulus: f64) -> PyResult<Vec<(String, String)>> {
         detached(py, || {
-            let material = &self.resolved.case.bodies[body].material;
+            let of = &self.resolved.case.bodies[body];
             let wrong = |error: slipstick::solid::MaterialError| Error::input(error.to_string(), error.help);
-            let changed = material.with_youngs_modulus(youngs_modulus).map_err(wrong)?;
-            let law = changed.kind().word();
-            let entry = |(constant, value): (&slipstick::solid::Constant, slipstick::solid::Value)| {
-                let key = format!("body[{body}].material.{law}.{}", constant.key);
-                let value = serde_json::to_string(&value).map_err(|error| Error::Internal(error.to_string()))?;
-                Ok((key, value))
-            };
-            changed.constants().filter(|(constant, _)| constant.is_modulus()).map(entry).collect()
+            let factor = youngs_modulus / of.material.youngs_modulus();
+            let mut entries = Vec::new();
+            for (number, material) in of.materials().enumerate() {
+                let place = match number.checked_sub(1) {
+                    None => format!("body[{body}].material"),
+                    Some(section) => format!("body[{body}].section[{section}].material"),
+                };
+                let changed = match number {
+                    0 => material.with_youngs_modulus(youngs_modulus),
+                    _ => material.stiffened(factor),
+                };
+                let changed = changed.map_err(wrong)?;
+                let law = changed.kind().word();
+                for (constant, value) in changed.constants().filter(|(constant, _)| constant.is_modulus()) {
+                    let value = serde_json::to_string(&value).map_err(|error| Error::Internal(error.to_string()))?;
+                    entries.push((format!("{place}.{law}.{}", constant.key), value));
+                }
+            }
+            Ok(entries)
         })
     }
 

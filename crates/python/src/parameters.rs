@@ -11,9 +11,13 @@ pub fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) -> Resul
     match parameter {
         Parameter::Friction { interface } => case.contacts[interface].friction = value,
         Parameter::YoungsModulus { body } => {
-            let material = &mut case.bodies[body].material;
-            *material =
-                material.with_youngs_modulus(value).map_err(|error| Error::input(error.to_string(), error.help))?;
+            let body = &mut case.bodies[body];
+            let factor = value / body.material.youngs_modulus();
+            let wrong = |error: slipstick::solid::MaterialError| Error::input(error.to_string(), error.help);
+            body.material = body.material.with_youngs_modulus(value).map_err(wrong)?;
+            for section in &mut body.sections {
+                section.material = section.material.stiffened(factor).map_err(wrong)?;
+            }
         }
         Parameter::Amplitude { motion } => {
             for waypoint in &mut case.dirichlet[motion].motion {

@@ -30,5 +30,5 @@ pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};
 pub use law::*;
 pub use memory::{EnergyWeights, SolidAdjoint};
 pub use model::{InvertedElements, SolidModel, SolidStep};
-pub use section::{Formulation, Section};
+pub use section::{Formulation, Section, Sections};
 pub use simp::Simp;

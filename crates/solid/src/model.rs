@@ -9,7 +9,7 @@ use crate::inelastic::{self, Energies, Given, Inelastic, Weights};
 use crate::interpolation::ElementScaling;
 use crate::law::Material;
 use crate::quadratic::{Hex27, State, Tet10};
-use crate::section::Section;
+use crate::section::{Section, Sections};
 use crate::tet4::{self, Batch};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -75,6 +75,8 @@ pub struct SolidModel {
     /// Elements of all types whose law has memory.
     pub(crate) inelastic: Inelastic,
     pub(crate) sections: Vec<Section>,
+    /// Body and elements of those that belong to regions.
+    regions: Vec<(usize, Vec<u32>)>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
 }
@@ -116,15 +118,15 @@ pub struct Scatter {
 }
 
 impl SolidModel {
-    /// Builds the model; `sections` has one per body of the mesh. A material without a formulation
-    /// means fully integrated elements.
+    /// Builds the model; `sections` has one per body of the mesh, and those of regions. A material without
+    /// a formulation means fully integrated elements.
     ///
     /// # Errors
     /// If elements have a non-positive Jacobian in the reference configuration.
     ///
     /// # Panics
     /// Without one section per body.
-    pub fn new<S: Into<Section>>(mesh: &Mesh, sections: Vec<S>) -> Result<Self, InvertedElements> {
+    pub fn new(mesh: &Mesh, sections: impl Into<Sections>) -> Result<Self, InvertedElements> {
         Self::part(mesh, sections, |_| true)
     }
 
@@ -137,16 +139,20 @@ impl SolidModel {
     ///
     /// # Panics
     /// Without one section per body.
-    pub fn part<S: Into<Section>>(
+    pub fn part(
         mesh: &Mesh,
-        sections: Vec<S>,
+        sections: impl Into<Sections>,
         has: impl Fn(usize) -> bool,
     ) -> Result<Self, InvertedElements> {
-        assert_eq!(mesh.bodies.len(), sections.len(), "one section per body");
-        let sections: Vec<Section> = sections.into_iter().map(Into::into).collect();
+        let Sections { list: sections, regions } = sections.into();
+        assert_eq!(mesh.bodies.len() + regions.len(), sections.len(), "one section per body and region");
         let mut section_of = vec![0; mesh.elements.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {
             section_of[body.elements.clone()].fill(b as u32);
+        }
+        for (section, (body, elements)) in (mesh.bodies.len()..).zip(&regions) {
+            let own = |e: &&u32| mesh.bodies[*body].elements.contains(&(**e as usize));
+            elements.iter().filter(own).for_each(|&e| section_of[e as usize] = section as u32);
         }
         let (mut hexes, mut tets, mut tet10, mut hex27) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut inelastic = Vec::new();
@@ -191,7 +197,18 @@ impl SolidModel {
         let inelastic = Inelastic::new(mesh, inelastic, &sections, &section_of, &mut flat);
         refuse(flat)?;
         let hexahedra = hexahedra.into_iter().flatten().collect();
-        Ok(Self { hexahedra, clusters, batches, batch_clusters, tet10, hex27, inelastic, sections, section_of })
+        Ok(Self {
+            hexahedra,
+            clusters,
+            batches,
+            batch_clusters,
+            tet10,
+            hex27,
+            inelastic,
+            sections,
+            regions,
+            section_of,
+        })
     }
 
     /// Number of elements.
@@ -205,7 +222,7 @@ impl SolidModel {
         self.inelastic.history()
     }
 
-    /// The same elements with other sections, one per body.
+    /// The same elements with other sections, in the same order.
     ///
     /// # Panics
     /// If there is not one section for each of the present ones, of a law that has memory if and only if
@@ -213,13 +230,23 @@ impl SolidModel {
     pub fn with_sections(self, sections: Vec<Section>) -> Self {
         let memories =
             |sections: &[Section]| sections.iter().map(|s| s.material.kind().has_memory()).collect::<Vec<_>>();
-        assert_eq!(memories(&sections), memories(&self.sections), "one section per body, of the same kind");
+        assert_eq!(memories(&sections), memories(&self.sections), "one section for each, of the same kind");
         Self { sections, ..self }
     }
 
-    /// The material and formulation of every body.
+    /// Material and formulation of every body, and then of every region.
     pub fn sections(&self) -> &[Section] {
         &self.sections
+    }
+
+    /// The body of every section.
+    pub fn bodies_of_sections(&self) -> impl Iterator<Item = usize> {
+        (0..self.sections.len() - self.regions.len()).chain(self.regions.iter().map(|(body, _)| *body))
+    }
+
+    /// The sections with their elements, from which the same model can be built for another part.
+    pub fn all_sections(&self) -> Sections {
+        Sections { list: self.sections.clone(), regions: self.regions.clone() }
     }
 
     /// The material of an element.

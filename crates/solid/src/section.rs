@@ -31,3 +31,19 @@ impl<M: Into<Material>> From<M> for Section {
         Self { material: material.into(), formulation: Formulation::Full }
     }
 }
+
+/// The sections of all elements of a mesh: each body has one, and regions of bodies may have others.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sections {
+    /// One per body, in the order of the bodies, and then those of regions.
+    pub list: Vec<Section>,
+    /// The body, and the elements, of each region. Where regions overlap, the last one counts.
+    pub regions: Vec<(usize, Vec<u32>)>,
+}
+
+impl<S: Into<Section>> From<Vec<S>> for Sections {
+    /// One section per body.
+    fn from(sections: Vec<S>) -> Self {
+        Self { list: sections.into_iter().map(Into::into).collect(), regions: Vec::new() }
+    }
+}

@@ -59,7 +59,9 @@ const STIFFER_THAN_VOID: f64 = 100.0;
 fn stiff_void(case: &Case, design: &Design, problem: &Problem) -> Option<Notice> {
     let body_of = |node: u32| problem.mesh.bodies.iter().position(|body| body.nodes.contains(&(node as usize)));
     let deformable = |body: &usize| case.bodies.get(*body).is_some_and(|body| body.rigid.is_none());
-    let modulus = |body: usize| case.bodies[body].material.youngs_modulus();
+    let moduli = |body: usize| case.bodies[body].materials().map(|material| material.youngs_modulus());
+    let stiffest = |body: usize| moduli(body).fold(0.0, f64::max);
+    let softest_of = |body: usize| moduli(body).fold(f64::INFINITY, f64::min);
     let is_designed = |body: usize| design.bodies.contains(&case.bodies[body].name);
     let mut softest: Option<(usize, usize, f64)> = None;
     for interface in problem.analysis.model().interfaces().iter().map(|of| &of.interface) {
@@ -72,7 +74,7 @@ fn stiff_void(case: &Case, design: &Design, problem: &Problem) -> Option<Notice>
         let [slaves, masters] = [interface.slave_facets(), interface.master_facets()].map(bodies);
         let pairs = slaves.iter().flat_map(|&a| masters.iter().flat_map(move |&b| [(a, b), (b, a)]));
         for (designed, other) in pairs.filter(|&(designed, other)| is_designed(designed) && !is_designed(other)) {
-            let ratio = modulus(other) / modulus(designed);
+            let ratio = softest_of(other) / stiffest(designed);
             if softest.is_none_or(|(.., known)| ratio < known) {
                 softest = Some((designed, other, ratio));
             }
@@ -85,9 +87,9 @@ fn stiff_void(case: &Case, design: &Design, problem: &Problem) -> Option<Notice>
         message: format!(
             "the void of body `{}` (Young's modulus {}) is stiffer than body `{}` that touches it ({})",
             case.bodies[designed].name,
-            quantity(design.simp.minimum * modulus(designed)),
+            quantity(design.simp.minimum * stiffest(designed)),
             case.bodies[other].name,
-            quantity(modulus(other))
+            quantity(softest_of(other))
         ),
         help: format!(
             "set `min` in `simp` to {:.0e} or less, a hundredth of the ratio of the two moduli",

@@ -164,8 +164,7 @@ impl Design {
         }
         let first = model.interfaces.len();
         for (body, elements) in model.bodies.iter().enumerate() {
-            out[first + body] +=
-                elements.clone().map(|e| works[e] / model.solid.material(e).youngs_modulus()).sum::<f64>();
+            out[first + body] += works[elements.clone()].iter().sum::<f64>() / model.modulus_of(body);
         }
         Ok(())
     }

@@ -279,7 +279,7 @@ impl ContactModel {
     /// The solids of the whole mesh, also on a rank that has only a part of them.
     pub(crate) fn whole_solid(&self, mesh: &Mesh) -> Cow<'_, SolidModel> {
         match self.share.is_part() {
-            true => Cow::Owned(SolidModel::new(mesh, self.solid.sections().to_vec()).expect("its parts were built")),
+            true => Cow::Owned(SolidModel::new(mesh, self.solid.all_sections()).expect("its parts were built")),
             false => Cow::Borrowed(&self.solid),
         }
     }

@@ -159,8 +159,8 @@ impl Design {
         if parameters {
             let first = model.interfaces.len();
             for (body, elements) in model.bodies.iter().enumerate() {
-                let of = |e: usize| all[e] * view.energy[e] / model.solid.material(e).youngs_modulus();
-                to.parameters[first + body] += elements.clone().map(of).sum::<f64>();
+                let works = elements.clone().map(|e| all[e] * view.energy[e]);
+                to.parameters[first + body] += works.sum::<f64>() / model.modulus_of(body);
             }
         }
         Ok(())
@@ -298,7 +298,7 @@ impl Design {
             for (body, elements) in model.bodies.iter().enumerate() {
                 let points = STRESS_POINTS * elements.start..STRESS_POINTS * elements.end;
                 let along: f64 = by_stress[points.clone()].iter().zip(&view.stress[points]).map(|(b, s)| b * s).sum();
-                to.parameters[first + body] += along / model.solid.material(elements.start).youngs_modulus();
+                to.parameters[first + body] += along / model.modulus_of(body);
             }
         }
     }

@@ -19,7 +19,7 @@ pub enum Parameter {
         interface: usize,
     },
     /// Young's modulus of the small-strain limit of a body's law: a change multiplies all moduli of
-    /// the law by one factor, at the same Poisson's ratio. \[F/L²\]
+    /// the law, and of those in regions of the body, by one factor, at the same Poisson's ratio. \[F/L²\]
     YoungsModulus {
         /// Number of the body, from 0.
         body: usize,
@@ -41,6 +41,11 @@ impl ContactModel {
     /// The parameters of the model: all but the moduli of rigid bodies.
     pub fn parameter_names(&self) -> Vec<Parameter> {
         self.all_parameters().into_iter().filter(|parameter| self.has_parameter(parameter)).collect()
+    }
+
+    /// Young's modulus of a body's own section, to which the derivative refers. \[F/L²\]
+    pub(crate) fn modulus_of(&self, body: usize) -> f64 {
+        self.solid.sections()[body].material.youngs_modulus()
     }
 
     /// Whether the model has this parameter.
@@ -157,8 +162,7 @@ impl Design {
             return;
         }
         for (body, share) in model.start.shares[j].iter().enumerate().filter(|(_, share)| **share != 0.0) {
-            let modulus = model.solid.material(model.bodies[body].start).youngs_modulus();
-            out[first + body] += by_stiffness * share / modulus;
+            out[first + body] += by_stiffness * share / model.modulus_of(body);
         }
     }
 }

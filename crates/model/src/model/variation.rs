@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub struct Variation {
     /// Coefficient of friction of each interface; `None`: its own.
     pub friction: Vec<Option<f64>>,
-    /// Factor on Young's modulus of each body. > 0
+    /// Factor on the moduli of each body, all its sections together. > 0
     pub moduli: Vec<f64>,
     /// Factor on each prescribed motion, both translation and angle.
     pub motions: Vec<f64>,
@@ -59,10 +59,10 @@ impl ContactModel {
         model.loads = model.loads.times(&variation.loads);
         model.rest = variation.rest.clone();
         if variation.moduli.iter().any(|factor| *factor != 1.0) {
-            let stiffened = |(section, factor): (&Section, &f64)| {
-                Ok(Section { material: section.material.stiffened(*factor)?, ..*section })
+            let stiffened = |(section, body): (&Section, usize)| {
+                Ok(Section { material: section.material.stiffened(variation.moduli[body])?, ..*section })
             };
-            let sections = self.solid.sections().iter().zip(&variation.moduli).map(stiffened);
+            let sections = self.solid.sections().iter().zip(self.solid.bodies_of_sections()).map(stiffened);
             let sections = sections.collect::<Result<Vec<Section>, MaterialError>>()?;
             model.solid = Arc::new(self.solid.as_ref().clone().with_sections(sections));
             model.start_at(self.start.density.clone());

@@ -38,6 +38,7 @@ mod rounding;
 mod run;
 mod scenarios;
 mod schwarz;
+mod sections;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]
 mod solved;

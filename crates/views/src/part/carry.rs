@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use slipstick_case::case::{Case, MeshFile, NodeSet, Placement, QuantityKind, Shape, SurfaceSet};
+use slipstick_case::case::{Case, MeshFile, NodeSet, Placement, QuantityKind, Region, Shape, SurfaceSet};
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
@@ -46,6 +46,15 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
     part.optimizer = None;
     part.constraints.clear();
     part.output.directory = None;
+    for body in part.bodies.iter().filter(|body| bodies.iter().any(|designed| designed.name == body.name)) {
+        let of_file = body.sections.iter().find_map(|section| match &section.region {
+            Region::Part { part } => Some(part.clone()),
+            _ => None,
+        });
+        if let Some(part) = of_file {
+            return Err(PartError::SectionOfFile { body: body.name.clone(), part });
+        }
+    }
     let copies = shapes(&mut part, bodies);
     let find =
         |name: &str| bodies.iter().find_map(|body| Some((body, body.faces.iter().find(|face| face.name == name)?)));

@@ -41,6 +41,14 @@ pub enum PartError {
         /// The set.
         name: String,
     },
+    /// A region with another material is a set of elements, which the mesh of the part does not have.
+    #[error("a section of `{body}` is the set `{part}` of its mesh file, which the mesh of the part does not have")]
+    SectionOfFile {
+        /// The body.
+        body: String,
+        /// The set.
+        part: String,
+    },
     /// The smooth surface of the faces cannot be found.
     #[error(transparent)]
     Build(#[from] BuildError),
@@ -63,6 +71,7 @@ impl PartError {
                                    optimization again"
                 .into(),
             Self::NotFaces { .. } => "select its nodes by position with a [[set]] in the case of the design".into(),
+            Self::SectionOfFile { .. } => "give the region of the section as a box, a cylinder or a ball".into(),
             Self::Build(error) => error.help.clone(),
             Self::Export(error) => error.cure(),
         }

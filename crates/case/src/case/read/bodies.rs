@@ -1,9 +1,10 @@
 //! Bodies (`[[body]]`).
 
 use super::super::names::Names;
-use super::super::resolved::{Body, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape};
+use super::super::resolved::{Body, BodySection, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape};
 use super::super::typed::Table;
 use super::mesh_file::{MeshFiles, mesh_file};
+use super::shaping::{OF_BODY, region};
 use super::{CaseCode, direction, name};
 use slipstick_mesh as mesh;
 use slipstick_solid::{Constant, Form, MaterialError, Range, Value};
@@ -56,7 +57,10 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         let body = names.body(&name);
         names.add_set(table.reader, table.path(), &name, body);
     }
-    let material = if rigid.is_some() { none_of_rigid(&table) } else { material(&table) };
+    let (material, sections) = match rigid {
+        Some(_) => (none_of_rigid(&table), Vec::new()),
+        None => (material(&table), sections(&table, names)),
+    };
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar)];
     let element = table.word("element", &formulations).or(Formulation::Full);
     let order = table
@@ -77,10 +81,14 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         table.reader.error(&table.path_of("order"), CaseCode::OutOfRange, message, help);
     }
     if rigid.is_none() {
-        warn_of_locking(&table, shape.as_ref(), &material, element, order);
+        warn_of_locking(&table, "material", shape.as_ref(), &material, element, order);
+        for (i, section) in sections.iter().enumerate() {
+            let key = format!("section[{i}].material");
+            warn_of_locking(&table, &key, shape.as_ref(), &section.material, element, order);
+        }
     }
     table.finish();
-    Body { name, shape: shape.unwrap_or(STAND_IN), place, rigid, material, element, order }
+    Body { name, shape: shape.unwrap_or(STAND_IN), place, rigid, material, sections, element, order }
 }
 
 /// The shape; `None` only if it is unknown which shape is meant, or which surfaces it has.
@@ -225,7 +233,7 @@ fn place(table: Table<'_>) -> Placement {
 
 /// A placeholder for the material of a rigid body, which must not have one.
 fn none_of_rigid(table: &Table<'_>) -> Material {
-    for key in ["material", "element"] {
+    for key in ["material", "section", "element"] {
         if table.has(key) {
             let message = format!("`{key}` has no meaning for a rigid body");
             let help = format!("omit `{key}`, or `rigid`");
@@ -245,6 +253,18 @@ fn material(table: &Table<'_>) -> Material {
     let read = material.choose("the material", LawKind::WORDS).and_then(|word| constants(material.table(word)?, word));
     material.finish();
     read.unwrap_or(example)
+}
+
+/// Regions with other materials.
+fn sections(table: &Table<'_>, names: &Names) -> Vec<BodySection> {
+    let section = |table: Table<'_>| {
+        table.require("region", "for instance region = { min = [0, 0, 0], max = [1, 1, 1] }");
+        let region = table.table("region").and_then(|table| region(table, OF_BODY, names));
+        let material = material(&table);
+        table.finish();
+        Some(BodySection { region: region?, material })
+    };
+    table.tables("section").into_iter().filter_map(section).collect()
 }
 
 /// An example of a material, also a placeholder.
@@ -312,7 +332,14 @@ const LOCKING: f64 = 0.45;
 /// How to avoid locking.
 const UNLOCKED: &str = "use element = \"f_bar\" and hexahedra, or order = 2 for tetrahedra; or a ratio below 0.45";
 
-fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Formulation, order: u8) {
+fn warn_of_locking(
+    table: &Table<'_>,
+    key: &str,
+    shape: Option<&Shape>,
+    material: &Material,
+    element: Formulation,
+    order: u8,
+) {
     let (law, ratio) = (material.kind(), material.poisson_ratio());
     let count = |is: fn(&mesh::Element) -> bool| match shape {
         Some(Shape::Mesh(file)) => file.mesh.elements.iter().filter(|&element| is(element)).count(),
@@ -324,7 +351,7 @@ fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material
     let warn = |key: &str, message: String, help: &str| {
         table.reader.warning(&table.path_of(key), CaseCode::Locking, message, help);
     };
-    if element == Formulation::FBar && tetrahedra > 0 {
+    if element == Formulation::FBar && tetrahedra > 0 && key == "material" {
         let message = format!(
             "F\u{304} has no effect on the body's {tetrahedra} tetrahedra: their volume change is already uniform"
         );
@@ -333,8 +360,8 @@ fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material
     // the constant that makes the material nearly incompressible
     let stiff = |constant: &&Constant| ["poisson_ratio", "bulk_modulus"].contains(&constant.key);
     let ratio_key = match law.constants().iter().find(stiff) {
-        Some(constant) => format!("material.{}.{}", law.word(), constant.key),
-        None => format!("material.{}", law.word()),
+        Some(constant) => format!("{key}.{}.{}", law.word(), constant.key),
+        None => format!("{key}.{}", law.word()),
     };
     let ratio_key = &ratio_key;
     // 0.4995 rather than 0.49949999999999994

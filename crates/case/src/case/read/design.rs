@@ -135,7 +135,9 @@ fn check_filters(table: &Table<'_>) {
 
 /// Laws with memory have no interpolated energy; the power of the yield stress needs one of them.
 fn check_memory(table: &Table<'_>, design: &Design, bodies: &[Body]) {
-    let has_memory = |body: &&Body| design.bodies.contains(&body.name) && body.material.kind().has_memory();
+    let has_memory = |body: &&Body| {
+        design.bodies.contains(&body.name) && body.materials().any(|material| material.kind().has_memory())
+    };
     let found = bodies.iter().find(has_memory);
     if let (Some(body), true) = (found, design.energy_interpolation.is_some()) {
         let message = format!("the energy of `{}`, whose law has memory, cannot be interpolated", body.name);

@@ -12,17 +12,20 @@ const REGIONS: &[&str] = &["min", "start", "axis", "centre", "surface", "set", "
 
 /// A list of passive regions.
 pub(super) fn regions(table: &Table<'_>, key: &'static str, names: &Names) -> Vec<Region> {
-    table.tables(key).into_iter().filter_map(|table| region(table, names)).collect()
+    table.tables(key).into_iter().filter_map(|table| region(table, REGIONS, names)).collect()
 }
 
-/// `None` after an error that leaves the kind of region unknown.
-fn region(table: Table<'_>, names: &Names) -> Option<Region> {
+/// The keys of regions that depend on nothing but the mesh of a body.
+pub(super) const OF_BODY: &[&str] = &["min", "start", "axis", "centre", "part"];
+
+/// A region of one of the `kinds`; `None` after an error that leaves the kind unknown.
+pub(super) fn region(table: Table<'_>, kinds: &'static [&'static str], names: &Names) -> Option<Region> {
     let reader = table.reader;
     // half of a box or cylinder is one with a missing key
     let half = [("max", "min"), ("end", "start")].into_iter().find(|(other, key)| table.has(other) && !table.has(key));
     let kind = match half {
         Some((_, key)) => Some(key),
-        None => table.choose("the kind of region", REGIONS),
+        None => table.choose("the kind of region", kinds),
     };
     let positive = |key: &'static str, help: &str| table.number(key).positive(CaseCode::OutOfRange).required(1.0, help);
     let name = |key: &'static str| table.string(key).required(String::new(), "");

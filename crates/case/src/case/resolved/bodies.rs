@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::MeshFile;
+use super::{MeshFile, Region};
 pub use slipstick_solid::{Formulation, LawKind, Material};
 
 /// A body: shape, placement, material.
@@ -22,6 +22,9 @@ pub struct Body {
     /// The material of the solid (density 1). For a rigid body that of the stiffest other body, from
     /// which default stiffnesses of contact follow.
     pub material: Material,
+    /// Regions of the body with other materials; where they overlap, the last one counts.
+    #[serde(rename = "section")]
+    pub sections: Vec<BodySection>,
     /// How its elements are integrated.
     pub element: Formulation,
     /// 1: the elements of the shape, linear ones or those of the mesh file; 2: linear ones get
@@ -43,15 +46,34 @@ impl Serialize for Body {
             rigid: Option<Rigid>,
             #[serde(skip_serializing_if = "Option::is_none")]
             material: Option<Material>,
+            #[serde(rename = "section", skip_serializing_if = "<[BodySection]>::is_empty")]
+            sections: &'a [BodySection],
             #[serde(skip_serializing_if = "Option::is_none")]
             element: Option<Formulation>,
             order: u8,
         }
-        let Self { name, shape, place, rigid, material, element, order } = self;
+        let Self { name, shape, place, rigid, material, sections, element, order } = self;
         let deforms = rigid.is_none();
         let (material, element) = (deforms.then_some(*material), deforms.then_some(*element));
-        Written { name, shape, place: *place, rigid: *rigid, material, element, order: *order }.serialize(serializer)
+        let (place, rigid, order) = (*place, *rigid, *order);
+        Written { name, shape, place, rigid, material, sections, element, order }.serialize(serializer)
     }
+}
+
+impl Body {
+    /// Its materials: its own, and those of its sections.
+    pub fn materials(&self) -> impl Iterator<Item = &Material> {
+        std::iter::once(&self.material).chain(self.sections.iter().map(|section| &section.material))
+    }
+}
+
+/// A region of a body with a material of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct BodySection {
+    /// The elements whose centroids lie in it.
+    pub region: Region,
+    /// Their material.
+    pub material: Material,
 }
 
 /// A rigid body.
