@@ -56,6 +56,8 @@ pub enum NoticeKind {
     RigidSlave,
     /// Supports on one plane hold both sides of a contact pair.
     HeldTwice,
+    /// Supports hold slave nodes, and the objective leaves out the contact forces there.
+    HeldInObjective,
     /// A load acts only on prescribed displacements.
     IdleLoad,
     /// The initial design exceeds the volume bound.

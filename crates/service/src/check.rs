@@ -170,7 +170,7 @@ fn diagnostics(
             NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
             NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
             NoticeKind::StiffVoid => (CaseCode::StiffVoid, Severity::Warning),
-            NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
+            NoticeKind::IdleLoad | NoticeKind::HeldInObjective => (CaseCode::Motion, Severity::Warning),
             NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
         };
         let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);

@@ -109,6 +109,8 @@ pub(super) fn contacts(
         }
         notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
         notices.extend(held::on_both_sides(interface, i, case, contact, &problem.mesh));
+        let facing = nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node).collect();
+        notices.extend(held::in_objective(case, contact, &facing, &problem.mesh));
         let slaves = interface.slave_nodes();
         summaries.push(ContactSummary {
             slave: contact.slave.clone(),

@@ -1,9 +1,9 @@
-//! Checks whether supports on a plane hold both sides of a contact pair.
+//! Checks whether supports hold nodes of contact pairs where this falsifies something.
 
 use std::collections::BTreeSet;
 
 use super::{Notice, NoticeKind};
-use crate::case::{Case, Contact, Enforcement};
+use crate::case::{Case, Contact, Enforcement, ObjectiveKind};
 use slipstick_contact::ContactInterface;
 use slipstick_mesh::{FacetNodes, Mesh};
 use slipstick_model::words::counted;
@@ -62,6 +62,34 @@ fn notice(pair: usize, contact: &Contact, axis: usize, plane: f64, slaves: usize
              of the two tables; otherwise hold only one of the two sides there"
         ),
     }
+}
+
+/// A notice for each `[[dirichlet]]` table that holds slave nodes of a pair opposite its master, in `facing`, if the
+/// objective is the sum of nodal contact forces: it leaves out forces on prescribed displacements.
+pub(super) fn in_objective(case: &Case, contact: &Contact, facing: &BTreeSet<u32>, mesh: &Mesh) -> Vec<Notice> {
+    if contact.tied || !case.objective.as_ref().is_some_and(|of| matches!(of.kind, ObjectiveKind::ContactForce { .. }))
+    {
+        return Vec::new();
+    }
+    let notice = |(number, table): (usize, &crate::case::Dirichlet)| {
+        let held = mesh.set_nodes(&table.set)?.iter().filter(|&node| facing.contains(node)).count();
+        (held > 0).then(|| Notice {
+            kind: NoticeKind::HeldInObjective,
+            path: format!("dirichlet[{number}].set"),
+            message: format!(
+                "`{}` holds or moves {held} of the {} of `{}` that face `{}`: the objective `contact_force` leaves out \
+                 forces on prescribed displacements",
+                table.set,
+                counted(facing.len(), "node"),
+                contact.slave,
+                contact.master
+            ),
+            help: "hold nodes outside the contact surface, or maximise a quantity with `contact_force`, which counts \
+                   all of the force"
+                .into(),
+        })
+    };
+    (0..).zip(&case.dirichlet).filter_map(notice).collect()
 }
 
 fn nodes_of(facets: &[FacetNodes]) -> BTreeSet<u32> {

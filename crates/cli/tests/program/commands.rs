@@ -441,6 +441,22 @@ fn settings_without_effect_are_told() {
     assert!(!told.contains("idle_filter"), "{told}");
 }
 
+/// The objective `contact_force` leaves out forces on prescribed displacements, and `check` names the slave nodes
+/// whose forces it misses: 3 of the 9 under a block that is moved at one side.
+#[test]
+fn slave_nodes_that_the_objective_leaves_out_are_told() {
+    let place = Place::new();
+    assert!(!place.good("check case.toml").err.contains("leaves out"));
+    let told = place.good("check case.toml --set dirichlet[1].set=block_xmin").err;
+    for part in [
+        "`block_xmin` holds or moves 3 of the 9 nodes of `block_ymin` that face `slab_ymax`: the objective \
+         `contact_force` leaves out forces on prescribed displacements",
+        "hold nodes outside the contact surface",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+}
+
 /// Rollers on one plane on both sides of a pair leave the traction along their direction undetermined;
 /// a symmetry plane does not, and neither do rollers on different planes or without friction.
 #[test]

@@ -67,18 +67,19 @@ fn body(text: &mut String, part: &Part, file: &str) {
     if part.second_order().is_some() {
         of += ", first_order = true";
     }
-    let [low, high] = part.bounds;
+    let size = part.bounds.iter().fold(0.0, |size: f64, corner| size.max(corner.amax()));
+    let [low, high] = part.bounds.map(|corner| corner.map(|x| rounded(short(x, size))));
     let elements = part.mesh.elements.len();
     let _ = write!(
         text,
         "\n# {} from ({}, {}, {}) to ({}, {}, {})\n",
         counted(elements, "element"),
-        rounded(low.x),
-        rounded(low.y),
-        rounded(low.z),
-        rounded(high.x),
-        rounded(high.y),
-        rounded(high.z)
+        low.x,
+        low.y,
+        low.z,
+        high.x,
+        high.y,
+        high.z
     );
     if let Some(elements) = part.second_order() {
         let _ = writeln!(text, "#   second-order in the file ({elements}): first_order drops mid-side nodes");
@@ -293,7 +294,7 @@ impl<'a> Plan<'a> {
         while part.mesh.surfaces.contains_key(&name) || part.mesh.node_sets.contains_key(&name) {
             name.push_str("_side");
         }
-        let [x, y, z] = [direction.x, direction.y, direction.z].map(rounded);
+        let [x, y, z] = [direction.x, direction.y, direction.z].map(|x| rounded(short(x, 1.0)));
         let point = direction * high;
         let tolerance = rounded((0.1 * (high - low)).min(0.6 * part.element_size()));
         let size = part.bounds.iter().fold(0.0, |size: f64, corner| size.max(corner.amax()));
