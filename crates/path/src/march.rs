@@ -138,6 +138,15 @@ impl Path {
         Cow::Owned(StepState { history, ..state.into_owned() })
     }
 
+    /// An accepted state with its [whole](Self::state) unknowns and history.
+    pub fn accepted(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, PathState> {
+        let at = &self.states[index];
+        match self.state(index, ranks) {
+            Cow::Borrowed(_) => Cow::Borrowed(at),
+            Cow::Owned(state) => Cow::Owned(PathState { state, divided: false, histories: None, ..at.clone() }),
+        }
+    }
+
     /// Runs a task on the first rank, such as writing files, which requests states by number. All
     /// ranks must call this; the other ranks send their parts meanwhile and get `None`.
     pub fn with_states<'a, R>(

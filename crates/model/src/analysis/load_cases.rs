@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use slipstick_design::ElementValues;
 use slipstick_design::response::Response;
+use slipstick_linalg::Alone;
 use slipstick_path::{
     FailedAttempt, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient,
     Remedy, Solver, SweepError, SweepOptions, march, sweep_states,
@@ -401,11 +402,12 @@ fn tell(path: &Path, retries: &[Retry], observer: &mut dyn MarchObserver) {
             observer.on_event(&MarchEvent::Retry { step: *step, failed, remedy: *remedy });
         }
     };
-    let states = path.states.iter().filter(|state| !state.rest);
+    let states = (0..path.states.len()).filter(|&index| !path.states[index].rest);
     let mut accepted = 0;
-    for state in states {
+    for index in states {
         retry(accepted, observer);
-        observer.on_event(&MarchEvent::Accepted(state));
+        // observers see histories that are not kept; load cases side by side are on one rank
+        observer.on_event(&MarchEvent::Accepted(&path.accepted(index, &Alone)));
         accepted += 1;
     }
     retry(accepted, observer);

@@ -7,6 +7,7 @@ use crate::quantity_gradients::check;
 use slipstick::quantities::quantities;
 use slipstick_linalg::Alone;
 use slipstick_mesh::{BoxShape, box_mesh};
+use slipstick_path::{MarchEvent, MarchObserver, StepState};
 
 /// A text with plastic bodies in place of elastic ones of E = 1000.
 fn plastic(text: &str, material: &str) -> String {
@@ -140,4 +141,36 @@ fn histories_are_the_same_when_computed_again() {
         assert_eq!(format!("{gradients:?}"), format!("{again:?}"));
         assert_eq!(values, values_again);
     }
+}
+
+/// Load cases side by side are told to observers after they are complete, with their whole histories, also
+/// those that are not kept: the files of a path are written from them.
+#[test]
+fn observers_see_histories_that_are_not_kept() {
+    #[derive(Default)]
+    struct Seen(Vec<StepState>);
+    impl MarchObserver for Seen {
+        fn on_event(&mut self, event: &MarchEvent<'_>) {
+            if let MarchEvent::Accepted(at) = event {
+                self.0.push(at.state.clone());
+            }
+        }
+    }
+    let cases = "[[load_case]]\nname = 'soft'\n[[load_case]]\nname = 'stiff'\nmodulus_factor = 1.2\n";
+    let scene = Scene { enforcement: penalty(2e4), steps: 24, more: cases.into(), ..scene() };
+    let text = plastic(&scene.text(), LINEAR);
+    let run = |threads: usize, memory: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut problem = problem(&text);
+        problem.analysis.march.history_memory = memory;
+        let (density, mut seen) = (problem.initial_density().clone(), Seen::default());
+        let run = pool.install(|| problem.analysis.forward(&density, &mut seen)).expect("a path");
+        let kept = run.path.states.iter().filter(|state| !state.state.history.is_empty()).count();
+        (kept, seen.0)
+    };
+    let (all, seen) = run(1, usize::MAX);
+    let (kept, again) = run(2, 0);
+    assert!(kept < all, "{kept} of {all}");
+    assert_eq!(seen.len(), 48);
+    assert_eq!(again, seen);
 }
