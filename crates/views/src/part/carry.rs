@@ -36,8 +36,14 @@ pub(super) fn name_groups(body: &str, faces: &mut [NamedFace]) {
     }
 }
 
-/// The case of the part.
-pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[PartBody]) -> Result<Carried, PartError> {
+/// The case of the part; `solid` says which elements of the design have material.
+pub(super) fn carried(
+    case: &Case,
+    mesh: &Mesh,
+    faces: &NamedFaces,
+    bodies: &[PartBody],
+    solid: &dyn Fn(usize) -> bool,
+) -> Result<Carried, PartError> {
     let mut part = case.clone();
     if !part.title.is_empty() {
         part.title += ": the part";
@@ -46,7 +52,11 @@ pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[Pa
     part.optimizer = None;
     part.constraints.clear();
     part.output.directory = None;
-    for body in part.bodies.iter().filter(|body| bodies.iter().any(|designed| designed.name == body.name)) {
+    for body in part.bodies.iter_mut().filter(|body| bodies.iter().any(|designed| designed.name == body.name)) {
+        // a region without material has no elements in the mesh of the part, which would be an error
+        let elements = mesh.body(&body.name).map_or(0..0, |body| body.elements.clone());
+        let inside = |region: &Region, e: usize| region.contains(mesh.centroid(e)) != Some(false);
+        body.sections.retain(|section| elements.clone().any(|e| solid(e) && inside(&section.region, e)));
         let of_file = body.sections.iter().find_map(|section| match &section.region {
             Region::Part { part } => Some(part.clone()),
             _ => None,

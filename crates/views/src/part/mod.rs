@@ -169,7 +169,7 @@ pub fn part(
             bodies.push(part_body(case, mesh, &faces, &own, body, size)?);
         }
     }
-    let carried = carry::carried(case, mesh, &faces, &bodies)?;
+    let carried = carry::carried(case, mesh, &faces, &bodies, &|e| density[e] >= export.threshold)?;
     Ok(Part {
         bodies,
         whole,

@@ -144,6 +144,22 @@ fn a_solid_body_keeps_its_mesh() {
     assert_eq!((part.whole.len(), part.bodies.len(), part.bodies[0].size), (0, 1, 0.25));
 }
 
+/// Regions with other materials keep their places; one without material in it would be an error.
+#[test]
+fn regions_keep_their_materials() {
+    let soft = "material = { neo_hooke = { youngs_modulus = 500.0, poisson_ratio = 0.3 } }";
+    let regions = ["min = [0.5, 0, 0], max = [1.5, 1, 2]", "centre = [4.2, 0.5, 1], radius = 0.3"]
+        .map(|region| format!("[[body.section]]\nregion = {{ {region} }}\n{soft}\n"));
+    let second = CASE.rfind("[[body]]").expect("a second body");
+    let text = [&CASE[..second], &regions.concat(), &CASE[second..]].concat();
+    let sections =
+        |solid: &dyn Fn([f64; 3]) -> bool| part_of(&text, solid).expect("a part").case.bodies[0].sections.clone();
+    let of_case = parse_case(&text, "case.toml").expect("a case").case.bodies[0].sections.clone();
+    assert_eq!(of_case.len(), 2);
+    assert_eq!(sections(&|x| x[1] < 0.5 || x[0] > 1.0), of_case);
+    assert_eq!(sections(&|x| x[0] < 3.5), of_case[..1]);
+}
+
 /// A quarter of a press-fit hub, cut beside its bore: the bore keeps its nodes, other points of it lie
 /// on the cylinder, and so do those of the elements between them, so that the part's bore has the area
 /// of the cylinder up to the sagitta of its triangles.
