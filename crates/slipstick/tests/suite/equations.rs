@@ -175,7 +175,7 @@ fn cited_tests_exist() {
         let joined: Vec<&str> = source.text.lines().map(|l| l.trim_start().trim_start_matches(['/', '!'])).collect();
         cited(&joined.join("\n")).iter().for_each(|name| check(name, &source.path));
     }
-    for (file, heading) in [("docs/notation.md", "pinned by"), ("ARCHITECTURE.md", "test")] {
+    for (file, heading) in [("docs/notation.md", "pinned by"), ("docs/claims.md", "test")] {
         for (cell, line) in column(&document(file), heading) {
             quoted(cell).for_each(|name| check(name, line));
         }
@@ -187,7 +187,8 @@ fn cited_tests_exist() {
 #[test]
 fn cited_files_exist() {
     let sources = sources();
-    for (file, heading) in [("docs/notation.md", "where"), ("ARCHITECTURE.md", "code")] {
+    for (file, heading) in [("docs/notation.md", "where"), ("docs/claims.md", "code"), ("docs/performance.md", "code")]
+    {
         for (cell, line) in column(&document(file), heading) {
             for name in quoted(cell).filter(|name| name.ends_with(".rs")) {
                 let ends = |s: &Source| s.path.ends_with(&format!("/{name}"));
@@ -235,6 +236,7 @@ const DOCUMENTS: &[&str] = &[
     "CONTRIBUTING.md",
     "docs/theory.md",
     "docs/notation.md",
+    "docs/claims.md",
     "docs/case_file.md",
     "docs/examples.md",
     "docs/SUMMARY.md",
