@@ -152,7 +152,8 @@ impl Material {
         self.kind().constants().iter().zip(self.values())
     }
 
-    /// The same law with all moduli, and therefore all stresses, multiplied by one factor.
+    /// The same law with all moduli, and therefore all elastic stresses, multiplied by one factor. Yield stresses and
+    /// their hardening do not change, as in the derivative with respect to Young's modulus.
     ///
     /// # Errors
     /// If a modulus is no longer positive and finite.

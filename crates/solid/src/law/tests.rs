@@ -55,6 +55,22 @@ fn constants_make_the_law() {
     assert_eq!(Material::from(elastic).to_string(), "{ neo_hooke = { youngs_modulus = 0.1, poisson_ratio = 0.3 } }");
 }
 
+/// The derivative with respect to Young's modulus is that at constant yield stress, so a finite change of the
+/// modulus keeps all constants of hardening.
+#[test]
+fn stiffer_metals_yield_at_the_same_stress() {
+    for kind in LawKind::ALL.iter().filter(|kind| kind.has_memory()) {
+        let law = kind.like(1000.0, 0.3).unwrap();
+        for stiffer in [law.stiffened(1.5).unwrap(), law.with_youngs_modulus(1500.0).unwrap()] {
+            assert_eq!(stiffer.youngs_modulus(), 1500.0);
+            let kept = |of: &Material| {
+                of.constants().filter(|(c, _)| c.key != "youngs_modulus").map(|(_, v)| v).collect::<Vec<_>>()
+            };
+            assert_eq!(kept(&stiffer), kept(&law), "{stiffer}");
+        }
+    }
+}
+
 #[test]
 fn words_name_laws() {
     assert_eq!(LawKind::NeoHooke.word(), "neo_hooke");

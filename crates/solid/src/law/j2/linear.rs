@@ -16,7 +16,7 @@ pub(super) const YIELD_STRESS: Constant = Constant {
     key: "yield_stress",
     about: "Initial yield stress σ₀ > 0, a true stress. [F/L²]",
     help: "the stress at which plastic strain begins",
-    form: Form::Modulus(Range::Positive),
+    form: Form::Number(Range::Positive),
 };
 
 /// Slope of linear hardening.
@@ -24,7 +24,7 @@ pub(super) const HARDENING_MODULUS: Constant = Constant {
     key: "hardening_modulus",
     about: "Hardening modulus H ≥ 0: true stress per plastic strain; 0 is perfect plasticity. [F/L²]",
     help: "E Eₜ/(E − Eₜ) with the slope Eₜ of the stress-strain curve, or 0",
-    form: Form::Modulus(Range::NotNegative),
+    form: Form::Number(Range::NotNegative),
 };
 
 impl Hardening for Linear {

@@ -39,7 +39,7 @@ impl Hardening for Table {
             key: "yield_stress",
             about: "Yield stresses (true stresses), the first at plastic strain 0; they do not decrease. [F/L²]",
             help: "the true stresses of a tension test, for instance [250, 300, 340]",
-            form: Form::Moduli { most: ROWS },
+            form: Form::Numbers { most: ROWS },
         },
         Constant {
             key: "plastic_strain",

@@ -26,7 +26,7 @@ impl Hardening for Voce {
             key: "saturation_stress",
             about: "Yield stress σ_∞ ≥ σ₀ to which hardening leads without H. [F/L²]",
             help: "the yield stress at large plastic strains",
-            form: Form::Modulus(Range::Positive),
+            form: Form::Number(Range::Positive),
         },
         Constant {
             key: "saturation_rate",
