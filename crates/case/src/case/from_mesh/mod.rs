@@ -10,6 +10,8 @@
 mod survey;
 mod text;
 
+use std::collections::BTreeSet;
+
 use slipstick_meshio::{FileMesh, MeshFileError};
 use slipstick_model::words::counted;
 
@@ -30,7 +32,8 @@ pub struct MeshCase {
 /// # Errors
 /// If the file cannot be read or used: place, message and cure.
 pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError> {
-    let survey = Survey::new(&FileMesh::parse(bytes)?)?;
+    let mesh = FileMesh::parse(bytes)?;
+    let survey = Survey::new(&mesh)?;
     let notice = |part: &Part| {
         let elements = part.second_order()?;
         Some(format!(
@@ -44,5 +47,52 @@ pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError>
         let (elements, parts) = (counted(survey.left_out, "solid element"), parts.collect::<Vec<_>>().join(", "));
         notices.push(format!("{elements} of the file are in no body: bodies are made from {parts}"));
     }
+    notices.extend(shared(&mesh, &survey.parts));
     Ok(MeshCase { text: text::case(&survey, file), notices })
+}
+
+/// A notice for every two parts that share nodes in the file: the bodies of the case do not.
+fn shared(mesh: &FileMesh, parts: &[Part]) -> Vec<String> {
+    let nodes_of = |part: &Part| -> BTreeSet<u32> {
+        let cells = mesh.solid_cells(part.part.as_deref());
+        cells.iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)).copied().collect()
+    };
+    let nodes: Vec<BTreeSet<u32>> = parts.iter().map(nodes_of).collect();
+    let pairs = (0..parts.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+    let notice = |(a, b): (usize, usize)| {
+        let count = nodes[a].intersection(&nodes[b]).count();
+        (count > 0).then(|| {
+            format!(
+                "`{}` and `{}` share {} of the file, but bodies of a case are separate: for one body of both \
+                 materials, read a part that contains both and give one of them a `[[body.section]]`",
+                parts[a].name,
+                parts[b].name,
+                counted(count, "node")
+            )
+        })
+    };
+    pairs.filter_map(notice).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cubes with a common face, in sets of their own: by hand, they share four nodes.
+    #[test]
+    fn bodies_that_share_nodes_are_named() {
+        let deck = |second: &str| {
+            format!(
+                "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
+                 9, 0, 0, 2\n10, 1, 0, 2\n11, 1, 1, 2\n12, 0, 1, 2\n13, 0, 0, 1\n14, 1, 0, 1\n15, 1, 1, 1\n16, 0, 1, 1\n\
+                 *ELEMENT, TYPE=C3D8, ELSET=low\n1, 1, 2, 3, 4, 5, 6, 7, 8\n\
+                 *ELEMENT, TYPE=C3D8, ELSET=high\n2, {second}, 9, 10, 11, 12\n"
+            )
+        };
+        let notices = case_of_mesh(deck("5, 6, 7, 8").as_bytes(), "cubes.inp").expect("a case").notices;
+        assert!(notices.len() == 1 && notices[0].contains("share 4 nodes of the file"), "{notices:?}");
+        assert!(notices[0].contains("`low`") && notices[0].contains("`high`"), "{notices:?}");
+        let apart = case_of_mesh(deck("13, 14, 15, 16").as_bytes(), "cubes.inp").expect("a case").notices;
+        assert!(apart.is_empty(), "{apart:?}");
+    }
 }
