@@ -84,15 +84,14 @@ pub(crate) struct Histories {
 
 impl Histories {
     /// The history of state `n` of a load case, whose states are given by number, and complete on every
-    /// rank. All ranks must call this in the same order.
-    pub fn get<'a>(&self, n: usize, state: &dyn Fn(usize) -> (&'a PathState, StepState)) -> Vec<f64> {
+    /// rank; `kept` is the last state before it that keeps its own. All ranks must call this in the same
+    /// order.
+    pub fn get<'a>(&self, n: usize, kept: usize, state: &dyn Fn(usize) -> (&'a PathState, StepState)) -> Vec<f64> {
         let mut at_hand = self.at_hand.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(history) = at_hand.get(&n) {
             return history.clone();
         }
         at_hand.retain(|&index, _| index < n);
-        let kept =
-            (0..n).rev().find(|&index| state(index).0.histories.is_none()).expect("the first state keeps its own");
         let (mut from, mut history) = match at_hand.range(kept..).next_back() {
             Some((&index, history)) => (index, history.clone()),
             None => (kept, state(kept).1.history),

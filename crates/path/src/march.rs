@@ -133,8 +133,11 @@ impl Path {
         };
         let state = joined(index);
         let Some(histories) = &self.states[index].histories else { return state };
-        let first = (0..index).rev().find(|&before| self.states[before].rest).unwrap_or(0);
-        let history = histories.get(index - first, &|n| (&self.states[first + n], joined(first + n).into_owned()));
+        let before = |is: &dyn Fn(&PathState) -> bool| (0..index).rev().find(|&before| is(&self.states[before]));
+        let first = before(&|state| state.rest).unwrap_or(0);
+        let kept = before(&|state| state.histories.is_none()).unwrap_or(first);
+        let of = |n: usize| (&self.states[first + n], joined(first + n).into_owned());
+        let history = histories.get(index - first, kept - first, &of);
         Cow::Owned(StepState { history, ..state.into_owned() })
     }
 
