@@ -127,7 +127,7 @@ class Problem:
         adapter: Any,
         name: str,
         dimension: tuple[int, int],
-        reads: tuple[bool, bool, bool, bool, bool],
+        reads: tuple[bool, ...],
         accumulates: bool,
     ) -> None: ...
     def parameters(self) -> list[tuple[str, str, float]]: ...
