@@ -40,7 +40,7 @@ pub struct RecordedOptimization {
 
 impl RecordedOptimization {
     /// Records an optimization at its start in a run that has just started. `responses` describe
-    /// objective and constraints that are not those of the case; whoever gave them gives them again to
+    /// objective and constraints that are not those of the case; whoever supplies them must supply them again to
     /// [resume].
     ///
     /// # Errors

@@ -376,7 +376,7 @@ impl ContactModel {
     }
 
     /// Work that the springs take in the step, in which they move under their force at its end: they are
-    /// tied anew before the next step. \[F L\]
+    /// attached again before the next step. \[F L\]
     pub(super) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
         let work = |&f: &usize| self.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
         at.state.free.held.iter().map(work).sum()

@@ -46,18 +46,19 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem) -> Result<Factor
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
     let pattern = reduction.pattern();
     let unknowns = reduction.free();
+    let of = |(bytes, operations), iterative, on_ranks| Factorization {
+        unknowns,
+        bytes,
+        operations,
+        matrix_bytes,
+        contact_bytes,
+        iterative,
+        on_ranks,
+    };
     if case.solver.linear == LinearSolverChoice::Schwarz {
         // several ranks, whose direct factors are larger, are not possible
         let (bytes, operations) = SchwarzSolver::predict(pattern);
-        return Ok(Factorization {
-            unknowns,
-            bytes,
-            operations,
-            matrix_bytes,
-            contact_bytes,
-            iterative: true,
-            on_ranks: Factors::direct(bytes),
-        });
+        return Ok(of((bytes, operations), true, Factors::direct(bytes)));
     }
     if case.solver.linear == LinearSolverChoice::Cudss {
         let tree = EliminationTree::new(pattern, None);
@@ -65,28 +66,12 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem) -> Result<Factor
         // in single precision
         let bytes = 4.0 * entries + ON_GPU * pattern.entries() as f64;
         let on_ranks = Factors::direct(8.0 * entries);
-        return Ok(Factorization {
-            unknowns,
-            bytes,
-            operations,
-            matrix_bytes,
-            contact_bytes,
-            iterative: false,
-            on_ranks,
-        });
+        return Ok(of((bytes, operations), false, on_ranks));
     }
     let zone = contact_zone(case, &problem.mesh, pattern);
     if let (LinearSolverChoice::Petsc, Some((bytes, operations))) = (case.solver.linear, zone) {
         let on_ranks = Factors { bytes, contact_zone: true };
-        return Ok(Factorization {
-            unknowns,
-            bytes,
-            operations,
-            matrix_bytes,
-            contact_bytes,
-            iterative: true,
-            on_ranks,
-        });
+        return Ok(of((bytes, operations), true, on_ranks));
     }
     let forecast = Automatic::forecast(pattern);
     let double = 8.0 * forecast.direct_entries;

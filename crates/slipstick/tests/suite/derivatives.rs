@@ -314,7 +314,7 @@ fn check_pull_back(name: &str, generic: &Generic) {
     };
     for deviation in comparison.deviations().unwrap() {
         println!("{name}: {deviation:?}");
-        assert!(deviation.relative < BOUND, "{name}: {deviation:?}");
+        assert!(deviation.relative() < BOUND, "{name}: {deviation:?}");
     }
 }
 

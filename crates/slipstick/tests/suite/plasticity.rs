@@ -143,8 +143,8 @@ fn histories_are_the_same_when_computed_again() {
     }
 }
 
-/// Load cases side by side are told to observers after they are complete, with their whole histories, also
-/// those that are not kept: the files of a path are written from them.
+/// Observers see a load case that runs beside the first only once it is complete, and they see all of its
+/// histories, also those that are not kept: the files of a path are written from them.
 #[test]
 fn observers_see_histories_that_are_not_kept() {
     #[derive(Default)]

@@ -6,11 +6,22 @@ use super::{body, even, grid, solve};
 use crate::common::problem_with;
 use crate::common::scene::Scene;
 use slipstick::quantities::quantities;
+use slipstick_mesh::Mesh;
 
 /// Two elastic arms, clamped at their left ends, in plane strain: the upper one is pressed down at
 /// its middle until its end slides along the lower one, which bends. `pair`: slave and master. Returns
 /// the fraction of the external work that contact takes, and the deflection of the lower arm's end.
 fn arms(pair: [&str; 2], shape: &str, normals: &str) -> [f64; 2] {
+    pressed(upper_arm(), -1.1, pair, shape, normals)
+}
+
+/// The upper arm, with a sharp edge at its end.
+pub(super) fn upper_arm() -> Mesh {
+    grid("up", [&even(0.0, 3.0, 30), &even(1.2, 1.6, 4), &[0.0, 0.2]])
+}
+
+/// The same with another upper arm, whose middle is moved by `v`.
+pub(super) fn pressed(up: Mesh, v: f64, pair: [&str; 2], shape: &str, normals: &str) -> [f64; 2] {
     let [slave, master] = pair;
     let text = format!(
         "{}{}[[set]]\nname = 'all'\nboxes = [{{ min = [-9, -9, -9], max = [9, 9, 9] }}]\n\
@@ -20,18 +31,14 @@ fn arms(pair: [&str; 2], shape: &str, normals: &str) -> [f64; 2] {
          [[dirichlet]]\nset = 'all'\ncomponents = ['z']\n\
          [[dirichlet]]\nset = 'up_xmin'\ncomponents = ['x', 'y']\n\
          [[dirichlet]]\nset = 'low_xmin'\ncomponents = ['x', 'y']\n\
-         [[dirichlet]]\nset = 'middle'\ncomponents = ['y']\nmotion = [{{ t = 1, u = [0, -1.1, 0] }}]\n\
+         [[dirichlet]]\nset = 'middle'\ncomponents = ['y']\nmotion = [{{ t = 1, u = [0, {v:?}, 0] }}]\n\
          [[quantity]]\nname = 'end'\ndisplacement = {{ set = 'low_xmax', component = 'y' }}\n\
          [load_path]\nsteps = 24\n",
         body("up", 1.0),
         body("low", 1.0),
     );
-    let across = [0.0, 0.2];
-    let meshes = [
-        ("up", grid("up", [&even(0.0, 3.0, 30), &even(1.2, 1.6, 4), &across])),
-        ("low", grid("low", [&even(0.0, 4.03, 40), &even(-0.4, 0.0, 4), &across])),
-    ];
-    let solved = solve(&text, &meshes);
+    let low = grid("low", [&even(0.0, 4.03, 40), &even(-0.4, 0.0, 4), &[0.0, 0.2]]);
+    let solved = solve(&text, &[("up", up), ("low", low)]);
     let found = quantities(&solved.problem, &solved.forward.path);
     let last = |name: &str| *found.get(name).expect(name).last().expect("a row");
     [last("contact_work") / last("external_work"), last("end")]

@@ -1,42 +1,22 @@
 //! Kinks of the slave surface that are less sharp than its feature angle: the work of frictionless contact
 //! there, and gradients.
 
+use super::ends::{pressed, upper_arm};
 use super::gradients::{check, methods};
-use super::{body, even, grid, solve};
+use super::{even, grid};
 use crate::common::problem_with;
 use crate::common::scene::Scene;
-use slipstick::quantities::quantities;
 use slipstick_mesh::Mesh;
 
 /// Two elastic arms as in `ends.rs`, the bottom of the upper one with a chamfer of 40° over its last 0.4: the
 /// arm bends by less than that, so that the kink touches. `pair`: slave and master. Returns the fraction of the
 /// external work that contact takes, and the deflection of the lower arm's end.
 fn chamfered(pair: [&str; 2], shape: &str, normals: &str) -> [f64; 2] {
-    let [slave, master] = pair;
-    let text = format!(
-        "{}{}[[set]]\nname = 'all'\nboxes = [{{ min = [-9, -9, -9], max = [9, 9, 9] }}]\n\
-         [[set]]\nname = 'middle'\nboxes = [{{ min = [1.49, 1.55, -9], max = [1.51, 9, 9] }}]\n\
-         [[contact]]\nslave = '{slave}'\nmaster = '{master}'\nfriction = 0.0\n\
-         multiplier_shape = '{shape}'\nnormals = '{normals}'\n\
-         [[dirichlet]]\nset = 'all'\ncomponents = ['z']\n\
-         [[dirichlet]]\nset = 'up_xmin'\ncomponents = ['x', 'y']\n\
-         [[dirichlet]]\nset = 'low_xmin'\ncomponents = ['x', 'y']\n\
-         [[dirichlet]]\nset = 'middle'\ncomponents = ['y']\nmotion = [{{ t = 1, u = [0, -0.9, 0] }}]\n\
-         [[quantity]]\nname = 'end'\ndisplacement = {{ set = 'low_xmax', component = 'y' }}\n\
-         [load_path]\nsteps = 24\n",
-        body("up", 1.0),
-        body("low", 1.0),
-    );
-    let across = [0.0, 0.2];
-    let mut up = grid("up", [&even(0.0, 3.0, 30), &even(1.2, 1.6, 4), &across]);
+    let mut up = upper_arm();
     for [x, y, _] in &mut up.nodes {
         *y += (*x - 2.6).max(0.0) * f64::to_radians(40.0).tan() * (1.6 - *y) / 0.4;
     }
-    let meshes = [("up", up), ("low", grid("low", [&even(0.0, 4.03, 40), &even(-0.4, 0.0, 4), &across]))];
-    let solved = solve(&text, &meshes);
-    let found = quantities(&solved.problem, &solved.forward.path);
-    let last = |name: &str| *found.get(name).expect(name).last().expect("a row");
-    [last("contact_work") / last("external_work"), last("end")]
+    pressed(up, -0.9, pair, shape, normals)
 }
 
 /// The normal of the kink is that of the face on which it slides: contact takes no work, and the result is that
