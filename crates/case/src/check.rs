@@ -14,8 +14,8 @@ mod recognised;
 mod surfaces;
 mod volume;
 
-use crate::build::Problem;
-use crate::case::Case;
+use crate::construct::Problem;
+use crate::file::Case;
 use serde::Serialize;
 use slipstick_path::StateError;
 

@@ -1,6 +1,6 @@
-//! Case files: [`case`] reads and checks a file, [`build`] turns it into a problem, and [`check`]
-//! inspects the problem before anything is solved.
+//! Case files: [`file`] reads and checks a file, [`construct`] turns it into a problem, and
+//! [`check`] inspects the problem before anything is solved.
 
-pub mod build;
-pub mod case;
 pub mod check;
+pub mod construct;
+pub mod file;

@@ -34,7 +34,7 @@ fn replay(target: fn(&[u8]), folders: &[&str], least: usize) {
 }
 
 const MESHES: &str = "crates/meshio/tests/data";
-const TEMPLATES: &str = "crates/case/src/case/templates";
+const TEMPLATES: &str = "crates/case/src/file/templates";
 
 #[test]
 fn case_files() {

@@ -15,7 +15,7 @@ use slipstick::model::Parameter;
 use slipstick::path::{MarchEvent, MarchObserver};
 
 /// A template of the program, as a starting point.
-const TEXT: &str = include_str!("../../case/src/case/templates/cube_on_cuboid.toml");
+const TEXT: &str = include_str!("../../case/src/file/templates/cube_on_cuboid.toml");
 
 /// The parameters of the model.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::machine::Machine;
 
-pub use slipstick_case::build::*;
+pub use slipstick_case::construct::*;
 
 /// Builds mesh, model, load path, design and objective in a single process.
 ///

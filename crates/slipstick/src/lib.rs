@@ -19,7 +19,7 @@ pub mod build;
 pub mod drive;
 pub mod machine;
 
-pub use slipstick_case::{case, check};
+pub use slipstick_case::{check, file as case};
 pub use slipstick_model::{
     analysis, crushed, losses, model, optimize, overlaps, pieces, problem, quantities, verify, words,
 };

@@ -10,7 +10,7 @@ use crate::render::{
     Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
     surface_picture,
 };
-use slipstick_case::case::Case;
+use slipstick_case::file::Case;
 use slipstick_results::output::fields::field_dimension;
 use slipstick_results::output::{StoredField, read_fields};
 use slipstick_results::run::{RunDirectory, RunError, read_density};

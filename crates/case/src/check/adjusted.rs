@@ -1,6 +1,6 @@
 //! Initial gaps and penetrations that a pair counts as closed.
 
-use crate::case::Contact;
+use crate::file::Contact;
 use serde::Serialize;
 use slipstick_model::model::{ModelInterface, NodalContact};
 

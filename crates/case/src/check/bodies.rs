@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use slipstick_mesh::Mesh;
 
 use super::BodySummary;
-use crate::case::{Case, Contact};
+use crate::file::{Case, Contact};
 
 /// Figures about every body.
 pub(super) fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {

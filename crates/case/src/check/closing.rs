@@ -10,8 +10,8 @@
 use super::bodies::held_motions;
 use super::distance::{SurfacePair, largest_difference};
 use super::{Notice, NoticeKind};
-use crate::build::Problem;
-use crate::case::{Case, Contact};
+use crate::construct::Problem;
+use crate::file::{Case, Contact};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{FacetNodes, Mesh};
 use slipstick_model::model::course;

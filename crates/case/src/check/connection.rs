@@ -2,7 +2,7 @@
 
 use super::bodies::held_motions;
 use super::{Notice, NoticeKind};
-use crate::case::{Case, Shape};
+use crate::file::{Case, Shape};
 use slipstick_mesh::Mesh;
 use slipstick_model::words::counted;
 

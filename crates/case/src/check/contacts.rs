@@ -8,9 +8,9 @@ use slipstick_model::words::{counted, quantity};
 use slipstick_path::StateError;
 
 use super::{ContactSummary, Notice, NoticeKind, StartGap, adjusted, facets, held, normals, recognised};
-use crate::build::Problem;
-use crate::build::symmetry::mirrored;
-use crate::case::{Case, Contact, Enforcement, LoadCase};
+use crate::construct::Problem;
+use crate::construct::symmetry::mirrored;
+use crate::file::{Case, Contact, Enforcement, LoadCase};
 
 /// Penetrations above this fraction of the facet size cause a warning.
 const PENETRATION: f64 = 1e-6;
@@ -34,7 +34,7 @@ pub(super) fn contacts(
     let mut start = 0;
     let mut summaries = Vec::new();
     let by_case = gaps_of_load_cases(case, problem)?;
-    let moves = crate::build::ties::moves(case).unwrap_or_default();
+    let moves = crate::construct::ties::moves(case).unwrap_or_default();
     let mirrored = mirrored(case, &problem.mesh).unwrap_or_else(|_| vec![[false; 3]; problem.mesh.nodes.len()]);
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
         let interface = &model.interface;

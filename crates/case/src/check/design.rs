@@ -1,8 +1,8 @@
 //! Checks whether passive regions and the filter of a design have any effect.
 
 use super::{Notice, NoticeKind};
-use crate::build::{Problem, Regions};
-use crate::case::{Case, Design};
+use crate::construct::{Problem, Regions};
+use crate::file::{Case, Design};
 use slipstick_model::words::quantity;
 
 /// Notices for passive regions that contain no element, and for a filter that reaches no

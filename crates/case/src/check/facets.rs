@@ -1,7 +1,7 @@
 //! Checks whether the slave facets of a contact pair are fine enough for the master.
 
 use super::{Notice, NoticeKind};
-use crate::case::Contact;
+use crate::file::Contact;
 use slipstick_contact::ContactInterface;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_model::words::quantity;

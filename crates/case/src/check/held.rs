@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Notice, NoticeKind};
-use crate::case::{Case, Contact, Enforcement, ObjectiveKind};
+use crate::file::{Case, Contact, Enforcement, ObjectiveKind};
 use slipstick_contact::ContactInterface;
 use slipstick_mesh::{FacetNodes, Mesh};
 use slipstick_model::words::counted;
@@ -71,7 +71,7 @@ pub(super) fn in_objective(case: &Case, contact: &Contact, facing: &BTreeSet<u32
     {
         return Vec::new();
     }
-    let notice = |(number, table): (usize, &crate::case::Dirichlet)| {
+    let notice = |(number, table): (usize, &crate::file::Dirichlet)| {
         let held = mesh.set_nodes(&table.set)?.iter().filter(|&node| facing.contains(node)).count();
         (held > 0).then(|| Notice {
             kind: NoticeKind::HeldInObjective,
@@ -98,7 +98,7 @@ fn nodes_of(facets: &[FacetNodes]) -> BTreeSet<u32> {
 
 /// Nodes that tables hold or move along an axis.
 fn held_along(case: &Case, mesh: &Mesh, axis: usize) -> BTreeSet<u32> {
-    let holds = |table: &&crate::case::Dirichlet| table.components.iter().any(|component| *component as usize == axis);
+    let holds = |table: &&crate::file::Dirichlet| table.components.iter().any(|component| *component as usize == axis);
     let tables = case.dirichlet.iter().filter(holds);
     tables.filter_map(|table| mesh.set_nodes(&table.set)).flat_map(|nodes| nodes.to_vec()).collect()
 }

@@ -7,7 +7,7 @@
 //! tan(arctan μ + δ).
 
 use super::{Notice, NoticeKind};
-use crate::case::Contact;
+use crate::file::Contact;
 use nalgebra::Vector3;
 use slipstick_contact::{ContactInterface, SlaveNode};
 use slipstick_mesh::Mesh;

@@ -1,7 +1,7 @@
 //! What the facets of a contact pair stand for.
 
-use crate::build::surfaces::smooth;
-use crate::case::{Case, Contact, Surfaces};
+use crate::construct::surfaces::smooth;
+use crate::file::{Case, Contact, Surfaces};
 use serde::Serialize;
 use slipstick_contact::ContactInterface;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Shape, SmoothSurface};

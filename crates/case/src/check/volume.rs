@@ -1,8 +1,8 @@
 //! Checks whether an initial design satisfies the bound on the volume.
 
 use super::{Notice, NoticeKind};
-use crate::build::Problem;
-use crate::case::Case;
+use crate::construct::Problem;
+use crate::file::Case;
 use slipstick_design::{DesignVariables, ElementValues, Role};
 use slipstick_model::words::quantity;
 

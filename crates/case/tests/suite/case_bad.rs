@@ -4,7 +4,7 @@ mod loads;
 mod quantities;
 mod sections;
 
-use slipstick_case::case::{CaseCode, CaseErrors, Severity, parse_case};
+use slipstick_case::file::{CaseCode, CaseErrors, Severity, parse_case};
 
 /// A valid case; the tests break one line of it.
 const GOOD: &str = r#"title = "good"
@@ -173,7 +173,7 @@ fn a_misspelt_key_is_not_missing_as_well() {
 fn one_wrong_key_is_one_error() {
     use CaseCode::UnknownKey;
     let help = one(5, "neo_hooke", "rubber", UnknownKey, "rubber");
-    assert_eq!(help, format!("give one of: {}", slipstick_case::case::LawKind::WORDS.join(", ")));
+    assert_eq!(help, format!("give one of: {}", slipstick_case::file::LawKind::WORDS.join(", ")));
     let help = one(18, "friction", "friction_coefficient", UnknownKey, "friction_coefficient");
     assert_eq!(help, "did you mean `friction`?");
     let help = one(18, "friction", "mu", UnknownKey, "mu");

@@ -1,6 +1,6 @@
 //! Case files without errors: meaning, defaults, templates, round trip, warnings, places.
 
-use slipstick_case::case::*;
+use slipstick_case::file::*;
 use slipstick_solid::Orthotropic;
 
 fn parse(text: &str) -> Resolved {

@@ -1,8 +1,8 @@
 //! Gaps that no prescribed motion closes are predicted, and no others: compared with hand
 //! calculations and with the actual load path.
 
-use slipstick_case::case::{CaseCode, TEMPLATES, parse_case};
 use slipstick_case::check::{NoticeKind, inspect};
+use slipstick_case::file::{CaseCode, TEMPLATES, parse_case};
 use slipstick_model::analysis::ForwardNotice;
 use slipstick_path::Silent;
 

@@ -9,8 +9,8 @@ mod schema;
 
 use std::sync::Arc;
 
-use slipstick_case::build::{BuildError, Platform, Problem, build_on};
-use slipstick_case::case::{Case, Solver};
+use slipstick_case::construct::{BuildError, Platform, Problem, build_on};
+use slipstick_case::file::{Case, Solver};
 use slipstick_linalg::{Alone, Ranks, SolverChoice};
 use slipstick_mesh::Mesh;
 use slipstick_path::LinearSystem;

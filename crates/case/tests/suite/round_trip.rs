@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use slipstick_case::case::{Resolved, TEMPLATES, parse_case, parse_case_with, schema};
+use slipstick_case::file::{Resolved, TEMPLATES, parse_case, parse_case_with, schema};
 
 use crate::schema::accepts;
 
@@ -34,7 +34,7 @@ fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) {
 fn cases_of_the_repository_are_the_same_after_a_round_trip() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut files = Vec::new();
-    for folder in ["cases", "docs", "fuzz/corpus", "crates/case/src/case/templates"] {
+    for folder in ["cases", "docs", "fuzz/corpus", "crates/case/src/file/templates"] {
         toml_files(&root.join(folder), &mut files);
     }
     files.sort_unstable();

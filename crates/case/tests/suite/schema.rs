@@ -2,7 +2,7 @@
 //! keys come from the reader, and some are checked against the documentation.
 
 use serde_json::{Value, json};
-use slipstick_case::case::{CaseCode, TEMPLATES, parse_case, schema};
+use slipstick_case::file::{CaseCode, TEMPLATES, parse_case, schema};
 
 /// `docs/case.schema.json` matches the current types.
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::OutputError;
 use super::vtu::{Values, Vtu};
-use slipstick_case::case::Dimension;
+use slipstick_case::file::Dimension;
 use slipstick_contact::friction::Status;
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;

@@ -8,7 +8,7 @@ use slipstick_mesh::Mesh;
 
 use super::{RunDirectory, RunError};
 use crate::output::{OutputError, read_fields, write_atomically};
-use slipstick_case::case::utf8;
+use slipstick_case::file::utf8;
 use slipstick_model::words::list;
 
 /// Column of the design variables, and name of their field.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::RunError;
 use super::lock::{self, Lock};
 use crate::output::whole_name;
-use slipstick_case::case::Output;
+use slipstick_case::file::Output;
 use slipstick_model::model::Share;
 
 /// The directory of one run, and the names of its files.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::directory::MESH_EXTENSIONS;
 use super::{RunDirectory, RunError, RunRecord, sha256};
 use crate::output::write_atomically;
-use slipstick_case::case::{Case, ReadFile, Shape};
+use slipstick_case::file::{Case, ReadFile, Shape};
 
 /// A file that a case names, and the copy that a run keeps.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ fn regular(path: &Path) -> io::Result<Vec<u8>> {
 
 /// A reader for the mesh files that a case file names: from its folder or, if it is the `case.toml`
 /// of a run, from the run's copies, which must not have changed. For
-/// [`parse_case_with`](slipstick_case::case::parse_case_with).
+/// [`parse_case_with`](slipstick_case::file::parse_case_with).
 pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
     let folder = case_file.parent().map(Path::to_owned).unwrap_or_default();
     let of_run = case_file.file_name().is_some_and(|name| name == "case.toml");
@@ -67,7 +67,7 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
 }
 
 /// Copies the mesh files that a case names into the directory of a run; `read` reads them, as for
-/// [`parse_case_with`](slipstick_case::case::parse_case_with).
+/// [`parse_case_with`](slipstick_case::file::parse_case_with).
 ///
 /// # Errors
 /// [`RunError::Damaged`] if a file has changed since the case was read; [`RunError::Read`],

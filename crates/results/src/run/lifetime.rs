@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{ExitState, RunDirectory, RunError, RunPart, RunRecord, keep_mesh_files};
 use crate::output::write_atomically;
-use slipstick_case::case::{ReadFile, Resolved};
+use slipstick_case::file::{ReadFile, Resolved};
 
 /// A run in progress: its directory, locked against other processes, and its record.
 #[derive(Debug)]

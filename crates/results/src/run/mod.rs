@@ -72,7 +72,7 @@ pub use places::Place;
 pub use promises::{Comparison, comparisons, promises};
 pub use record::{ExitState, Machine, RunPart, RunRecord};
 pub use result::ResultRecord;
-pub use slipstick_case::case::sha256;
+pub use slipstick_case::file::sha256;
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
 pub use tables::{ContactTable, FunctionNames, History, NewtonTable, write_evaluations, write_quantities};

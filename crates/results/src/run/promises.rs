@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use slipstick_case::case::{Case, Promise};
+use slipstick_case::file::{Case, Promise};
 
 use super::{ExitState, RunDirectory, RunError, RunRecord};
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{InputFile, RunDirectory, RunError, clock};
 use crate::output::write_atomically;
-use slipstick_case::case::{Case, sha256};
+use slipstick_case::file::{Case, sha256};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

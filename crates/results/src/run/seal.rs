@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use sha2::{Digest, Sha256};
 
-use slipstick_case::case::hexadecimal;
+use slipstick_case::file::hexadecimal;
 
 /// The text between the last entry and the hash, and the text after the hash.
 const BEFORE: &str = ",\"sha256\":\"";

@@ -11,7 +11,7 @@ use slipstick_path::Guide;
 use super::first::agree;
 use super::{RunDirectory, RunError};
 use crate::output::write_atomically;
-use slipstick_case::case::hexadecimal;
+use slipstick_case::file::hexadecimal;
 
 /// First bytes of a file, with the version of its layout.
 const MAGIC: &[u8; 8] = b"slipsv01";

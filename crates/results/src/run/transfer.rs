@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use slipstick_case::build::build_mesh;
-use slipstick_case::case::parse_case_with;
+use slipstick_case::construct::build_mesh;
+use slipstick_case::file::parse_case_with;
 use slipstick_design::{ElementValues, Places};
 use slipstick_mesh::{Body, Mesh};
 

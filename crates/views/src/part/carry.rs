@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use slipstick_case::case::{Case, MeshFile, NodeSet, Placement, QuantityKind, Region, Shape, SurfaceSet};
+use slipstick_case::file::{Case, MeshFile, NodeSet, Placement, QuantityKind, Region, Shape, SurfaceSet};
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;

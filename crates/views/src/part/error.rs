@@ -1,6 +1,6 @@
 //! Errors of preparing a part.
 
-use slipstick_case::build::BuildError;
+use slipstick_case::construct::BuildError;
 
 use crate::export::ExportError;
 

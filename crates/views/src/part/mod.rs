@@ -29,8 +29,8 @@ pub use pieces::LoosePiece;
 
 use std::collections::BTreeSet;
 
-use slipstick_case::build::smooth_faces;
-use slipstick_case::case::Case;
+use slipstick_case::construct::smooth_faces;
+use slipstick_case::file::Case;
 use slipstick_mesh::Mesh;
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};

@@ -1,7 +1,7 @@
 //! Tests of whole parts: what they keep of the case, and what they leave out.
 
-use slipstick_case::build::build_mesh;
-use slipstick_case::case::parse_case;
+use slipstick_case::construct::build_mesh;
+use slipstick_case::file::parse_case;
 
 use super::*;
 

@@ -5,7 +5,7 @@ use slipstick_mesh::Mesh;
 
 use super::model::Layout;
 use super::pack::{Packed, base64};
-use slipstick_case::case::Case;
+use slipstick_case::file::Case;
 use slipstick_model::model::course;
 use slipstick_model::words::counted;
 use slipstick_results::output::{StoredField, read_fields};

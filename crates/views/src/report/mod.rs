@@ -30,7 +30,7 @@ use serde_json::Value;
 use slipstick_mesh::Mesh;
 
 use crate::picture::{PictureRequest, picture};
-use slipstick_case::case::{Case, Dimension};
+use slipstick_case::file::{Case, Dimension};
 use slipstick_model::words::{counted, quantity};
 use slipstick_results::run::{RunDirectory, RunError, RunRecord};
 

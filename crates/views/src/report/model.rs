@@ -5,7 +5,7 @@ use serde::Serialize;
 use slipstick_mesh::{Element, FacetNodes, Mesh, WEDGE_AS_HEX};
 
 use super::pack::{Packed, floats, integers};
-use slipstick_case::case::Case;
+use slipstick_case::file::Case;
 
 /// Points and elements of the page.
 #[derive(Debug, Serialize)]

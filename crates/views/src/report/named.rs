@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use serde_json::Value;
-use slipstick_case::case::{Bound, Case, Constraint, Dimension, NamedBound};
+use slipstick_case::file::{Bound, Case, Constraint, Dimension, NamedBound};
 use slipstick_model::optimize::FEASIBLE;
 use slipstick_model::words::quantity;
 

@@ -7,7 +7,7 @@ use slipstick_mesh::Mesh;
 use super::MEASURES;
 use super::named;
 use super::tables::{self, Table};
-use slipstick_case::case::{Case, Dimension};
+use slipstick_case::file::{Case, Dimension};
 use slipstick_model::optimize::FEASIBLE;
 use slipstick_model::words::{quantity, vector};
 use slipstick_results::run::{Comparison, RESPONSES, ResultRecord, RunDirectory, RunError, comparisons, load_density};

@@ -50,9 +50,9 @@ fn many_frames_are_thinned_evenly() {
 /// Meshes up to the limit are whole; of larger ones, only the designed plate is.
 #[test]
 fn large_meshes_have_a_skin() {
-    let text = slipstick_case::case::template("half-ball").expect("a template").text;
-    let case = slipstick_case::case::parse_case(text, "half_ball.toml").expect("a case").case;
-    let mesh = slipstick_case::build::build_mesh(&case).expect("a mesh");
+    let text = slipstick_case::file::template("half-ball").expect("a template").text;
+    let case = slipstick_case::file::parse_case(text, "half_ball.toml").expect("a case").case;
+    let mesh = slipstick_case::construct::build_mesh(&case).expect("a mesh");
     let count = mesh.elements.len();
     let [plate, ball] = [0, 1].map(|body: usize| mesh.bodies[body].elements.clone());
     let whole = model::Layout::new(&case, &mesh, count);

@@ -3,8 +3,8 @@
 
 use super::{GOOD, errors};
 use crate::build;
-use slipstick_case::build::optimization;
-use slipstick_case::case::{CaseCode, parse_case};
+use slipstick_case::construct::optimization;
+use slipstick_case::file::{CaseCode, parse_case};
 
 const QUANTITIES: &str = r#"
 [[quantity]]

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use slipstick_mesh::{FacetNodes, FacetTree, Mesh};
 
-use crate::case::Region;
+use crate::file::Region;
 
 type Point = Vector3<f64>;
 

@@ -12,7 +12,7 @@ use super::super::reader::Reader;
 use super::super::resolved::MeshFile;
 use super::super::typed::Table;
 use super::CaseCode;
-use crate::case::sha256;
+use crate::file::sha256;
 
 /// The contents of a file, or why it cannot be read and the remedy.
 type Contents = Result<Rc<(FileMesh, String)>, (String, String)>;

@@ -1,6 +1,6 @@
 //! The normals of contact pairs at the edges of bodies.
 
-use crate::case;
+use crate::file;
 use slipstick_contact::ContactInterface;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
 
@@ -14,13 +14,13 @@ const PERPENDICULAR: f64 = 0.03;
 /// may be, as the faces of a strip in plane strain: what lies in such a plane is not an edge.
 pub(super) fn with_normals(
     interface: ContactInterface,
-    contact: &case::Contact,
+    contact: &file::Contact,
     mesh: &Mesh,
     points: &[[f64; 3]],
     mirrored: &[[bool; 3]],
     fixed: &[bool],
 ) -> ContactInterface {
-    if contact.normals == case::Normals::Averaged {
+    if contact.normals == file::Normals::Averaged {
         return interface;
     }
     let slave = interface.slave_facets().iter().flat_map(|facet| facet.iter());

@@ -2,7 +2,7 @@
 
 use super::BuildError;
 use super::symmetry::mirrored;
-use crate::case::{self, Case};
+use crate::file::{self, Case};
 use nalgebra::{Matrix3, Vector3};
 use slipstick_contact::kinematics::height::FacetHeight;
 use slipstick_mesh::{FacetNodes, Mesh, Rotation, Shape, SmoothSurface, smooth_surface};
@@ -11,13 +11,13 @@ use slipstick_mesh::{FacetNodes, Mesh, Rotation, Shape, SmoothSurface, smooth_su
 /// `None` if the facets are the surface itself, as those of ties and of pairs that ask for it.
 pub(crate) fn smooth(
     case: &Case,
-    contact: &case::Contact,
+    contact: &file::Contact,
     mesh: &Mesh,
     points: &[[f64; 3]],
     facets: &[FacetNodes],
     mirrored: &[[bool; 3]],
 ) -> Option<SmoothSurface> {
-    if contact.tied || contact.surfaces == case::Surfaces::Faceted {
+    if contact.tied || contact.surfaces == file::Surfaces::Faceted {
         return None;
     }
     let smooth = on_facets(case, contact.feature_angle, mesh, points, facets, mirrored);
@@ -50,10 +50,10 @@ pub fn smooth_faces(case: &Case, mesh: &Mesh, body: usize) -> Result<(Vec<FacetN
         |name: &String| mesh.set_nodes(name).is_some_and(|set| set.iter().any(|&n| nodes.contains(&(n as usize))));
     let mut pairs = case.contacts.iter().filter(|pair| !pair.tied && (touches(&pair.slave) || touches(&pair.master)));
     let mirrored = mirrored(case, mesh)?;
-    let smooth = match pairs.clone().any(|pair| pair.surfaces == case::Surfaces::Faceted) {
+    let smooth = match pairs.clone().any(|pair| pair.surfaces == file::Surfaces::Faceted) {
         true => None,
         false => {
-            let angle = pairs.next().map_or(case::Contact::FEATURE_ANGLE, |pair| pair.feature_angle);
+            let angle = pairs.next().map_or(file::Contact::FEATURE_ANGLE, |pair| pair.feature_angle);
             Some(on_facets(case, angle, mesh, &mesh.nodes, &facets, &mirrored))
         }
     };
@@ -73,25 +73,25 @@ pub(super) fn heights(
 }
 
 /// The curved surfaces of a generated body, where it is placed.
-fn shapes(body: &case::Body) -> Vec<Shape> {
+fn shapes(body: &file::Body) -> Vec<Shape> {
     let origin = Vector3::zeros();
     let cylinder = |axis, radius| Shape::Cone { point: origin, axis, radius, slope: 0.0 };
     let own = match body.shape {
-        case::Shape::Box { .. } | case::Shape::Mesh(_) => Vec::new(),
-        case::Shape::HalfBall { radius, .. } | case::Shape::Ball { radius, .. } => {
+        file::Shape::Box { .. } | file::Shape::Mesh(_) => Vec::new(),
+        file::Shape::HalfBall { radius, .. } | file::Shape::Ball { radius, .. } => {
             vec![Shape::Sphere { centre: origin, radius }]
         }
-        case::Shape::HollowCylinder { inner_radius, outer_radius, .. } => {
+        file::Shape::HollowCylinder { inner_radius, outer_radius, .. } => {
             [inner_radius, outer_radius].map(|radius| cylinder(Vector3::y(), radius)).to_vec()
         }
-        case::Shape::HalfRing { inner_radius, outer_radius, .. } => {
+        file::Shape::HalfRing { inner_radius, outer_radius, .. } => {
             [inner_radius, outer_radius].map(|radius| cylinder(Vector3::z(), radius)).to_vec()
         }
-        case::Shape::Cone { bottom_radius, top_radius, height, .. } => {
+        file::Shape::Cone { bottom_radius, top_radius, height, .. } => {
             let slope = (top_radius - bottom_radius) / height;
             vec![Shape::Cone { point: origin, axis: Vector3::y(), radius: bottom_radius, slope }]
         }
-        case::Shape::Torus { radius, tube_radius, .. } => {
+        file::Shape::Torus { radius, tube_radius, .. } => {
             vec![Shape::Torus { centre: origin, axis: Vector3::y(), radius, tube: tube_radius }]
         }
     };

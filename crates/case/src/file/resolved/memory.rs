@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 /// An amount of memory. \[bytes\]
 ///
 /// ```
-/// use slipstick_case::case::Memory;
+/// use slipstick_case::file::Memory;
 /// assert_eq!(Memory::parse("1.5 GiB"), Some(Memory(1_610_612_736)));
 /// assert_eq!(Memory::parse("500MB").map(|m| m.to_string()), Some("500000000 B".into()));
 /// assert_eq!(Memory(8 << 30).to_string(), "8 GiB");

@@ -18,7 +18,7 @@ use slipstick_model::words::counted;
 /// added; entries of lists are not.
 ///
 /// ```
-/// use slipstick_case::case::{Override, override_case};
+/// use slipstick_case::file::{Override, override_case};
 ///
 /// let friction: Override = "contact[0].friction = 0.1".parse().unwrap();
 /// let text = "[[contact]]\nfriction = 0.3   # of steel\n";

@@ -7,11 +7,11 @@
 //! while the model is built, point to the file through the [`SourceMap`].
 //!
 //! ```
-//! let text = slipstick_case::case::template("half-ball").unwrap().text;
-//! let resolved = slipstick_case::case::parse_case(text, "half_ball.toml").unwrap();
+//! let text = slipstick_case::file::template("half-ball").unwrap().text;
+//! let resolved = slipstick_case::file::parse_case(text, "half_ball.toml").unwrap();
 //! assert_eq!(resolved.case.bodies[0].name, "plate");
 //!
-//! let errors = slipstick_case::case::parse_case("titel = 'a'", "case.toml").unwrap_err();
+//! let errors = slipstick_case::file::parse_case("titel = 'a'", "case.toml").unwrap_err();
 //! assert!(errors.to_string().starts_with("case.toml:1:1: error: "));
 //! ```
 

@@ -6,7 +6,7 @@ use slipstick_model::words::{counted, quantity};
 
 use super::BuildError;
 use super::regions::Regions;
-use crate::case::{Case, CaseCode, Design, DesignSymmetry};
+use crate::file::{Case, CaseCode, Design, DesignSymmetry};
 
 pub(super) fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {
     let Some(design) = &case.design else {

@@ -51,7 +51,7 @@ pub(super) fn schedule(table: Table<'_>, design: Option<&Design>, iterations: us
 }
 
 /// The warning about an entry that no update follows.
-pub(in crate::case) fn late(last: usize, iterations: usize) -> (String, &'static str) {
+pub(in crate::file) fn late(last: usize, iterations: usize) -> (String, &'static str) {
     let message = format!("no update follows the entry for iteration {last}: there are {iterations} iterations");
     (message, "raise `optimizer.iterations`, or omit the entry")
 }

@@ -21,7 +21,7 @@ pub use optimization::optimization;
 pub(crate) use regions::Regions;
 pub use surfaces::smooth_faces;
 
-use crate::case::{self, Case, CaseCode};
+use crate::file::{self, Case, CaseCode};
 use quantities::Requested;
 use select::nodes_of;
 use slipstick_contact::enforcement::Stiffness;
@@ -55,7 +55,7 @@ pub trait Platform {
     /// [`BuildError`] if it is not available.
     fn linear(
         &self,
-        solver: &case::Solver,
+        solver: &file::Solver,
         owners: &[u32],
         mesh: &Mesh,
         slaves: &[&str],
@@ -153,7 +153,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
 }
 
 /// What a motion moves.
-fn moved(mesh: &Mesh, dirichlet: &case::Dirichlet, path: &str) -> Result<Moved, BuildError> {
+fn moved(mesh: &Mesh, dirichlet: &file::Dirichlet, path: &str) -> Result<Moved, BuildError> {
     let nodes = nodes_of(mesh, &dirichlet.set, path)?;
     if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == dirichlet.set) {
         return Ok(Moved::Body(rigid.clone()));
@@ -171,7 +171,7 @@ fn moved(mesh: &Mesh, dirichlet: &case::Dirichlet, path: &str) -> Result<Moved, 
 
 /// Materials and element formulations of the bodies, and of their regions.
 fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
-    let section = |material, body: &case::Body| Section { material, formulation: body.element };
+    let section = |material, body: &file::Body| Section { material, formulation: body.element };
     let mut all = Sections::from(case.bodies.iter().map(|body| section(body.material, body)).collect::<Vec<_>>());
     for (b, body) in case.bodies.iter().enumerate().filter(|(_, body)| !body.sections.is_empty()) {
         let elements: Vec<u32> = mesh.bodies[b].elements.clone().map(|e| e as u32).collect();
@@ -191,7 +191,7 @@ fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
 }
 
 /// How the stiffness of an element depends on its density.
-fn interpolation(design: Option<&case::Design>) -> Interpolation {
+fn interpolation(design: Option<&file::Design>) -> Interpolation {
     let Some(design) = design else {
         return Simp { penalization: 1.0, minimum: 0.0 }.into();
     };
@@ -223,8 +223,8 @@ fn march_options(case: &Case) -> MarchOptions {
         },
         max_cutbacks: case.load_path.max_cutbacks as u32,
         start: match case.load_path.start_values {
-            case::StartValues::PreviousDesign | case::StartValues::Extrapolated => StartValues::Extrapolated,
-            case::StartValues::LastState => StartValues::Previous,
+            file::StartValues::PreviousDesign | file::StartValues::Extrapolated => StartValues::Extrapolated,
+            file::StartValues::LastState => StartValues::Previous,
         },
         factor_memory: case.adjoint.memory.0,
         history_memory: case.adjoint.memory.0,
@@ -232,7 +232,7 @@ fn march_options(case: &Case) -> MarchOptions {
 }
 
 fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
-    let target = |(i, load): (usize, &case::Load)| {
+    let target = |(i, load): (usize, &file::Load)| {
         if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == load.surface) {
             return Ok(Loaded::Body(rigid.clone()));
         }
@@ -258,19 +258,19 @@ fn surface_of<'a>(mesh: &'a Mesh, name: &str, path: &str) -> Result<&'a Surface,
 }
 
 /// The facets of the slave and of the master surface of a pair.
-fn sides(contact: &case::Contact, pair: usize, mesh: &Mesh) -> Result<[Vec<FacetNodes>; 2], BuildError> {
+fn sides(contact: &file::Contact, pair: usize, mesh: &Mesh) -> Result<[Vec<FacetNodes>; 2], BuildError> {
     let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{pair}].{key}"));
     Ok([surface(&contact.slave, "slave")?, surface(&contact.master, "master")?])
 }
 
 /// Size of the largest facet of a pair. \[L\]
-fn largest_facet(contact: &case::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 3]]) -> Result<f64, BuildError> {
+fn largest_facet(contact: &file::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 3]]) -> Result<f64, BuildError> {
     let sides = sides(contact, pair, mesh)?;
     Ok(sides.iter().flatten().map(|facet| facet_area(&facet.corners(points)).sqrt()).fold(0.0, f64::max))
 }
 
 /// How far apart tied surfaces may be; they are compared where they lie in the mesh. \[L\]
-fn tie_reach(contact: &case::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 3]]) -> Result<f64, BuildError> {
+fn tie_reach(contact: &file::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 3]]) -> Result<f64, BuildError> {
     match contact.search_radius {
         Some(reach) => Ok(reach),
         None => Ok(2.0 * largest_facet(contact, pair, mesh, points)?),
@@ -280,7 +280,7 @@ fn tie_reach(contact: &case::Contact, pair: usize, mesh: &Mesh, points: &[[f64; 
 /// The mortar interface of a pair on contact points at the positions `points`.
 fn interface_of(
     case: &Case,
-    contact: &case::Contact,
+    contact: &file::Contact,
     pair: usize,
     mesh: &Mesh,
     points: &[[f64; 3]],
@@ -376,10 +376,10 @@ fn folded(error: &InterfaceError, pair: usize) -> BuildError {
     BuildError::new(format!("contact[{pair}]"), error, "choose surfaces without folds")
 }
 
-/// For each slave node, the gap in the mesh that counts as closed: [`case::Contact::adjust`].
+/// For each slave node, the gap in the mesh that counts as closed: [`file::Contact::adjust`].
 fn adjusted(
     interface: &ContactInterface,
-    contact: &case::Contact,
+    contact: &file::Contact,
     coordinates: &[f64],
     slants: &[f64],
     pair: usize,
@@ -392,7 +392,7 @@ fn adjusted(
 
 /// Checks that the stiffness of a pair is known: the default is that of the bodies, and rigid bodies
 /// have none.
-fn check_stiffness(mesh: &Mesh, contact: &case::Contact, pair: usize) -> Result<(), BuildError> {
+fn check_stiffness(mesh: &Mesh, contact: &file::Contact, pair: usize) -> Result<(), BuildError> {
     let rigid = |name: &str, key: &str| -> Result<Vec<bool>, BuildError> {
         let surface = surface_of(mesh, name, &format!("contact[{pair}].{key}"))?;
         Ok(surface.facets.iter().map(|facet| mesh.is_rigid(facet.element as usize)).collect())
@@ -403,9 +403,9 @@ fn check_stiffness(mesh: &Mesh, contact: &case::Contact, pair: usize) -> Result<
         return Ok(());
     }
     let method = match contact.enforcement {
-        case::Enforcement::Lagrange { .. } => "lagrange",
-        case::Enforcement::Penalty { .. } => "penalty",
-        case::Enforcement::Augmented { .. } => "augmented",
+        file::Enforcement::Lagrange { .. } => "lagrange",
+        file::Enforcement::Penalty { .. } => "penalty",
+        file::Enforcement::Augmented { .. } => "augmented",
     };
     Err(BuildError::new(
         format!("contact[{pair}].enforcement"),
@@ -431,12 +431,12 @@ fn bond(interface: &ContactInterface, coordinates: &[f64], pair: usize) -> Resul
 
 /// Settings of Uzawa's iteration, which updates all pairs with the augmented Lagrangian together.
 fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
-    let settings = |contact: &case::Contact| match contact.enforcement {
-        case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => Some(Uzawa {
+    let settings = |contact: &file::Contact| match contact.enforcement {
+        file::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => Some(Uzawa {
             options: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
-            absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
+            absolute: tolerance_scaling == file::ToleranceScaling::Absolute,
         }),
-        case::Enforcement::Lagrange { .. } | case::Enforcement::Penalty { .. } => None,
+        file::Enforcement::Lagrange { .. } | file::Enforcement::Penalty { .. } => None,
     };
     let mut all = case.contacts.iter().map(settings).enumerate().filter_map(|(i, uzawa)| Some((i, uzawa?)));
     let Some((first, uzawa)) = all.next() else {
@@ -453,14 +453,14 @@ fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
 }
 
 /// Method and stiffness of a contact pair; if no stiffness is given, the default of the method.
-fn given(enforcement: &case::Enforcement) -> Enforcement {
+fn given(enforcement: &file::Enforcement) -> Enforcement {
     let (method, stiffness, scaling, factor) = match *enforcement {
-        case::Enforcement::Lagrange { stiffness, scaling, complementarity_parameter } => {
+        file::Enforcement::Lagrange { stiffness, scaling, complementarity_parameter } => {
             let factor = complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY);
             (Method::Lagrange, stiffness, scaling, factor)
         }
-        case::Enforcement::Penalty { stiffness, scaling } => (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS),
-        case::Enforcement::Augmented { stiffness, scaling, .. } => {
+        file::Enforcement::Penalty { stiffness, scaling } => (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS),
+        file::Enforcement::Augmented { stiffness, scaling, .. } => {
             (Method::Augmented, stiffness, scaling, DEFAULT_STIFFNESS)
         }
     };

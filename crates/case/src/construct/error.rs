@@ -1,6 +1,6 @@
 //! Why a valid case cannot be built.
 
-use crate::case::CaseCode;
+use crate::file::CaseCode;
 
 /// Why a valid case cannot be built: the place in the case, the problem, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::BuildError;
 use super::select::default_tolerance;
-use crate::case::{self, Case, Design, FilterBoundary, Overhang, Shape};
+use crate::file::{self, Case, Design, FilterBoundary, Overhang, Shape};
 
 /// The map of a design, with the filter radius and sharpness of the first iteration of an
 /// optimization. All ranks call it.
@@ -33,7 +33,7 @@ pub(super) fn build_map(
     });
     let error = |path: &str, error| BuildError::new(path, error, "change the value");
     let filter = filter.transpose().map_err(|e| error("design.density_filter.radius", e))?;
-    let projection = design.projection.map(|case::Projection { sharpness, threshold }| {
+    let projection = design.projection.map(|file::Projection { sharpness, threshold }| {
         let first = schedule.and_then(|schedule| schedule.sharpness.at(0));
         Projection::new(first.unwrap_or(sharpness), threshold)
     });

@@ -14,7 +14,7 @@ use slipstick_model::model::ContactModel;
 use slipstick_model::quantities::{column_names, external_work};
 
 use super::BuildError;
-use crate::case::{
+use crate::file::{
     self, BoxRegion, Case, Combination, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, NamedBound,
     PressureWord, QuantityKind, QuantityTerm, VectorComponent, VectorWord,
 };
@@ -33,7 +33,7 @@ pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Resul
         let message = format!("`{}` is the name of a column that every run writes", case.quantities[number].name);
         return Err(BuildError::new(format!("quantity[{number}].name"), message, "choose another name"));
     }
-    let of = |(number, quantity): (usize, &case::Quantity)| context.quantity(number, quantity);
+    let of = |(number, quantity): (usize, &file::Quantity)| context.quantity(number, quantity);
     let quantities = case.quantities.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
     let objective = context.objective(&quantities)?;
     let constraints = context.constraints(&quantities)?;
@@ -70,8 +70,8 @@ struct Context<'a> {
 }
 
 impl Context<'_> {
-    fn quantity(&self, number: usize, quantity: &case::Quantity) -> Result<Arc<dyn Quantity>, BuildError> {
-        let case::Quantity { name, kind } = quantity;
+    fn quantity(&self, number: usize, quantity: &file::Quantity) -> Result<Arc<dyn Quantity>, BuildError> {
+        let file::Quantity { name, kind } = quantity;
         let key = kind.key();
         let fail =
             |error: QuantityError| BuildError::new(format!("quantity[{number}].{key}"), error, "change the value");
@@ -339,11 +339,11 @@ impl Context<'_> {
             BuildError::new("objective", error, "choose steps of the load path, and add a [[contact]]")
         };
         let response = match &objective.kind {
-            case::ObjectiveKind::Compliance { steps } => {
+            file::ObjectiveKind::Compliance { steps } => {
                 self.check_steps(steps)?;
                 Response::of(Arc::new(Compliance::default()), steps.clone(), 1.0)
             }
-            case::ObjectiveKind::ContactForce { .. }
+            file::ObjectiveKind::ContactForce { .. }
                 if self.are_prescribed(&self.model.slave_nodes(), VectorMeasure::Norm) =>
             {
                 let message = "the objective would always be 0: all components of all slave nodes are prescribed, \
@@ -351,16 +351,16 @@ impl Context<'_> {
                 let help = "exchange slave and master, or prescribe fewer components";
                 return Err(BuildError::new("objective.contact_force", message, help));
             }
-            case::ObjectiveKind::ContactForce { steps } => {
+            file::ObjectiveKind::ContactForce { steps } => {
                 self.check_steps(steps)?;
                 let mut nodes = self.model.slave_nodes();
                 nodes.dedup();
                 let force = ContactForce::new(nodes, self.mesh.nodes.len(), 0.0).map_err(fail)?;
                 Response::of(Arc::new(force.without_reactions(self.model.prescribed().fixed())), steps.clone(), -1.0)
             }
-            case::ObjectiveKind::Minimise(combination) => self.combination(combination, quantities, 1.0)?,
-            case::ObjectiveKind::Maximise(combination) => self.combination(combination, quantities, -1.0)?,
-            case::ObjectiveKind::Follow(curve) => {
+            file::ObjectiveKind::Minimise(combination) => self.combination(combination, quantities, 1.0)?,
+            file::ObjectiveKind::Maximise(combination) => self.combination(combination, quantities, -1.0)?,
+            file::ObjectiveKind::Follow(curve) => {
                 if self.case.load_cases.len() > 1 {
                     let message = "a curve belongs to one load path, but the case has several load cases";
                     return Err(BuildError::new("objective.follow", message, "use a single load case"));

@@ -3,7 +3,7 @@
 
 use super::BuildError;
 use super::select::default_tolerance;
-use crate::case::Case;
+use crate::file::Case;
 use slipstick_mesh::Mesh;
 
 /// For every node, which of its components are normal to a symmetry plane that it lies on.

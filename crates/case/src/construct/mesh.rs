@@ -3,7 +3,7 @@
 
 use super::select::{select_facets, select_nodes};
 use super::{BuildError, ties};
-use crate::case::{self, Case};
+use crate::file::{self, Case};
 use slipstick_mesh::{self as mesh, Mesh};
 use slipstick_model::words::counted;
 
@@ -74,35 +74,35 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
     Ok(all)
 }
 
-fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
+fn generate(body: &file::Body) -> Result<Mesh, mesh::MeshError> {
     match body.shape {
-        case::Shape::Box { min, max, elements, grading } => {
+        file::Shape::Box { min, max, elements, grading } => {
             mesh::box_mesh(&body.name, &mesh::BoxShape { min, max, elements, grading })
         }
-        case::Shape::HalfBall { radius, elements } => {
+        file::Shape::HalfBall { radius, elements } => {
             mesh::half_ball(&body.name, &mesh::HalfBallShape { radius, elements })
         }
-        case::Shape::HollowCylinder { inner_radius, outer_radius, height, elements } => mesh::hollow_cylinder(
+        file::Shape::HollowCylinder { inner_radius, outer_radius, height, elements } => mesh::hollow_cylinder(
             &body.name,
             &mesh::HollowCylinderShape { inner_radius, outer_radius, height, elements },
         ),
-        case::Shape::HalfRing { outer_radius, inner_radius, width, elements } => {
+        file::Shape::HalfRing { outer_radius, inner_radius, width, elements } => {
             mesh::half_ring(&body.name, &mesh::HalfRingShape { outer_radius, inner_radius, width, elements })
         }
-        case::Shape::Ball { radius, elements } => mesh::ball(&body.name, &mesh::BallShape { radius, elements }),
-        case::Shape::Cone { bottom_radius, top_radius, height, elements } => {
+        file::Shape::Ball { radius, elements } => mesh::ball(&body.name, &mesh::BallShape { radius, elements }),
+        file::Shape::Cone { bottom_radius, top_radius, height, elements } => {
             mesh::cone(&body.name, &mesh::ConeShape { bottom_radius, top_radius, height, elements })
         }
-        case::Shape::Torus { radius, tube_radius, elements } => {
+        file::Shape::Torus { radius, tube_radius, elements } => {
             mesh::torus(&body.name, &mesh::TorusShape { radius, tube_radius, elements })
         }
-        case::Shape::Mesh(ref file) => Ok(file.mesh.as_ref().clone()),
+        file::Shape::Mesh(ref file) => Ok(file.mesh.as_ref().clone()),
     }
 }
 
 /// The position of a new node between others of a shape: their mean, but on circles and spheres with
 /// their mean radius.
-fn middle(shape: &case::Shape, of: &[[f64; 3]]) -> [f64; 3] {
+fn middle(shape: &file::Shape, of: &[[f64; 3]]) -> [f64; 3] {
     let count = of.len() as f64;
     let mean: [f64; 3] = std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / count);
     let size = |x: &[f64; 3], across: &[usize]| across.iter().map(|&c| x[c] * x[c]).sum::<f64>().sqrt();
@@ -114,19 +114,19 @@ fn middle(shape: &case::Shape, of: &[[f64; 3]]) -> [f64; 3] {
     let mean_size = |across: &[usize]| of.iter().map(|x| size(x, across)).sum::<f64>() / count;
     let all = |radius: f64, on: &dyn Fn(&[f64; 3]) -> f64| of.iter().all(|x| on(x).abs() <= 1e-9 * radius);
     match *shape {
-        case::Shape::HollowCylinder { .. } => scale(&[0, 2], mean_size(&[0, 2])),
-        case::Shape::HalfRing { .. } => scale(&[0, 1], mean_size(&[0, 1])),
+        file::Shape::HollowCylinder { .. } => scale(&[0, 2], mean_size(&[0, 2])),
+        file::Shape::HalfRing { .. } => scale(&[0, 1], mean_size(&[0, 1])),
         // inside solid bodies, edges are straight
-        case::Shape::Ball { radius, .. } | case::Shape::HalfBall { radius, .. } => {
+        file::Shape::Ball { radius, .. } | file::Shape::HalfBall { radius, .. } => {
             let across = [0, 1, 2];
             if all(radius, &|x| size(x, &across) - radius) { scale(&across, radius) } else { mean }
         }
-        case::Shape::Cone { bottom_radius, top_radius, height, .. } => {
+        file::Shape::Cone { bottom_radius, top_radius, height, .. } => {
             let at = |y: f64| bottom_radius + y / height * (top_radius - bottom_radius);
             let on_side = all(bottom_radius.max(top_radius), &|x| size(x, &[0, 2]) - at(x[1]));
             if on_side { scale(&[0, 2], at(mean[1])) } else { mean }
         }
-        case::Shape::Torus { radius, tube_radius, .. } => {
+        file::Shape::Torus { radius, tube_radius, .. } => {
             let mean = scale(&[0, 2], mean_size(&[0, 2]));
             let tube = |x: &[f64; 3]| [size(x, &[0, 2]) - radius, x[1]];
             if !all(tube_radius, &|x| tube(x)[0].hypot(tube(x)[1]) - tube_radius) {
@@ -137,6 +137,6 @@ fn middle(shape: &case::Shape, of: &[[f64; 3]]) -> [f64; 3] {
             let outward = (radius + factor * out) / (radius + out);
             [outward * mean[0], factor * up, outward * mean[2]]
         }
-        case::Shape::Box { .. } | case::Shape::Mesh(_) => mean,
+        file::Shape::Box { .. } | file::Shape::Mesh(_) => mean,
     }
 }

@@ -5,7 +5,7 @@ use slipstick_mesh::Mesh;
 use slipstick_model::model::{ContactModel, Variation};
 
 use super::BuildError;
-use crate::case::{self, BodyInCase, Case, Dirichlet, LoadCase, Turn};
+use crate::file::{self, BodyInCase, Case, Dirichlet, LoadCase, Turn};
 
 /// How each load case differs; `None`: not at all.
 pub(super) fn variations(
@@ -138,7 +138,7 @@ fn rest(
 
 /// A rotated body must be free of stress.
 fn check_rotation(case: &Case, body: usize, path: &str) -> Result<(), BuildError> {
-    let case::Body { name, material, rigid, .. } = &case.bodies[body];
+    let file::Body { name, material, rigid, .. } = &case.bodies[body];
     if rigid.is_some() {
         let message = format!("`{name}` is rigid: in a load case it may be offset, but not rotated");
         let help = "rotate it by a motion, [[dirichlet]] with `load_case`, or by its `place`";
@@ -148,7 +148,7 @@ fn check_rotation(case: &Case, body: usize, path: &str) -> Result<(), BuildError
         let message = format!("`{name}` has a law for small rotations: rotating it would strain it");
         return Err(BuildError::new(path, message, "choose another law, such as neo_hooke"));
     }
-    let interpolated = |design: &case::Design| design.energy_interpolation.is_some() && design.bodies.contains(name);
+    let interpolated = |design: &file::Design| design.energy_interpolation.is_some() && design.bodies.contains(name);
     if case.design.as_ref().is_some_and(interpolated) {
         let message = format!("`{name}` is designed with energy interpolation: rotating it would strain its voids");
         return Err(BuildError::new(path, message, "rotate the other bodies, or omit `energy_interpolation`"));

@@ -6,10 +6,10 @@ use slipstick_model::problem::Problem;
 
 use super::BuildError;
 use super::maps::planes;
-use crate::case::{Case, OptimizerMethod, StartValues};
+use crate::file::{Case, OptimizerMethod, StartValues};
 
 /// Distance of the thresholds of the eroded and the dilated design from 0.5:
-/// [`RADIUS_OVER_THICKNESS`](crate::case::DensityFilter::RADIUS_OVER_THICKNESS) is for this margin.
+/// [`RADIUS_OVER_THICKNESS`](crate::file::DensityFilter::RADIUS_OVER_THICKNESS) is for this margin.
 const MARGIN: f64 = 0.25;
 
 /// Prepares the optimization of a built case.

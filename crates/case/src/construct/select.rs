@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::BuildError;
 use super::regions::to_facet;
-use crate::case::{self, CaseCode};
+use crate::file::{self, CaseCode};
 use nalgebra::Vector3;
 use slipstick_mesh::{self as mesh, Mesh, Surface};
 
@@ -18,7 +18,7 @@ pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, 
 }
 
 /// Boundary facets of a body that meet all conditions of a surface.
-pub(super) fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
+pub(super) fn select_facets(mesh: &Mesh, surface: &file::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
     let Some(name) = &surface.body else { return union(mesh, &surface.of, path) };
     let body = mesh.bodies.iter().position(|body| body.name == *name).ok_or_else(|| {
         BuildError::new(format!("{path}.body"), format!("there is no body `{name}`"), "name one of the case")
@@ -32,8 +32,8 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str)
         })?,
     };
     let inside =
-        |nodes: &[u32], region: &case::BoxRegion| nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]));
-    let near = |facet: &mesh::Facet, cone: &case::NormalCone| {
+        |nodes: &[u32], region: &file::BoxRegion| nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]));
+    let near = |facet: &mesh::Facet, cone: &file::NormalCone| {
         let area = mesh::facet_area_vector(&mesh.facet_coordinates(facet));
         angle(area, cone.direction) <= cone.degrees
     };
@@ -46,7 +46,7 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str)
             && surface.cylinder.is_none_or(|c| all(facet, &|x| c.contains(x)) && on_mantle(mesh, facet, &c))
             && surface.sphere.is_none_or(|sphere| all(facet, &|x| sphere.contains(x)))
     });
-    if let Some(case::Connected { to, degrees }) = surface.connected {
+    if let Some(file::Connected { to, degrees }) = surface.connected {
         selected.facets = smooth_face(mesh, selected.facets, to, degrees);
     }
     let selected = mesh.whole_faces(selected);
@@ -61,7 +61,7 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str)
 
 /// Whether a facet with all nodes on the mantle of a cylinder is part of it, and not of an end face:
 /// its normal is at least 45° from the axis.
-fn on_mantle(mesh: &Mesh, facet: &mesh::Facet, cylinder: &case::Cylinder) -> bool {
+fn on_mantle(mesh: &Mesh, facet: &mesh::Facet, cylinder: &file::Cylinder) -> bool {
     let angle = angle(mesh::facet_area_vector(&mesh.facet_coordinates(facet)), cylinder.axis().into());
     cylinder.tolerance.is_none() || angle.min(180.0 - angle) >= 45.0
 }
@@ -122,7 +122,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Nodes that meet all conditions of a set, ascending.
-pub(super) fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>, BuildError> {
+pub(super) fn select_nodes(mesh: &Mesh, set: &file::NodeSet, path: &str) -> Result<Vec<u32>, BuildError> {
     let mut selected: Vec<u32> = match &set.within {
         Some(name) => nodes_of(mesh, name, &format!("{path}.within"))?,
         None => (0..mesh.nodes.len() as u32).collect(),
@@ -154,7 +154,7 @@ pub(super) fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Resu
     }
     if let Some(cylinder) = set.cylinder {
         selected = match cylinder {
-            case::Cylinder { start, end, radius, tolerance: None } => mesh
+            file::Cylinder { start, end, radius, tolerance: None } => mesh
                 .nodes_in_cylinder(start, end, radius, Some(&selected))
                 .map_err(|e| BuildError::new(format!("{path}.cylinder"), e, "correct the cylinder"))?,
             mantle => selected.into_iter().filter(|&node| mantle.contains(mesh.nodes[node as usize])).collect(),

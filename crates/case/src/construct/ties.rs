@@ -9,7 +9,7 @@
 use super::mesh::open_mesh;
 use super::symmetry::mirrored;
 use super::{BuildError, bond, cross_points, interface_of, sides, tie_reach};
-use crate::case::Case;
+use crate::file::Case;
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{ContactMap, Mesh, facet_area};
