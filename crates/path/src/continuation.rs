@@ -10,9 +10,11 @@
 //! Optimization, 2006, 17.1.
 
 use crate::failure::StepFailure;
-use crate::newton::{self, NewtonOptions, Start, StepReport};
-use crate::problem::{Attempt, Evaluated, Held, Iteration, StepProblem};
+use crate::iterations::StepReport;
+use crate::newton::{self, NewtonOptions, Start};
+use crate::problem::{Attempt, Evaluated, Iteration, StepProblem};
 use crate::solver::Solver;
+use crate::unknowns::Held;
 use crate::uzawa::loosened;
 
 /// Relative tolerance of the stages before the last: their states only are initial guesses.

@@ -1,7 +1,6 @@
-//! Failures on the path, with types that name the place.
+//! Failures of states and steps, with types that name the place.
 
-use crate::ladder::FailedAttempt;
-use crate::newton::IterationRecord;
+use crate::iterations::IterationRecord;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -155,46 +154,3 @@ pub struct StepFailure {
     /// Whether it is the state at which the step starts.
     pub at_start: bool,
 }
-
-/// The march failed beyond retry and cut-back. The computed states are in `path`.
-#[derive(Debug, Clone)]
-pub struct MarchFailure {
-    /// The user's step (1-based) in which it failed.
-    pub step: usize,
-    /// Start and end of the smallest increment tried, in pseudo-time.
-    pub increment: (f64, f64),
-    /// Every increment that failed in that step: its target time, and the reason for which the method
-    /// itself failed.
-    pub attempts: Vec<(f64, StepFailureKind)>,
-    /// Every attempt in that step, each with its rung and its cost.
-    pub tried: Vec<FailedAttempt>,
-    /// Whether smaller increments were left untried, because the attempts had cost too much.
-    pub exhausted: bool,
-    /// The last failing iterate, for a picture of it.
-    pub iterate: Vec<f64>,
-    /// Whether it is the state at which the step starts.
-    pub at_start: bool,
-    /// The iterations that led to it.
-    pub iterations: Vec<IterationRecord>,
-    /// Newton iterations of all failed attempts, including those of steps that eventually
-    /// converged.
-    pub failed_iterations: usize,
-    /// All states that converged before the failure.
-    pub path: crate::Path,
-}
-
-impl std::fmt::Display for MarchFailure {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (from, to) = self.increment;
-        let last = self.attempts.last().map(|a| a.1.to_string()).unwrap_or_default();
-        write!(
-            f,
-            "load step {} failed: {last}; {} increments tried, down to t = {from:.6} … {to:.6}; t = {:.6} was reached",
-            self.step,
-            self.attempts.len(),
-            self.path.states.last().map_or(0.0, |s| s.time),
-        )
-    }
-}
-
-impl std::error::Error for MarchFailure {}

@@ -4,11 +4,13 @@
 //! motions [held](HoldFreeMotions), and loaded bodies are first moved up to their first
 //! contact. If a body that has arrived pushes another free one, the bodies move on together.
 
+use crate::attempt::{Accepted, solve_increment};
 use crate::failure::{StateError, StepFailure, StepFailureKind};
-use crate::march::{Accepted, PathState, solve_increment};
 use crate::newton::{NewtonOptions, Start};
-use crate::problem::{Attempt, HeldMotions, HoldFreeMotions, Iteration, StepProblem, StepState, Wanted};
+use crate::problem::{Attempt, HeldMotions, HoldFreeMotions, Iteration, StepProblem, Wanted};
 use crate::solver::Solver;
+use crate::store::PathState;
+use crate::unknowns::StepState;
 
 /// Most times that bodies are moved on in a step.
 const MOVES: usize = 8;

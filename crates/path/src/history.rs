@@ -8,8 +8,8 @@
 //! requests as far as the same memory allows; the sweep asks in descending order.
 
 use crate::failure::StateError;
-use crate::march::PathState;
-use crate::problem::{Iteration, StepProblem, StepState, Wanted};
+use crate::problem::{Iteration, StepProblem, Wanted};
+use crate::unknowns::StepState;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -74,6 +74,14 @@ where
     }
 }
 
+/// What the history of the next state depends on.
+pub(crate) struct KnownState {
+    pub time: f64,
+    /// Whether its free motions were held.
+    pub held: bool,
+    pub state: StepState,
+}
+
 /// Where states without a history get it from.
 pub(crate) struct Histories {
     update: Arc<dyn HistoryUpdate>,
@@ -83,10 +91,15 @@ pub(crate) struct Histories {
 }
 
 impl Histories {
+    /// With room for this number of them.
+    pub fn new(update: Arc<dyn HistoryUpdate>, room: usize) -> Self {
+        Self { update, room, at_hand: Mutex::default() }
+    }
+
     /// The history of state `n` of a load case, whose states are given by number, and complete on every
     /// rank; `kept` is the last state before it that keeps its own. All ranks must call this in the same
     /// order.
-    pub fn get<'a>(&self, n: usize, kept: usize, state: &dyn Fn(usize) -> (&'a PathState, StepState)) -> Vec<f64> {
+    pub fn get(&self, n: usize, kept: usize, state: &dyn Fn(usize) -> KnownState) -> Vec<f64> {
         let mut at_hand = self.at_hand.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(history) = at_hand.get(&n) {
             return history.clone();
@@ -94,7 +107,7 @@ impl Histories {
         at_hand.retain(|&index, _| index < n);
         let (mut from, mut history) = match at_hand.range(kept..).next_back() {
             Some((&index, history)) => (index, history.clone()),
-            None => (kept, state(kept).1.history),
+            None => (kept, state(kept).state.history),
         };
         if at_hand.len() >= self.room {
             at_hand.pop_first();
@@ -103,8 +116,8 @@ impl Histories {
         let mut previous = state(from);
         while from < n {
             let next = state(from + 1);
-            let (before, span) = (StepState { history, ..previous.1 }, [previous.0.time, next.0.time]);
-            let updated = self.update.update(&before, &next.1.unknowns, span, next.0.report.holds);
+            let (before, span) = (StepState { history, ..previous.state }, [previous.time, next.time]);
+            let updated = self.update.update(&before, &next.state.unknowns, span, next.held);
             history = updated.expect("the march has evaluated the same step");
             from += 1;
             if (n - from).is_multiple_of(stride) {
@@ -113,46 +126,6 @@ impl Histories {
             previous = next;
         }
         history
-    }
-}
-
-/// Drops histories while a path grows.
-pub(crate) struct Thinning {
-    histories: Arc<Histories>,
-    /// Largest number of histories that are kept, besides the last two.
-    most: usize,
-    /// Every how many states one is kept.
-    stride: usize,
-}
-
-/// Fewer histories than this are not enough to compute the others in passing.
-const FEWEST: usize = 8;
-
-impl Thinning {
-    /// For histories of `length` numbers and this memory, \[bytes\] of which one half is for histories that are
-    /// kept, the other for those at hand.
-    pub fn new(update: Arc<dyn HistoryUpdate>, length: usize, memory: usize) -> Self {
-        let all = (memory / (8 * length)).max(FEWEST);
-        let most = all / 2;
-        Self { histories: Arc::new(Histories { update, room: all - most, at_hand: Mutex::default() }), most, stride: 1 }
-    }
-
-    /// Drops what exceeds the memory, but keeps the histories of the first and the last two states, from
-    /// which steps start.
-    pub fn thin(&mut self, states: &mut [PathState]) {
-        let Some(end) = states.len().checked_sub(2) else { return };
-        loop {
-            let between = |index: &usize| !index.is_multiple_of(self.stride);
-            for index in (0..end).filter(between) {
-                states[index].state.history = Vec::new();
-                states[index].histories = Some(self.histories.clone());
-            }
-            let kept = states[..end].iter().filter(|state| state.histories.is_none()).count();
-            if kept <= self.most || self.stride > states.len() {
-                return;
-            }
-            self.stride *= 2;
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Everything on which the equations of a step depend, by name.
 
-use crate::problem::{StepState, Unknowns};
+use crate::unknowns::{StepState, Unknowns};
 
 /// The inputs of a step's equations F and G, one list for each: their values (`T = f64`, or
 /// dual numbers), or derivatives with respect to them.

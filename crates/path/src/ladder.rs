@@ -3,7 +3,7 @@
 //! None of them changes the equations, so the adjoint is the same whichever succeeds.
 
 use crate::failure::{StateError, StepFailure, StepFailureKind};
-use crate::newton::still_falls;
+use crate::iterations::still_falls;
 use crate::problem::{Attempt, StepProblem};
 use std::fmt;
 

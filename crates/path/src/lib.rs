@@ -24,6 +24,7 @@
 //! the form that is exact for every method. The crate does not depend on any enforcement method,
 //! does no I/O and reads no clock except one that the caller provides ([`Timings`]).
 
+mod attempt;
 mod continuation;
 pub mod differences;
 mod divided;
@@ -32,6 +33,7 @@ mod failure;
 mod free;
 mod history;
 mod inputs;
+mod iterations;
 mod ladder;
 mod linear;
 mod march;
@@ -45,24 +47,30 @@ mod solver;
 #[cfg(test)]
 mod spring;
 mod start;
+mod store;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod thinning;
 mod timings;
+mod unknowns;
 mod uzawa;
 
-pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+pub use failure::{StateError, StepFailure, StepFailureKind};
 pub use history::{Evaluator, HistoryUpdate};
 pub use inputs::Inputs;
+pub use iterations::{IterationRecord, StepReport, still_falls};
 pub use ladder::{FailedAttempt, Rung};
 pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};
-pub use march::{LoadPath, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
-pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};
+pub use march::{LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Remedy, Silent, march};
+pub use newton::{NewtonOptions, Tolerance, Tolerances};
 pub use problem::{
-    Adjoint, Attempt, DependentUnknowns, Evaluated, Held, HeldMotions, HoldFreeMotions, Iteration, Method, Scales,
-    StepProblem, StepState, Unknowns, UzawaOptions, Wanted,
+    Adjoint, Attempt, DependentUnknowns, Evaluated, HeldMotions, HoldFreeMotions, Iteration, Method, Scales,
+    StepProblem, UzawaOptions, Wanted,
 };
 pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};
+pub use store::{Path, PathState};
 pub use sweep::{Explicit, Observed, PathGradient, PathResponses, SweepError, SweepOptions, sweep, sweep_states};
 pub use timings::{Phase, Timings};
+pub use unknowns::{Held, StepState, Unknowns};

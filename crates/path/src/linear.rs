@@ -5,15 +5,21 @@
 //! precondition GMRES on the current one, until new factors cost less (`reuse.rs`). Factors that the
 //! march kept for the adjoint are used in the same way.
 
-use crate::failure::{StateError, StepFailureKind};
+mod reduced;
+mod tolerance;
+
+use crate::failure::StepFailureKind;
 use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED};
 use crate::timings::{Phase, Timings};
+use reduced::Cached;
+pub(crate) use reduced::Reduced;
 use slipstick_linalg::{
-    Alternative, Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, PatternId,
-    Precision, Ranks, Reduction, SolveError, SolveOptions, SolveReport, Summed, Symbolic, Transposed, best_in_span,
-    solve_many_from,
+    Alternative, Backend, BlockMatrix, Factorization, FactorizationError, LinearSolver, Precision, Ranks, Reduction,
+    SolveError, SolveOptions, SolveReport, Symbolic, Transposed, best_in_span, solve_many_from,
 };
 use std::sync::Arc;
+pub use tolerance::SolveTolerance;
+use tolerance::is_iterative;
 
 /// Removes prescribed unknowns, factorizes and solves; keeps the symbolic work while pattern and
 /// fixed set do not change.
@@ -56,31 +62,6 @@ impl SystemData {
     }
 }
 
-/// Relative residual to which a system is solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolveTolerance {
-    /// With the factors of a direct solver, of this tangent or an earlier one.
-    pub direct: f64,
-    /// With the preconditioner of an iterative solver.
-    pub iterative: f64,
-}
-
-impl From<f64> for SolveTolerance {
-    fn from(tolerance: f64) -> Self {
-        Self { direct: tolerance, iterative: tolerance }
-    }
-}
-
-impl SolveTolerance {
-    fn with(self, factors: &dyn Factorization) -> f64 {
-        if is_iterative(factors) { self.iterative } else { self.direct }
-    }
-}
-
-fn is_iterative(factors: &dyn Factorization) -> bool {
-    factors.cost().is_some_and(|cost| cost.solves_per_digit > 0.0)
-}
-
 /// Counts of factorizations and solves since the system was created.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SolveCounts {
@@ -99,33 +80,6 @@ pub struct SolveCounts {
     /// Floating-point operations of this rank for factors; zero if the solver does not count them.
     pub operations: f64,
 }
-
-struct Cached {
-    pattern: PatternId,
-    fixed: Vec<bool>,
-    reduction: Arc<Reduction>,
-    multipliers: Arc<[bool]>,
-    layout: Arc<Layout>,
-}
-
-/// The free part of a tangent, or of its transpose, with the map back to all unknowns.
-pub(crate) struct Reduced<'a> {
-    matrix: CsrMatrix,
-    transposed: bool,
-    /// Which unknowns are prescribed.
-    fixed: &'a [bool],
-    /// Status of the contact nodes.
-    active_set: &'a [u8],
-    reduction: Arc<Reduction>,
-    /// Which block rows belong to multipliers.
-    multipliers: Arc<[bool]>,
-    /// Which of the free unknowns belong to this rank.
-    layout: Arc<Layout>,
-}
-
-/// The term added to the diagonal of the multipliers' rows, whose entries are of order 1, if
-/// contact conditions repeat each other or a prescribed displacement.
-const REGULARISATION: f64 = 1e-7;
 
 /// Maximum number of iterations with the factors of an iterative solver, and maximum number of
 /// iterations before a restart: each keeps two vectors.
@@ -527,59 +481,5 @@ impl LinearSystem {
             in_use.count(matrix, &reports, tolerance);
         }
         unsolved
-    }
-}
-
-impl Reduced<'_> {
-    /// The matrix with a small term on the diagonal of the multipliers' rows. It preconditions a
-    /// matrix that is singular because some contact conditions follow from others, for instance if
-    /// more slave nodes stick than master nodes can move against prescribed displacements. The
-    /// solutions of such a system differ by multipliers without a force, and iterations with these
-    /// factors find the solution with the smallest of them.
-    fn regularised(&self) -> CsrMatrix {
-        let mut matrix = self.matrix.clone();
-        for unknown in 0..matrix.n() {
-            if self.multipliers[self.reduction.origin(unknown).0] {
-                let start = matrix.pattern.row_range(unknown).start;
-                let place = matrix.row(unknown).0.iter().position(|&column| column as usize == unknown);
-                if let Some(place) = place {
-                    matrix.values[start + place] += REGULARISATION;
-                }
-            }
-        }
-        matrix
-    }
-
-    /// A failure with the number of the unknown among all unknowns.
-    fn failure(&self, error: FactorizationError) -> StepFailureKind {
-        match error {
-            FactorizationError::Singular { unknown, pivot } => {
-                let (row, component) = self.reduction.origin(unknown);
-                StepFailureKind::Singular { unknown: 3 * row + component, pivot }
-            }
-            FactorizationError::NonFinite { row, .. } => {
-                let (row, component) = self.reduction.origin(row);
-                StateError::NotFinite { quantity: "the tangent".into(), index: 3 * row + component }.into()
-            }
-            error => StepFailureKind::Linear(error.to_string()),
-        }
-    }
-
-    /// The matrix as the sum of the ranks' parts.
-    fn on<'a>(&'a self, ranks: &'a dyn Ranks) -> Summed<'a> {
-        Summed { part: &self.matrix, layout: &self.layout, ranks }
-    }
-
-    /// The free unknowns of this rank.
-    fn restrict(&self, full: &[f64]) -> Vec<f64> {
-        let free = self.reduction.restrict(full);
-        if self.layout.own() == free.len() { free } else { self.layout.restrict(&free) }
-    }
-
-    /// A solution on all ranks, with the prescribed unknowns at zero.
-    fn prolong(&self, x: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
-        let mut full = vec![0.0; self.fixed.len()];
-        self.reduction.prolong(&self.layout.join(x, ranks), &mut full);
-        full
     }
 }

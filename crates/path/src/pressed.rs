@@ -8,8 +8,8 @@
 //! At the solution, u = 0 and ζ = φ t. With ζ held, each inner solve leaves the fraction φ/(φ + ε)
 //! of the violation.
 
+use crate::attempt::solve_increment;
 use crate::equations::UnknownAt;
-use crate::march::solve_increment;
 use crate::newton::Start;
 use crate::{
     Adjoint, Attempt, Evaluated, Inputs, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Path,

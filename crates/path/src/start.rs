@@ -4,8 +4,9 @@
 //! increment is cut back.
 
 use crate::divided::on_first;
-use crate::march::{Path, PathState};
-use crate::problem::{Held, StepProblem};
+use crate::problem::StepProblem;
+use crate::store::{Path, PathState};
+use crate::unknowns::Held;
 use slipstick_linalg::{Ranks, own_range};
 
 /// Initial guess of Newton's method in a step.

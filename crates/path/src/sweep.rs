@@ -2,11 +2,12 @@
 
 use crate::failure::{StateError, StepFailureKind};
 use crate::inputs::Inputs;
-use crate::march::{Path, PathState};
-use crate::problem::{Adjoint, Evaluated, Held, Iteration, StepProblem, StepState, Unknowns, Wanted};
+use crate::problem::{Adjoint, Evaluated, Iteration, StepProblem, Wanted};
 use crate::reuse::{InUse, KeptFactors};
 use crate::solver::Solver;
+use crate::store::{Path, PathState};
 use crate::timings::Phase;
+use crate::unknowns::{Held, StepState, Unknowns};
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;

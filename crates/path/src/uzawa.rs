@@ -11,9 +11,11 @@
 //! tolerances before the iteration ends.
 
 use crate::failure::{StepFailure, StepFailureKind};
-use crate::newton::{self, NewtonOptions, Start, StepReport, Tolerance};
-use crate::problem::{Attempt, Evaluated, Held, Iteration, StepProblem, UzawaOptions};
+use crate::iterations::StepReport;
+use crate::newton::{self, NewtonOptions, Start, Tolerance};
+use crate::problem::{Attempt, Evaluated, Iteration, StepProblem, UzawaOptions};
 use crate::solver::Solver;
+use crate::unknowns::Held;
 use nalgebra::{DMatrix, DVector};
 
 /// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented
