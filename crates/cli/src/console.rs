@@ -15,11 +15,10 @@ use slipstick::pieces::{self, LoosePieces};
 use slipstick::words::{is_hidden, visible};
 use slipstick_service::read::object;
 
-use crate::Outcome;
 use crate::args::Common;
 use crate::diagnostics;
 use crate::exit::Exit;
-use crate::failure::Failure;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Output of text and events.
 ///

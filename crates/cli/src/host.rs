@@ -2,17 +2,16 @@
 
 use std::sync::Arc;
 
+use crate::context::Context;
 use serde_json::json;
 use slipstick::check::{ContactSummary, Inspection};
 use slipstick::linalg::Ranks;
 use slipstick::machine::Machine;
 use slipstick::path::Interrupt;
 use slipstick::words::{counted, quantity};
+use slipstick_service::failure::{Failure, Outcome};
 use slipstick_service::host::{Event, Host};
 use slipstick_service::memory::Budget;
-
-use crate::failure::Failure;
-use crate::{Context, Outcome};
 
 /// Maximum number of threads on any machine, unless it has more cores.
 const MOST_THREADS: usize = 1024;

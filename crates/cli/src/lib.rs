@@ -7,40 +7,27 @@ pub mod args;
 pub mod clock;
 pub mod commands;
 pub mod console;
+pub mod context;
 pub mod diagnostics;
 pub mod exit;
 mod host;
 pub mod interrupt;
 pub mod parallel;
+mod process;
 pub mod program;
 pub mod runs;
 pub mod setup;
+pub mod summary;
 pub mod table;
 pub mod watch;
 
-pub use slipstick_service::failure::Outcome;
-use slipstick_service::{failure, memory};
-
 use args::{Cli, Command, VerifyWhat};
 use console::Console;
+use context::Context;
 use exit::Exit;
-use failure::Failure;
 use interrupt::Interrupt;
 use parallel::Parallel;
-
-/// The context of every command.
-pub struct Context {
-    /// Output of text and events.
-    pub console: Console,
-    /// Whether the user wants to stop.
-    pub interrupt: Interrupt,
-    /// The other ranks, if any.
-    pub parallel: Parallel,
-    /// Options of every command.
-    pub common: args::Common,
-    /// The command line, for the record of a run.
-    pub line: Vec<String>,
-}
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Executes the command line.
 pub fn run(cli: Cli, line: Vec<String>) -> Exit {
@@ -61,7 +48,7 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
     if let Err(failure) = &result {
         context.console.failure(failure);
     }
-    context.parallel.leave(&context, &result);
+    context.parallel.leave(&context.console, &result);
     result.map_or_else(|failure| Exit::from(&failure), |()| Exit::Ok)
 }
 

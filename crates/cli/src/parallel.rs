@@ -7,12 +7,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::console::Console;
 use slipstick::linalg::Ranks;
 use slipstick::machine::Machine;
+use slipstick_service::failure::{Failure, Outcome};
 use slipstick_service::run::first;
-
-use crate::failure::Failure;
-use crate::{Context, Outcome};
 
 /// How long a rank that may have failed alone waits for the others to end too.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -146,7 +145,7 @@ impl Parallel {
 
     /// Ends the program together with the other ranks, or aborts them if they do not arrive in
     /// time.
-    pub fn leave(&self, context: &Context, result: &Outcome) {
+    pub fn leave(&self, console: &Console, result: &Outcome) {
         #[cfg(feature = "petsc")]
         if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
             // an analysis fails on all ranks at once; other failures may have occurred only on this
@@ -157,10 +156,10 @@ impl Parallel {
             }
             // the first rank has reported its failure
             if let (false, Err(failure)) = (self.leads(), result) {
-                context.console.speak(failure);
+                console.speak(failure);
             }
             session.abort(result.as_ref().err().map_or(1, |failure| crate::exit::Exit::from(failure) as i32));
         }
-        let _ = (context, result, PATIENCE, LONG);
+        let _ = (console, result, PATIENCE, LONG);
     }
 }

@@ -6,10 +6,10 @@ use slipstick_service::run;
 pub use slipstick_service::run::{end, failed};
 
 use crate::args::Out;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::setup::Setup;
 use crate::watch::Watch;
-use crate::{Context, Outcome};
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Watches analyses of a problem, with `newton.csv` in the run of the first rank. All ranks call
 /// it.

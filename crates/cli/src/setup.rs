@@ -12,7 +12,8 @@ use slipstick_service::check::{self, Checked, above_volume_bound};
 use slipstick_service::read::case_file;
 
 use crate::args::{CaseFile, DesignFrom, Out};
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// A case that has been read and checked; the problem built from it is separate.
 pub struct Setup {
@@ -27,7 +28,7 @@ pub struct Setup {
 /// Reads a case file, with values replaced as requested.
 ///
 /// # Errors
-/// [`Failure::Case`](crate::failure::Failure::Case), [`Failure::Input`](crate::failure::Failure::Input).
+/// [`Failure::Case`], [`Failure::Input`].
 pub fn read(file: &CaseFile) -> Outcome<Resolved> {
     let path = &file.case;
     case_file(path, &file.set).map_err(|error| error.at(path))
@@ -37,7 +38,7 @@ pub fn read(file: &CaseFile) -> Outcome<Resolved> {
 /// `sections` are those that the command needs.
 ///
 /// # Errors
-/// [`Failure::Case`](crate::failure::Failure::Case), [`Failure::Input`](crate::failure::Failure::Input). The former includes a case that is too large for the
+/// [`Failure::Case`], [`Failure::Input`]. The former includes a case that is too large for the
 /// machine's memory.
 pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome<(Setup, Problem)> {
     prepare_for(context, file, sections, None)
@@ -60,7 +61,7 @@ pub fn prepare_for(
 /// Builds a case to inspect it, sets the number of threads, and shows warnings.
 ///
 /// # Errors
-/// [`Failure::Case`](crate::failure::Failure::Case), [`Failure::Input`](crate::failure::Failure::Input).
+/// [`Failure::Case`], [`Failure::Input`].
 pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setup, Problem)> {
     let (checked, problem) = check::check(context, resolved)?;
     Ok((Setup::new(path, checked), problem))
@@ -85,7 +86,7 @@ impl Setup {
     /// Densities to analyse: the case's uniform initial design, or those of an earlier run.
     ///
     /// # Errors
-    /// [`Failure::Input`](crate::failure::Failure::Input) if they do not match the case; [`Failure::Case`](crate::failure::Failure::Case) if the case has no
+    /// [`Failure::Input`] if they do not match the case; [`Failure::Case`] if the case has no
     /// `design` section.
     pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<ElementValues> {
         match &from.design {
@@ -214,4 +215,13 @@ fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<
     (all > 0).then(|| {
         format!("densities of {all} of {count} elements are replaced, because the case prescribes them: {which}")
     })
+}
+
+/// The text of a file that a command reads besides its case.
+///
+/// # Errors
+/// [`Failure::Input`] if it cannot be read.
+pub fn text(path: &Path) -> Outcome<String> {
+    std::fs::read_to_string(path)
+        .map_err(|error| Failure::input(format!("cannot read {}: {error}", path.display()), "check the name"))
 }

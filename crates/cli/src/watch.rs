@@ -9,11 +9,11 @@ use slipstick::optimize::IterationRecord;
 use slipstick::path::{FailedAttempt, MarchEvent, MarchObserver, PathState, Remedy};
 use slipstick::run::{NewtonTable, RunError};
 
-use crate::Context;
-use crate::commands::digits;
 use crate::console::Console;
+use crate::context::Context;
 use crate::interrupt::Interrupt;
 use crate::parallel::Parallel;
+use crate::summary::digits;
 
 /// The observer of all analyses of a command.
 pub struct Watch<'a> {

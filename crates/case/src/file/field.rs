@@ -1,7 +1,7 @@
 //! One value of a table while it is read and checked.
 
 use super::CaseCode;
-use super::typed::Table;
+use super::document::Table;
 
 /// A value of a table: absent, wrong (and reported), or read.
 ///

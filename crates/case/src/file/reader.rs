@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::typed::Table;
+use super::document::Table;
 use super::{CaseCode, CaseDiagnostic, Severity, SourceMap};
 
 /// Products of a few numbers of at most this size, and their squares, are finite.

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
+use super::Case;
+use super::parse::requirements;
 use super::reader::Requirement;
-use super::{Case, requirements};
 
 /// The JSON schema (draft 2020-12) of case files, generated from the types of
 /// [`Case`](super::Case). It covers keys, types, allowed words and keys that the reader requires;

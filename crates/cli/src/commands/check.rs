@@ -8,13 +8,14 @@ use slipstick::words::{counted, rounded};
 use slipstick_service::check::Checked;
 
 use super::render::replaceable;
-use super::{bytes, digits};
 use crate::args::Check;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::host::adjusted;
 use crate::setup::{Setup, look, read};
+use crate::summary::digits;
 use crate::table::lines;
-use crate::{Context, Outcome};
+use slipstick_service::failure::{Failure, Outcome};
+use slipstick_service::memory::bytes;
 
 mod surfaces;
 

@@ -3,8 +3,8 @@
 use clap::CommandFactory;
 
 use crate::args::{Cli, Completions, Man};
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Writes the completion script of a shell to standard output.
 ///

@@ -10,13 +10,13 @@ use slipstick::quantities::quantities;
 use slipstick::run::{Run, write_evaluations};
 use slipstick_service::check::volume_fraction;
 
-use super::{case_values, digits, final_status, whole};
 use crate::args::Evaluate;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::runs::{end, failed, start, watch};
 use crate::setup::prepare;
+use crate::summary::{case_values, digits, final_status, whole};
 use crate::table::lines;
-use crate::{Context, Outcome};
+use slipstick_service::failure::{Failure, Outcome};
 
 const COLUMNS: &[&str] = &[
     "friction",

@@ -4,8 +4,8 @@ use serde_json::json;
 use slipstick::case::CaseCode;
 
 use crate::args::Explain;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Prefix of all codes.
 const PREFIX: &str = "slipstick::case::";

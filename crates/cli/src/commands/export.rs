@@ -14,10 +14,10 @@ use slipstick_service::run::OpenRun;
 mod measure;
 mod part;
 
-use super::digits;
 use crate::args::Export;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use crate::summary::digits;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Writes the surface of a design of a run.
 ///

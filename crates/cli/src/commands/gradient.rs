@@ -11,16 +11,18 @@ use slipstick::overlaps::overlaps;
 use slipstick::run::{Run, RunDirectory, write_densities};
 use slipstick_service::check::volume_fraction;
 
-use super::{digits, phases, tell_phases, warn_of_fallbacks, whole};
 use crate::args::Gradient;
+use crate::clock;
+use crate::context::Context;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::prepare;
-use crate::{Context, Outcome, clock};
+use crate::summary::{digits, phases, print_phases, warn_of_fallbacks, whole};
+use slipstick_service::failure::Outcome;
 
 /// Marches, sweeps back, and writes the derivatives.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them.
+/// As [`slipstick_service::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Gradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(context, &problem, &args.design)?;
@@ -77,8 +79,8 @@ fn gradient(
             "phases": phases(&marched), "gradient_phases": phases(&spent),
         }),
     );
-    tell_phases(context, "solution", &marched);
-    tell_phases(context, "gradient", &spent);
+    print_phases(context, "solution", &marched);
+    print_phases(context, "gradient", &spent);
     warn_of_fallbacks(context, &problem.analysis);
     context.console.text(&format!("objective {}, norm of its gradient {}", digits(forward.value), digits(norm)));
     let moves = |p: &Parameter| match p {

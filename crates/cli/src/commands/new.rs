@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use slipstick::case::{TEMPLATES, case_of_mesh, template};
 use slipstick::output::write_atomically;
-use slipstick::run::with_includes;
 
 use crate::args::New;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Name of the template for a mesh file.
 const MY_MESH: &str = "my-mesh";
@@ -64,7 +63,7 @@ fn list(context: &Context) -> Outcome {
 
 /// Writes a case for a mesh file.
 fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
-    let bytes = with_includes(mesh).map_err(|error| {
+    let bytes = std::fs::read(mesh).map_err(|error| {
         Failure::input(format!("cannot read the mesh file {}: {error}", mesh.display()), "check its name")
     })?;
     let stem = mesh.file_stem().unwrap_or(mesh.as_os_str());

@@ -6,17 +6,19 @@ use slipstick::run::{ResultRecord, Run};
 use slipstick::words::counted;
 use slipstick_service::optimization::{RecordedOptimization, SECTIONS, optimization};
 
-use super::{digits, last_values, tell_quantities, warn_of_fallbacks};
 use crate::args::Optimize;
+use crate::context::Context;
 use crate::runs::start;
 use crate::setup::prepare_for;
+use crate::summary::{digits, last_values, print_quantities, warn_of_fallbacks};
 use crate::watch::Watch;
-use crate::{Context, Outcome, memory};
+use slipstick_service::failure::Outcome;
+use slipstick_service::memory;
 
 /// Optimizes the design of a case.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them.
+/// As [`slipstick_service::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Optimize) -> Outcome {
     let iterations = args.iterations.map(usize::from);
     let (setup, mut problem) = prepare_for(context, &args.case, SECTIONS, iterations)?;
@@ -33,7 +35,7 @@ pub fn run(context: &Context, args: &Optimize) -> Outcome {
 /// Runs an optimization to its end and prints its result; the first rank has the run.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them; finished iterations are kept.
+/// As [`slipstick_service::failure::Failure`] lists them; finished iterations are kept.
 pub fn drive(context: &Context, recorded: RecordedOptimization) -> Outcome {
     let optimization = &recorded.optimization;
     let mut watch = Watch::new(context, &optimization.problem);
@@ -45,7 +47,7 @@ pub fn drive(context: &Context, recorded: RecordedOptimization) -> Outcome {
         context.console.end_bar();
         let Some(run) = driven.run() else { return };
         if let Some(quantities) = &quantities {
-            tell_quantities(context, quantities, &driven.optimization.problem);
+            print_quantities(context, quantities, &driven.optimization.problem);
         }
         tell_result(context, &driven.optimization, run, quantities.as_ref().map(last_values));
     });

@@ -10,9 +10,9 @@ use slipstick::run::RunDirectory;
 use slipstick_service::run::OpenRun;
 
 use crate::args::Render;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::setup::read;
-use crate::{Context, Outcome};
+use slipstick_service::failure::{Failure, Outcome};
 
 /// The first bytes of every PNG file.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";

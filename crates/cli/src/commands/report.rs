@@ -10,10 +10,10 @@ use slipstick::run::RunDirectory;
 use slipstick::words::counted;
 use slipstick_service::run::OpenRun;
 
-use super::bytes;
 use crate::args::Report;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
+use slipstick_service::memory::bytes;
 
 /// How often the files of a run in progress are looked at, and how often a browser loads its page
 /// again. \[s\]

@@ -5,13 +5,13 @@ use slipstick_service::optimization::{Resume, Resumed, SECTIONS, resume};
 
 use super::optimize::drive;
 use crate::args;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Continues an optimization from its last finished iteration.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them, in particular [`crate::failure::Failure::Input`] if
+/// As [`slipstick_service::failure::Failure`] lists them, in particular [`slipstick_service::failure::Failure::Input`] if
 /// the case's text is not the one that the run was started with.
 pub fn run(context: &Context, args: &args::Resume) -> Outcome {
     if !args.set.is_empty() {

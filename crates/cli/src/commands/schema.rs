@@ -4,8 +4,8 @@ use serde_json::json;
 use slipstick::output::write_atomically;
 
 use crate::args::SchemaOf;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Writes the JSON schema of case files.
 ///

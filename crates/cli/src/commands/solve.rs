@@ -11,13 +11,17 @@ use slipstick::quantities::Recording;
 use slipstick::run::{Comparison, PathWriter, Run, RunDirectory, comparisons, write_densities, write_path};
 use slipstick_service::check::volume_fraction;
 
-use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, warn_of_fallbacks, whole};
 use crate::args::Solve;
+use crate::clock;
+use crate::context::Context;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::prepare;
+use crate::summary::{
+    digits, final_status, last_values, phases, print_phases, print_quantities, warn_of_fallbacks, whole,
+};
 use crate::table::lines;
 use crate::watch::Watch;
-use crate::{Context, Outcome, clock};
+use slipstick_service::failure::Outcome;
 
 /// Values of the objective per load step; `None` for steps that it does not depend on.
 fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
@@ -29,7 +33,7 @@ fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
 /// Marches the load path and writes its states.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them.
+/// As [`slipstick_service::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Solve) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet"])?;
     let density = setup.density(context, &problem, &args.design)?;
@@ -123,12 +127,12 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
             "quantities": last_values(&quantities), "phases": phases(&problem.analysis.timings()),
         }),
     );
-    tell_phases(context, "solution", &problem.analysis.timings());
+    print_phases(context, "solution", &problem.analysis.timings());
     warn_of_fallbacks(context, &problem.analysis);
     if let Some(value) = objective {
         context.console.text(&format!("objective {}{}", digits(value), shares(problem, &forward)));
     }
-    tell_quantities(context, &quantities, problem);
+    print_quantities(context, &quantities, problem);
     let failed = match forward.path.failed_iterations() {
         0 => String::new(),
         failed => format!(" and {failed} in failed attempts"),

@@ -12,14 +12,14 @@ use slipstick::verify::{
     DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient, verify_variables,
 };
 
-use super::digits;
 use crate::args::VerifyGradient;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::runs::{end, failed, first, start};
 use crate::setup::prepare;
+use crate::summary::digits;
 use crate::table::lines;
 use crate::watch::Watch;
-use crate::{Context, Outcome};
+use slipstick_service::failure::{Failure, Outcome};
 
 const COLUMNS: &[&str] = &[
     "direction",

@@ -1,11 +1,12 @@
 //! Bodies (`[[body]]`).
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{Body, BodySection, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape};
-use super::super::typed::Table;
+use super::common::{direction, name};
 use super::mesh_file::{MeshFiles, mesh_file};
 use super::shaping::{OF_BODY, region};
-use super::{CaseCode, direction, name};
 use slipstick_mesh as mesh;
 use slipstick_solid::{Constant, Form, MaterialError, Range, Value};
 

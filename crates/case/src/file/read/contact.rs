@@ -1,13 +1,14 @@
 //! Contact pairs (`[[contact]]`).
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
     Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Stiffness, StiffnessScaling, Surfaces,
     ToleranceScaling,
 };
-use super::super::typed::Table;
-use super::{CaseCode, motion};
+use super::motion;
 use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, OffsetPoint};
 
 const LAGRANGE: Enforcement = Enforcement::Lagrange {

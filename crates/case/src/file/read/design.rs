@@ -1,14 +1,15 @@
 //! Design, objective and optimizer.
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::reader::Reader;
 use super::super::resolved::{
     Body, DensityFilter, Design, EnergyInterpolation, FilterBoundary, MmaParameters, Optimizer, OptimizerMethod,
     Projection, Region, SensitivityFilter, Shape, Simp,
 };
-use super::super::typed::Table;
 use super::schedule::schedule;
-use super::{CaseCode, shaping};
+use super::shaping;
 use slipstick_design::{Method, Schedule};
 
 pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {

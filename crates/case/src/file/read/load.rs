@@ -1,9 +1,9 @@
 //! Loads on surfaces and rigid bodies (`[[load]]`).
 
 use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{AmplitudePoint, Body, Load, LoadCase, LoadKind};
-use super::super::typed::Table;
 use super::{load_case, motion};
 
 pub(super) fn loads(root: &Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Vec<Load> {

@@ -1,15 +1,15 @@
 //! Load cases (`[[load_case]]`), and the load case that a table belongs to.
 
 use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{BodyInCase, Contact, LoadCase, LoadInCase, MotionInCase, PairInCase, Turn};
-use super::super::typed::Table;
 
 pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) -> Vec<LoadCase> {
     let mut cases: Vec<LoadCase> = Vec::new();
     for table in root.tables("load_case") {
-        let name = super::name(&table);
+        let name = super::common::name(&table);
         if cases.iter().any(|other| other.name == name) && !name.is_empty() {
             let message = format!("two load cases are called `{name}`");
             table.reader.error(&table.path_of("name"), CaseCode::DuplicateName, message, "give each a different name");
@@ -112,7 +112,7 @@ fn each<T>(
 fn turn(table: Table<'_>) -> Turn {
     let turn = Turn {
         point: table.vector("point").required([0.0; 3], "a point on the axis"),
-        direction: super::direction(&table, "direction"),
+        direction: super::common::direction(&table, "direction"),
         angle: table.number("angle").required(0.0, "the angle in degrees"),
     };
     table.finish();

@@ -2,17 +2,21 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::io;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use slipstick_meshio::{FileMesh, MeshFileError};
 
-use super::super::ReadFile;
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::reader::Reader;
 use super::super::resolved::MeshFile;
-use super::super::typed::Table;
-use super::CaseCode;
 use crate::file::sha256;
+
+/// Reads a file that the case names and returns its bytes. The caller knows the folder and accesses
+/// the file system.
+pub type ReadFile<'f> = &'f dyn Fn(&str) -> io::Result<Vec<u8>>;
 
 /// The contents of a file, or why it cannot be read and the remedy.
 type Contents = Result<Rc<(FileMesh, String)>, (String, String)>;

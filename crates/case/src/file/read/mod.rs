@@ -1,6 +1,7 @@
 //! Converts the parsed tables to the [`Case`]: one file per part of the case.
 
 mod bodies;
+mod common;
 mod contact;
 mod design;
 mod load;
@@ -15,10 +16,10 @@ mod sets;
 mod shaping;
 mod symmetry;
 
+use super::document::Table;
 use super::names::Names;
-use super::resolved::{Case, Cylinder};
-use super::typed::Table;
-use super::{BoxRegion, CaseCode, ReadFile};
+use super::resolved::Case;
+pub use mesh_file::ReadFile;
 pub(super) use schedule::late;
 
 /// Reads the whole document, and the files that it refers to with `files`. After an error the
@@ -82,66 +83,4 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         solver,
         adjoint,
     }
-}
-
-/// A name: letters, digits, `_` and `-`, so that it can be used in paths, file names and tables.
-/// Empty after an error.
-fn name(table: &Table<'_>) -> String {
-    let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
-    table
-        .string("name")
-        .check(
-            CaseCode::BadName,
-            |name| !name.is_empty() && name.chars().all(allowed),
-            "must consist of letters, digits, `_` and `-`",
-            "for instance \"plate\" or \"lower_ring\"",
-        )
-        .required(String::new(), "for instance name = \"plate\"")
-}
-
-/// A list of boxes `{ min = […], max = […] }`.
-fn boxes(table: &Table<'_>, key: &'static str) -> Vec<BoxRegion> {
-    table.tables(key).into_iter().map(box_region).collect()
-}
-
-fn box_region(table: Table<'_>) -> BoxRegion {
-    let help = "the box's lowest and highest corner: { min = [x, y, z], max = [x, y, z] }";
-    let min = table.vector("min").required([0.0; 3], help);
-    let ordered = |max: &[f64; 3]| (0..3).all(|i| min[i] <= max[i]);
-    let max = table
-        .vector("max")
-        .check(CaseCode::BadShape, ordered, "is below `min`", "swap the two bounds")
-        .required(min, help);
-    table.finish();
-    BoxRegion { min, max }
-}
-
-/// A solid cylinder.
-fn cylinder(table: Table<'_>) -> Cylinder {
-    let cylinder = axis_and_radius(&table);
-    table.finish();
-    cylinder
-}
-
-fn axis_and_radius(table: &Table<'_>) -> Cylinder {
-    let start = table.vector("start").required([0.0; 3], "one end of the axis [x, y, z]");
-    let end = table
-        .vector("end")
-        .check(CaseCode::BadShape, |end| *end != start, "is the same point as `start`", "the axis must have a length")
-        .required(start.map(|x| x + 1.0), "the other end of the axis [x, y, z]");
-    let radius = table.number("radius").positive(CaseCode::BadShape).required(1.0, "a length");
-    Cylinder { start, end, radius, tolerance: None }
-}
-
-/// A direction: three numbers, not all zero.
-fn direction(table: &Table<'_>, key: &'static str) -> [f64; 3] {
-    table
-        .vector(key)
-        .check(
-            CaseCode::OutOfRange,
-            |axis| axis.iter().any(|&x| x != 0.0),
-            "must not be the zero vector",
-            "the y axis is [0, 1, 0]",
-        )
-        .required([0.0, 1.0, 0.0], "a direction, for instance [0, 1, 0]")
 }

@@ -1,11 +1,13 @@
 //! Supports and motions (`[[dirichlet]]`) and the load path (`[load_path]`).
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{
     Body, Component, Contact, Dirichlet, LoadCase, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
 };
-use super::super::typed::Table;
-use super::{CaseCode, direction, load_case};
+use super::common::direction;
+use super::load_case;
 use slipstick_model::words::quantity;
 
 pub(super) const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];

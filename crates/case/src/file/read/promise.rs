@@ -1,8 +1,8 @@
 //! Values that a design promised (`[[promise]]`).
 
 use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::resolved::Promise;
-use super::super::typed::Table;
 
 /// The promises; `cases` is the number of load paths.
 pub(super) fn promises(root: &Table<'_>, cases: usize) -> Vec<Promise> {

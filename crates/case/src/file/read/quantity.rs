@@ -1,13 +1,13 @@
 //! Quantities (`[[quantity]]`), objective (`[objective]`) and constraints (`[[constraint]]`).
 
 use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{
     Combination, Constraint, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, Objective, ObjectiveKind,
     ObservedSteps, OverLoadCases, PressureWord, Quantity, QuantityKind, QuantityTerm, VectorComponent, VectorWord,
 };
-use super::super::typed::Table;
 
 /// What the tables refer to.
 pub(super) struct Known<'a> {
@@ -33,7 +33,7 @@ const FORCE: &[(&str, ForceWord)] = &[
 pub(super) fn quantities(root: &Table<'_>, known: &Known<'_>) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
     for table in root.tables("quantity") {
-        let name = super::name(&table);
+        let name = super::common::name(&table);
         if quantities.iter().any(|other| other.name == name) && !name.is_empty() {
             let message = format!("two quantities are called `{name}`");
             table.reader.error(&table.path_of("name"), CaseCode::DuplicateName, message, "give each a different name");
@@ -86,7 +86,7 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
         "moment" => QuantityKind::Moment {
             set: set(),
             point: table.vector("point").required([0.0; 3], "a point on the axis"),
-            direction: super::direction(table, "direction"),
+            direction: super::common::direction(table, "direction"),
         },
         "contact_force" => QuantityKind::ContactForce {
             slave: slave(),
@@ -132,12 +132,14 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
             relative_to: optional_set("relative_to"),
         },
         "strain_energy" => QuantityKind::StrainEnergy { body: body() },
-        "stress" => {
-            QuantityKind::Stress { body: body(), within: super::boxes(table, "within"), sharpness: sharpness(12.0) }
-        }
+        "stress" => QuantityKind::Stress {
+            body: body(),
+            within: super::common::boxes(table, "within"),
+            sharpness: sharpness(12.0),
+        },
         "plastic_strain" => QuantityKind::PlasticStrain {
             body: body(),
-            within: super::boxes(table, "within"),
+            within: super::common::boxes(table, "within"),
             sharpness: sharpness(12.0),
         },
         "compliance" => QuantityKind::Compliance {},
@@ -193,7 +195,7 @@ fn component<T: Copy>(table: &Table<'_>, words: &[(&'static str, T)]) -> Option<
     table.require("component", &format!("one of {}, or a direction [x, y, z]", names.join(", ")));
     let value = table.value("component")?;
     if value.get_ref().as_array().is_some() {
-        let direction = super::direction(table, "component");
+        let direction = super::common::direction(table, "component");
         return Some(Chosen::Direction(direction));
     }
     table.word("component", words).optional().map(Chosen::Word)

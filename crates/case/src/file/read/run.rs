@@ -2,9 +2,9 @@
 
 use std::path::{Component, Path};
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, PetscPreconditioner, Solver, Units};
-use super::super::typed::Table;
-use super::CaseCode;
 
 pub(super) fn units(root: &Table<'_>) -> Units {
     root.table("units").map_or(Units::default(), |table| {

@@ -1,8 +1,8 @@
 //! Parameters that change over the iterations (`[optimizer.schedule]`).
 
 use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::resolved::{Design, Schedule, Steps};
-use super::super::typed::Table;
 
 /// A test of a value, and the range that it stands for.
 type InRange = (fn(f64) -> bool, &'static str);

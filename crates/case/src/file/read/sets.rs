@@ -1,9 +1,10 @@
 //! Surfaces (`[[surface]]`) and node sets (`[[set]]`) that the case defines.
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{Connected, Cylinder, NodeSet, NormalCone, Plane, Sphere, SurfaceSet};
-use super::super::typed::Table;
-use super::{CaseCode, axis_and_radius, boxes, direction, name};
+use super::common::{axis_and_radius, boxes, direction, name};
 
 /// Half the angle between adjacent faces of a box: each facet belongs to the nearest direction.
 const DEFAULT_ANGLE: f64 = 45.0;

@@ -1,11 +1,12 @@
 //! Passive regions, ties and the overhang filter of a design.
 
+use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{BuildDirection, DesignSymmetry, Direction, Overhang, Pattern, Region};
-use super::super::typed::Table;
+use super::common::{box_region, cylinder, direction};
 use super::motion::COMPONENTS;
-use super::{CaseCode, box_region, cylinder, direction};
 
 /// The keys that tell what kind of region a table describes.
 const REGIONS: &[&str] = &["min", "start", "axis", "centre", "surface", "set", "part", "body"];

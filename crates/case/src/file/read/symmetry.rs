@@ -1,8 +1,8 @@
 //! Symmetry planes (`[[symmetry]]`).
 
 use super::super::CaseCode;
+use super::super::document::Table;
 use super::super::resolved::{Component, Symmetry};
-use super::super::typed::Table;
 use super::motion::COMPONENTS;
 
 pub(super) fn symmetries(root: &Table<'_>) -> Vec<Symmetry> {

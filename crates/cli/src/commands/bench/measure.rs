@@ -14,10 +14,12 @@ use slipstick_service::check;
 
 use super::half_ball;
 use crate::args::Bench;
-use crate::commands::phases;
-use crate::failure::Failure;
+use crate::clock;
+use crate::context::Context;
 use crate::setup::{Setup, look, read};
-use crate::{Context, Outcome, clock, memory};
+use crate::summary::phases;
+use slipstick_service::failure::{Failure, Outcome};
+use slipstick_service::memory;
 
 /// Measures in this process, so that its peak memory is that of the analysis.
 ///

@@ -10,12 +10,13 @@ use slipstick::path::Phase;
 use slipstick::run::Machine;
 use slipstick::words::counted;
 
-use super::bytes;
 use crate::args::Bench;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::parallel::Parallel;
+use crate::process;
 use crate::table::lines;
-use crate::{Context, Outcome, program};
+use slipstick_service::failure::{Failure, Outcome};
+use slipstick_service::memory::bytes;
 
 /// Measures forward analysis and gradient of a case, or of the half-ball on its plate in several
 /// sizes, each in a separate process, and prints a table.
@@ -91,7 +92,7 @@ fn conclude(context: &Context, args: &Bench, all: &[Value], tables: &[String]) {
 /// A measurement in a separate process.
 fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
     let failed = |message: String| Failure::Check { message, cure: "see the messages of the analysis above".into() };
-    let mut command = program::again()?;
+    let mut command = process::again()?;
     command.args(["bench", "--worker", "--quiet", "--threads", &threads.to_string()]);
     if let Some(case) = &args.case {
         command.arg(case);
@@ -113,7 +114,7 @@ fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
     if let Some(design) = &args.design.design {
         command.arg("--design").arg(design);
     }
-    let output = command.stderr(Stdio::inherit()).output().map_err(program::refused)?;
+    let output = command.stderr(Stdio::inherit()).output().map_err(process::refused)?;
     if !output.status.success() {
         return Err(failed(format!("the measurement ended with {}", output.status)));
     }

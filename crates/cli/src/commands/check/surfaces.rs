@@ -11,7 +11,7 @@ use slipstick::words::{counted, quantity};
 use crate::commands::render::save;
 use crate::console::Console;
 use crate::setup::Setup;
-use crate::{Outcome, failure::Failure};
+use slipstick_service::failure::{Failure, Outcome};
 
 /// The largest number of surfaces in one picture.
 const MOST: usize = 60;

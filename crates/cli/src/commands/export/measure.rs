@@ -10,8 +10,9 @@ use slipstick::report::MEASURES;
 use slipstick::run::RunDirectory;
 
 use crate::args::Export;
-use crate::commands::digits;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use crate::summary::digits;
+use slipstick_service::failure::Outcome;
 
 /// Measures a surface, prints the results and, if it is the newest design, keeps them in the run;
 /// returns what was written.

@@ -13,10 +13,10 @@ use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::counted;
 
 use crate::args::Export;
-use crate::commands::digits;
-use crate::failure::Failure;
+use crate::context::Context;
+use crate::summary::digits;
 use crate::table::lines;
-use crate::{Context, Outcome};
+use slipstick_service::failure::{Failure, Outcome};
 
 /// The file with all numbers of the part.
 const RECORD: &str = "part.json";
@@ -184,14 +184,6 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         console.warning(&format!(
             "the set `{name}` is not made of whole faces of one body: the case of the part selects its nodes again by \
              position"
-        ));
-    }
-    if !part.unused.is_empty() {
-        let names: Vec<String> = part.unused.iter().map(|name| format!("`{name}`")).collect();
-        console.text(&format!(
-            "{} left out of the part's case: nothing uses {}, and material may be missing there",
-            names.join(", "),
-            if names.len() == 1 { "it" } else { "them" }
         ));
     }
     if promised.is_empty() {

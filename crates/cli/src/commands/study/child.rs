@@ -6,7 +6,10 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::{Context, Outcome, program};
+use crate::context::Context;
+use crate::process;
+use crate::summary::digits;
+use slipstick_service::failure::Outcome;
 
 /// How a command ended.
 pub struct Ended {
@@ -26,9 +29,9 @@ pub struct Ended {
 /// are valid at any time.
 ///
 /// # Errors
-/// [`Failure::Input`](crate::failure::Failure::Input) if no process can be started.
+/// [`Failure::Input`](slipstick_service::failure::Failure::Input) if no process can be started.
 pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> {
-    let mut command = program::again()?;
+    let mut command = process::again()?;
     command.args(line).arg("--json").stdout(Stdio::piped()).stderr(Stdio::null());
     if !folder.as_os_str().is_empty() {
         command.current_dir(folder);
@@ -36,7 +39,7 @@ pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> 
     if let Some(threads) = context.common.threads {
         command.args(["--threads", &threads.to_string()]);
     }
-    let mut child = command.spawn().map_err(program::refused)?;
+    let mut child = command.spawn().map_err(process::refused)?;
     let mut ended = Ended { code: None, events: Vec::new(), error: None };
     let mut asked = false;
     if let Some(out) = child.stdout.take() {
@@ -50,7 +53,7 @@ pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> 
             asked = context.interrupt.requested();
         }
     }
-    ended.code = child.wait().map_err(program::refused)?.code();
+    ended.code = child.wait().map_err(process::refused)?.code();
     Ok(ended)
 }
 
@@ -69,7 +72,7 @@ fn take(context: &Context, ended: &mut Ended, event: Value) {
         }
         Some("iteration") if context.console.tells(1) => {
             let objective = event["objective"].as_f64().unwrap_or(f64::NAN);
-            context.console.text(&format!("    {:>5}  {}", event["iteration"], super::digits(objective)));
+            context.console.text(&format!("    {:>5}  {}", event["iteration"], digits(objective)));
         }
         _ => {}
     }

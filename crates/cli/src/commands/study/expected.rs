@@ -6,9 +6,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::file::text;
-use crate::Outcome;
-use crate::failure::Failure;
+use crate::setup::text;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Contents of a file of expected numbers.
 #[derive(Debug, Default, Deserialize)]

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use serde::Deserialize;
 
+use super::entry::{Entry, Word};
 use super::expected::Expectations;
-use super::grid::{Grid, Lists, expand};
-use crate::Outcome;
+use super::grid::{Grid, expand};
 use crate::args::Cli;
-use crate::failure::Failure;
+use crate::setup::text;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// A study file.
 #[derive(Debug, Deserialize)]
@@ -32,94 +33,6 @@ pub struct StudyFile {
     /// Histories of several runs in one chart.
     #[serde(default, rename = "chart")]
     pub charts: Vec<Chart>,
-}
-
-/// One run.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Entry {
-    /// Its name, which is also the name of its directory.
-    pub name: String,
-    /// The command.
-    pub command: Word,
-    /// The case file, relative to the study file.
-    pub case: PathBuf,
-    /// Values to replace in it, after those of the study.
-    #[serde(default)]
-    pub set: Vec<String>,
-    /// Lists of values: there is a run for each combination.
-    #[serde(default)]
-    pub grid: Lists,
-    /// Numbers of a grid to print, by the names in its table.
-    pub tabulate: Option<Vec<String>>,
-    /// An earlier run whose design is used.
-    pub design: Option<String>,
-    /// Further options of the command.
-    #[serde(default)]
-    pub options: Vec<String>,
-    /// Directions along which the design is mirrored, to measure its symmetry.
-    #[serde(default)]
-    pub mirror: Vec<Axis>,
-    /// Axes about which the design is rotated by half a turn, to measure its symmetry.
-    #[serde(default)]
-    pub half_turn: Vec<Axis>,
-}
-
-/// A command that writes a directory of results.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Word {
-    /// `optimize`.
-    Optimize,
-    /// `solve`.
-    Solve,
-    /// `gradient`.
-    Gradient,
-    /// `evaluate`.
-    Evaluate,
-    /// `verify gradient`.
-    Verify,
-}
-
-impl Word {
-    /// As on the command line.
-    fn words(self) -> &'static [&'static str] {
-        match self {
-            Self::Optimize => &["optimize"],
-            Self::Solve => &["solve"],
-            Self::Gradient => &["gradient"],
-            Self::Evaluate => &["evaluate"],
-            Self::Verify => &["verify", "gradient"],
-        }
-    }
-}
-
-/// A direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Axis {
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
-    /// Along z.
-    Z,
-}
-
-impl Axis {
-    /// Its index among the coordinates.
-    pub fn number(self) -> usize {
-        match self {
-            Self::X => 0,
-            Self::Y => 1,
-            Self::Z => 2,
-        }
-    }
-
-    /// Its letter in the study file.
-    pub fn letter(self) -> &'static str {
-        ["x", "y", "z"][self.number()]
-    }
 }
 
 /// A picture of a run.
@@ -316,10 +229,4 @@ fn command_line(words: &[String]) -> Result<(), String> {
         first.trim_start_matches("error: ").to_owned()
     };
     Cli::try_parse_from(line).map(|_| ()).map_err(wrong)
-}
-
-/// The text of a file of a study.
-pub(super) fn text(path: &Path) -> Outcome<String> {
-    std::fs::read_to_string(path)
-        .map_err(|error| Failure::input(format!("cannot read {}: {error}", path.display()), "check the name"))
 }

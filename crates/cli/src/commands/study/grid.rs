@@ -1,60 +1,20 @@
 //! Grids of a study: a run for each combination of listed values, and a table of their numbers.
 
-use std::fmt;
 use std::path::Path;
 
-use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, Visitor};
 use slipstick::case::Override;
 use slipstick::output::{Cell, Csv};
 use slipstick_service::read::{Unreadable, case_file};
 use toml::Value;
 
-use super::Numbers;
-use super::digits;
-use super::file::Entry;
-use super::report::table;
-use crate::{Context, Outcome};
+use super::entry::{Entry, Lists};
+use super::tables::{Numbers, table};
+use crate::context::Context;
+use crate::summary::digits;
+use slipstick_service::failure::Outcome;
 
 /// The most runs of a grid.
 const LARGEST: usize = 10_000;
-
-/// Lists of values by key, in the order of the file. Keys are those of `--set`; `friction` is that
-/// of all contact pairs.
-#[derive(Debug, Clone, Default)]
-pub struct Lists(Vec<(String, Value)>);
-
-impl<'de> Deserialize<'de> for Lists {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct InOrder;
-        impl<'de> Visitor<'de> for InOrder {
-            type Value = Lists;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a table with a list of values for each key")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Lists, A::Error> {
-                let mut lists = Vec::new();
-                while let Some((key, value)) = map.next_entry::<String, Value>()? {
-                    flatten(key, value, &mut lists);
-                }
-                Ok(Lists(lists))
-            }
-        }
-        deserializer.deserialize_map(InOrder)
-    }
-}
-
-/// `load_path.steps = [4, 8]` is a table within a table, unless its key is quoted.
-fn flatten(key: String, value: Value, lists: &mut Vec<(String, Value)>) {
-    match value {
-        Value::Table(table) => {
-            table.into_iter().for_each(|(inner, value)| flatten(format!("{key}.{inner}"), value, lists));
-        }
-        value => lists.push((key, value)),
-    }
-}
 
 /// The runs of an entry with lists, or of one that uses the designs of such an entry.
 #[derive(Debug)]
@@ -241,7 +201,7 @@ fn check(runs: &[Entry], set: &[String], folder: &Path) -> Result<Vec<String>, S
 /// main numbers, which it returns as Markdown.
 ///
 /// # Errors
-/// [`crate::failure::Failure::Input`] if the file cannot be written.
+/// [`slipstick_service::failure::Failure::Input`] if the file cannot be written.
 pub fn tabulate(
     context: &Context,
     grid: &Grid,

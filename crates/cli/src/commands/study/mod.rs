@@ -5,13 +5,14 @@
 //! its directory `NAME`.
 
 mod child;
+mod entry;
 mod expected;
 mod file;
 mod grid;
 mod pictures;
 mod report;
+mod tables;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -22,15 +23,13 @@ use slipstick::output::write_atomically;
 use slipstick::run::{Image, ResultRecord, RunDirectory, asymmetry, load_density, sha256};
 use slipstick::words::counted;
 
-use self::file::{Entry, Study as Plan, Word};
-use super::digits;
+use self::entry::{Entry, Word};
+use self::file::Study as Plan;
+use self::tables::Numbers;
 use crate::args::Study;
-use crate::failure::Failure;
+use crate::context::Context;
 use crate::setup::read;
-use crate::{Context, Outcome};
-
-/// The numbers of a run by the names of the quantities.
-pub(super) type Numbers = BTreeMap<String, f64>;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// The record of a run, `NAME.json`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

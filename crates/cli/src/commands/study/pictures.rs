@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::child;
 use super::file::Study as Plan;
-use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::context::Context;
+use slipstick_service::failure::{Failure, Outcome};
 
 /// Draws the pictures of finished runs, and the charts whose runs are all finished, for the runs in
 /// `asked`.

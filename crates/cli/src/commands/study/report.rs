@@ -6,18 +6,20 @@ use std::path::Path;
 use serde_json::json;
 use slipstick::output::{Cell, Csv, write_atomically};
 
-use super::Numbers;
-use super::digits;
+use super::entry::{Entry, Word};
 use super::expected::Ratio;
-use super::file::{Entry, Study as Plan, Word};
-use crate::table::lines;
-use crate::{Context, Outcome};
+use super::file::Study as Plan;
+use super::grid;
+use super::tables::{Numbers, table};
+use crate::context::Context;
+use crate::summary::digits;
+use slipstick_service::failure::Outcome;
 
 /// Writes `numbers.csv`, with one row per number, and `tables.md`, for people, to the directory of
 /// the results, and compares the numbers with the expected ones; returns how many do not match.
 ///
 /// # Errors
-/// [`crate::failure::Failure::Input`] if files cannot be written.
+/// [`slipstick_service::failure::Failure::Input`] if files cannot be written.
 pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, Numbers, f64)]) -> Outcome<usize> {
     let text = |holds| Cell::Text(if holds { "yes" } else { "no" }.into());
     let mut csv = Csv::create(&results.join("numbers.csv"), &["run", "quantity", "value", "as_expected"])?;
@@ -49,7 +51,7 @@ pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, N
     text.extend(optimizations(context, found));
     text.extend(evaluations(context, found));
     for grid in plan.grids.iter().filter(|grid| found.iter().any(|(run, ..)| grid.runs().any(|one| *one == run.name))) {
-        text.extend(super::grid::tabulate(context, grid, results, found)?);
+        text.extend(grid::tabulate(context, grid, results, found)?);
     }
     let rows = ratios.iter().map(|(ratio, value)| vec![format!("{}: {}", ratio.of.0, ratio.name()), digits(*value)]);
     text.extend(table(context, &["", "ratio"], &rows.collect::<Vec<_>>()));
@@ -116,19 +118,5 @@ fn evaluations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<Strin
         let header: Vec<&str> = std::iter::once("").chain(runs.iter().map(|(run, ..)| run.name.as_str())).collect();
         text.extend(table(context, &header, &rows));
     }
-    text
-}
-
-/// A Markdown table, which is also printed; `None` without rows.
-pub fn table(context: &Context, header: &[&str], rows: &[Vec<String>]) -> Vec<String> {
-    if rows.is_empty() {
-        return Vec::new();
-    }
-    context.console.text("");
-    context.console.lines(&lines(header, rows));
-    let line = |cells: &mut dyn Iterator<Item = &str>| format!("| {} |", cells.collect::<Vec<_>>().join(" | "));
-    let rule = std::iter::once("---").chain(std::iter::repeat_n("--:", header.len() - 1));
-    let mut text = vec![String::new(), line(&mut header.iter().copied()), line(&mut rule.into_iter())];
-    text.extend(rows.iter().map(|row| line(&mut row.iter().map(String::as_str))));
     text
 }
