@@ -11,6 +11,7 @@ mod facets;
 mod held;
 mod normals;
 mod recognised;
+mod sections;
 mod surfaces;
 mod volume;
 
@@ -25,6 +26,7 @@ use contacts::contacts;
 pub use adjusted::Adjustment;
 pub use bodies::free_motions;
 pub use recognised::{SurfaceKind, SurfacePart};
+pub use sections::{SectionSummary, sections};
 pub use surfaces::SurfaceSummary;
 pub use volume::start_volume;
 
@@ -149,6 +151,9 @@ pub struct StartGap {
 pub struct Inspection {
     /// Bodies.
     pub bodies: Vec<BodySummary>,
+    /// The regions of bodies with several materials.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<SectionSummary>,
     /// Contact pairs.
     pub contacts: Vec<ContactSummary>,
     /// Named node sets and surfaces with their number of nodes.
@@ -216,6 +221,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         .collect();
     Ok(Inspection {
         bodies,
+        sections: sections(case, &problem.mesh),
         contacts,
         sets,
         surfaces: surfaces::surfaces(&problem.mesh),

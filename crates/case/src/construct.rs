@@ -179,8 +179,22 @@ fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
         for (i, of) in body.sections.iter().enumerate() {
             let inside = regions.each(std::slice::from_ref(&of.region)).concat();
             if inside.is_empty() {
-                let message = format!("no element of `{}` has its centroid in this region", body.name);
-                let help = "give a region of the body, at its position after `place`, or omit the section";
+                let (message, help) = match &of.region {
+                    file::Region::Part { part } => {
+                        let own = format!("{}_", body.name);
+                        let has = mesh.element_sets.keys().filter(|name| name.starts_with(&own));
+                        let has: Vec<&str> = has.map(String::as_str).collect();
+                        let help = match has.is_empty() {
+                            true => "give a set of its own mesh, a box, a cylinder or a ball".into(),
+                            false => format!("sets of its own mesh: {}", has.join(", ")),
+                        };
+                        (format!("no element of `{part}` belongs to `{}`", body.name), help)
+                    }
+                    _ => (
+                        format!("no element of `{}` has its centroid in this region", body.name),
+                        "give a region of the body, at its position after `place`, or omit the section".into(),
+                    ),
+                };
                 return Err(BuildError::new(format!("body[{b}].section[{i}]"), message, help));
             }
             all.list.push(section(of.material, body));

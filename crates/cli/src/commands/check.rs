@@ -3,7 +3,7 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
-use slipstick::check::{Inspection, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
+use slipstick::check::{Inspection, SectionSummary, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
 use slipstick_service::check::Checked;
 
@@ -64,6 +64,10 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     console.text("\nbodies");
     console.lines(&bodies(&setup.checked.inspection, &setup.checked.resolved.case.units));
+    if !setup.checked.inspection.sections.is_empty() {
+        console.text("\nmaterials of bodies with sections");
+        console.lines(&sections(&setup.checked.inspection, &setup.checked.resolved.case.units));
+    }
     console.text("\nsurfaces");
     console.lines(&named_surfaces(&setup.checked.inspection, &setup.checked.resolved.case.units));
     let sets = node_sets(&setup.checked.inspection);
@@ -128,6 +132,14 @@ fn bodies(inspection: &Inspection, units: &Units) -> Vec<String> {
         .collect();
     let volume = format!("volume{}", units.bracket(Dimension::VOLUME));
     lines(&["name", "elements", "nodes", &volume, "worst quality", "free rigid motions"], &rows)
+}
+
+fn sections(inspection: &Inspection, units: &Units) -> Vec<String> {
+    let row = |of: &SectionSummary| {
+        vec![of.body.clone(), of.region.clone(), of.elements.to_string(), digits(of.volume), of.material.clone()]
+    };
+    let rows: Vec<_> = inspection.sections.iter().map(row).collect();
+    lines(&["body", "region", "elements", &format!("volume{}", units.bracket(Dimension::VOLUME)), "material"], &rows)
 }
 
 fn named_surfaces(inspection: &Inspection, units: &Units) -> Vec<String> {

@@ -20,6 +20,35 @@ fn assert_alone(html: &str) {
     assert!(html.contains("default-src 'none'"), "and forbids it");
 }
 
+/// `check` and the report list the regions of a body with several materials. Elements of the slab measure
+/// 1 × 1/2 × 1.
+#[test]
+fn materials_of_sections() {
+    let place = Place::new();
+    let section = "[[body.section]]\nregion = { min = [0, 0, 0], max = [2, 1, 2] }\n\
+                   material = { neo_hooke = { youngs_modulus = 4000.0, poisson_ratio = 0.3 } }\n[[body]]\nname = \"block\"";
+    let case = place.read("case.toml");
+    assert!(case.contains("[[body]]\nname = \"block\""), "{case}");
+    place.write("case.toml", &case.replacen("[[body]]\nname = \"block\"", section, 1));
+    let told = place.good("check case.toml").out;
+    assert!(
+        told.contains("materials of bodies with sections") && told.contains("box from [0, 0, 0] to [2, 1, 2]"),
+        "{told}"
+    );
+    let sections = place.good("check case.toml --json").event("result")["inspection"]["sections"].clone();
+    assert_eq!(sections[0]["region"], "elsewhere");
+    assert!((sections[0]["volume"].as_f64().expect("a number") - 4.0).abs() < 1e-12, "{sections}");
+    assert_eq!((&sections[1]["body"], &sections[1]["elements"]), (&"slab".into(), &8.into()));
+    place.good("solve case.toml -q --out case");
+    place.good("report case");
+    let rows = data(&place.read("case/report.html"))["results"]["materials"]["rows"].clone();
+    assert_eq!(
+        (&rows[1][1], &rows[1][2], &rows[1][3]),
+        (&"box from [0, 0, 0] to [2, 1, 2]".into(), &8.into(), &"4".into())
+    );
+    assert!(rows[1][4].as_str().is_some_and(|material| material.contains("4000")), "{rows}");
+}
+
 #[test]
 fn a_run_as_a_page() {
     let case = CASE.replace("Block on slab", "Block </script> & @DATA@");

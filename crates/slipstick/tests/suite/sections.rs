@@ -6,6 +6,7 @@ use crate::common::{forward, problem, random_density};
 use crate::quantity_gradients::check;
 use slipstick::build::build;
 use slipstick::case::{parse_case, parse_case_with};
+use slipstick::check::inspect;
 use slipstick::model::Parameter;
 use slipstick::quantities::quantities;
 use slipstick_mesh::{BoxShape, box_mesh};
@@ -85,6 +86,20 @@ fn a_set_of_a_mesh_file_is_a_region() {
     let run = forward(&mut problem, &density);
     let force = *quantities(&problem, &run.path).get("pull").expect("a quantity").last().expect("a step");
     assert!((force - 1.0).abs() < 1e-12, "{force}");
+    let misspelt = parse_case_with(&text.replace("part = 'bar_far'", "part = 'bar_fra'"), "bar.toml", &read);
+    let error = misspelt.expect_err("no such set").to_string();
+    assert!(
+        error.contains("no set of elements called `bar_fra`") && error.contains("did you mean `bar_far`?"),
+        "{error}"
+    );
+    // sets of a mesh belong to one body
+    let other = "[[body]]\nname = \"other\"\nmesh = { file = \"bar\" }\nmaterial = { linear_elastic = { youngs_modulus = \
+                 1000, poisson_ratio = 0 } }\n[[body.section]]\nregion = { part = \"bar_far\" }\nmaterial = { linear_elastic = \
+                 { youngs_modulus = 250, poisson_ratio = 0 } }\n[[dirichlet]]";
+    let case = parse_case_with(&text.replacen("[[dirichlet]]", other, 1), "bar.toml", &read).expect("a case").case;
+    let error = build(&case).err().expect("of another body").to_string();
+    let expected = "no element of `bar_far` belongs to `other`; sets of its own mesh: other_body, other_far";
+    assert!(error.contains(expected), "{error}");
 }
 
 /// Contact on a slab of three materials, one of them plastic: every quantity by random directions in the
@@ -138,4 +153,31 @@ fn impossible_sections_are_refused() {
     let rigid = bar(BOX, "centre = [3, 0.5, 0.5], radius = 1").replacen("material = ", "rigid = {}\n# ", 1);
     let error = parse_case(&rigid, "bar.toml").expect_err("a rigid body").to_string();
     assert!(error.contains("`section` has no meaning for a rigid body"), "{error}");
+}
+
+/// Regions are listed with what they hold, the rest of the body first; where they overlap, the last one
+/// counts. The bar has 32 elements with a volume of 1/8.
+#[test]
+fn sections_are_listed() {
+    let further = r#"[[body.section]]
+region = { min = [3, 0, 0], max = [4, 1, 1] }
+material = { linear_elastic = { youngs_modulus = 50, poisson_ratio = 0 } }
+[[dirichlet]]"#;
+    let text = bar(BOX, "start = [2, 0.5, 0.5], end = [4, 0.5, 0.5], radius = 1").replacen("[[dirichlet]]", further, 1);
+    let case = parse_case(&text, "case.toml").expect("a case").case;
+    let listed = inspect(&case, &mut build(&case).expect("a problem")).expect("inspected").sections;
+    let rows: Vec<_> = listed.iter().map(|of| (of.region.as_str(), of.elements)).collect();
+    let expected = [
+        ("elsewhere", 16),
+        ("cylinder from [2, 0.5, 0.5] to [4, 0.5, 0.5], radius 1", 8),
+        ("box from [3, 0, 0] to [4, 1, 1]", 8),
+    ];
+    assert_eq!(rows, expected);
+    for (of, volume) in listed.iter().zip([2.0, 1.0, 1.0]) {
+        assert!((of.volume - volume).abs() < 1e-14, "{of:?}");
+    }
+    let materials: Vec<_> = listed.iter().map(|of| of.material.as_str()).collect();
+    for (material, modulus) in materials.iter().zip(["1000.0", "250.0", "50.0"]) {
+        assert!(material.contains(&format!("youngs_modulus = {modulus}")), "{materials:?}");
+    }
 }

@@ -11,7 +11,7 @@
 //! | model | coordinates in 32 bits; elements, of which the page computes skin and sections; of large meshes, elements of the designed bodies and the skin of the others |
 //! | designs | densities of the iterations that the run wrote, in steps of 1/255; derivatives in 16 bits |
 //! | steps | displacements, stresses, plastic strains and contact fields of the load steps, quantized to 16 bits over their range |
-//! | summary | objective, volume of material, quantities of the case with their bounds, resultants and peak pressures of the contact pairs |
+//! | summary | objective, volume of material, materials of sections, quantities of the case with their bounds, resultants and peak pressures of the contact pairs |
 //! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
 //!
 //! If the frames exceed a budget, some are left out at regular intervals, and a note says so.

@@ -7,6 +7,7 @@ use slipstick_mesh::Mesh;
 use super::MEASURES;
 use super::named;
 use super::tables::{self, Table};
+use slipstick_case::check::{SectionSummary, sections};
 use slipstick_case::file::{Case, Dimension};
 use slipstick_model::optimize::FEASIBLE;
 use slipstick_model::words::{quantity, vector};
@@ -21,6 +22,9 @@ pub(super) struct Summary {
     objective: String,
     /// Unit of θ, as written after its name.
     unit: String,
+    /// Regions of bodies with several materials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    materials: Option<Table>,
     /// Quantities of the case with their bounds, by load case.
     #[serde(skip_serializing_if = "Option::is_none")]
     quantities: Option<Table>,
@@ -72,6 +76,7 @@ impl Summary {
         summary.rows.extend(measured(run, case)?);
         summary.quantities = tables::quantities(run)?.and_then(|table| named::values(case, &table));
         summary.promise = promised(run, case)?;
+        summary.materials = materials(case, mesh);
         if let Some(table) = tables::optional(run, "contact.csv")? {
             summary.contact = contact(case, &table);
         }
@@ -80,7 +85,8 @@ impl Summary {
 
     /// Whether there is anything to show.
     pub(super) fn is_empty(&self) -> bool {
-        self.rows.is_empty() && self.quantities.is_none() && self.contact.is_none() && self.promise.is_none()
+        let tables = [&self.quantities, &self.contact, &self.promise, &self.materials];
+        self.rows.is_empty() && tables.iter().all(|table| table.is_none())
     }
 }
 
@@ -171,6 +177,18 @@ fn material(case: &Case, mesh: &Mesh, density: &[f64]) -> Option<[String; 2]> {
     let text =
         format!("{} of {}, a fraction of {}{bound}", quantity(filled), quantity(whole), quantity(filled / whole));
     Some([format!("material in {}{}", names.join(", "), in_unit(case, Dimension::VOLUME, "L³")), text])
+}
+
+/// The regions of bodies with several materials.
+fn materials(case: &Case, mesh: &Mesh) -> Option<Table> {
+    let volume = format!("volume{}", in_unit(case, Dimension::VOLUME, "L³"));
+    let columns = ["body", "region", "elements", &volume, "material"].map(str::to_owned).to_vec();
+    let row = |of: SectionSummary| {
+        let volume = quantity(of.volume);
+        vec![of.body.into(), of.region.into(), of.elements.into(), volume.into(), of.material.into()]
+    };
+    let rows: Vec<Vec<Value>> = sections(case, mesh).into_iter().map(row).collect();
+    (!rows.is_empty()).then_some(Table { columns, rows })
 }
 
 /// Resultants and pressures of each pair, at the end of each load case and their largest values.

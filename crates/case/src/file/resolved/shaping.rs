@@ -1,7 +1,10 @@
 //! Passive regions, and what makes a design symmetric, repeated, extruded or printable.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
+use slipstick_model::words::{quantity, vector};
 
 use super::{BoxRegion, Component, Cylinder};
 
@@ -106,6 +109,27 @@ impl Region {
             }
             Self::Ball { centre, radius } => Some(near(centre, radius)),
             Self::NearSurface { .. } | Self::NearSet { .. } | Self::Part { .. } | Self::Body { .. } => None,
+        }
+    }
+}
+
+/// In words: `box from [0, 0, 0] to [1, 1, 1]`.
+impl fmt::Display for Region {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Box { min, max } => write!(f, "box from {} to {}", vector(*min), vector(*max)),
+            Self::Cylinder { start, end, radius } => {
+                write!(f, "cylinder from {} to {}, radius {}", vector(*start), vector(*end), quantity(*radius))
+            }
+            Self::EndlessCylinder { axis, through, radius } => {
+                let (axis, through) = (vector(axis.vector()), vector(*through));
+                write!(f, "cylinder along {axis} through {through}, radius {}", quantity(*radius))
+            }
+            Self::Ball { centre, radius } => write!(f, "ball around {}, radius {}", vector(*centre), quantity(*radius)),
+            Self::NearSurface { surface, within } => write!(f, "within {} of `{surface}`", quantity(*within)),
+            Self::NearSet { set, within } => write!(f, "within {} of `{set}`", quantity(*within)),
+            Self::Part { part } => write!(f, "part `{part}`"),
+            Self::Body { body } => write!(f, "body `{body}`"),
         }
     }
 }

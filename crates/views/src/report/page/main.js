@@ -18,6 +18,10 @@ function texts() {
       show("promise");
       element("promise-table").append(table(r.promise.columns, r.promise.rows, "wide"));
     }
+    if (r.materials) {
+      show("materials");
+      element("materials-table").append(table(r.materials.columns, r.materials.rows, "wide"));
+    }
     if (r.quantities) element("quantity-table").append(table(r.quantities.columns, r.quantities.rows, "wide"));
     if (r.contact) {
       element("contact-table").append(table(r.contact.columns, r.contact.rows, "wide"));
