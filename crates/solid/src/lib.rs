@@ -6,6 +6,7 @@
 //! energy ([`simp`], [`interpolation`]).
 
 mod assembly;
+mod block;
 mod clusters;
 mod dual;
 pub mod hex8;

@@ -1,6 +1,8 @@
 //! Elements with memory in a model: their history, and the transposed derivatives through it.
 
-use crate::inelastic::{ByState, Energies, PointElement, PullBack, Weights};
+use crate::block::ElementBlock;
+use crate::block::{PullBack, Weights};
+use crate::inelastic::{ByState, Energies, Inelastic, PointElement};
 use crate::interpolation::ElementScaling;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::stress::STRESS_POINTS;
@@ -25,6 +27,11 @@ pub struct EnergyWeights<'a> {
 }
 
 impl SolidModel {
+    /// The elements with memory.
+    fn memory(&self) -> impl Iterator<Item = &Inelastic> {
+        self.blocks.iter().filter_map(|block| block.memory())
+    }
+
     /// Memory that the reference geometry of the elements with memory takes. \[bytes\]
     pub fn reference_bytes(&self) -> f64 {
         let of = |element: &PointElement| {
@@ -32,7 +39,7 @@ impl SolidModel {
             let averages = if element.average.is_some() { points * points } else { 0.0 };
             8.0 * (3.0 * points * nodes + averages)
         };
-        self.inelastic.elements.iter().map(of).sum()
+        self.memory().flat_map(|block| &block.elements).map(of).sum()
     }
 
     /// The history at the end of a step. Entries of other ranks remain.
@@ -40,7 +47,8 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn update_history(&self, d: &[f64], step: SolidStep<'_>, out: &mut [f64]) -> Result<(), InvertedElements> {
-        refuse(self.inelastic.update(self.given(step), d, out))
+        let state = self.state(d, step);
+        refuse(self.memory().flat_map(|block| block.update(state, out)).collect())
     }
 
     /// Adds (∂h′/∂d)ᵀ η.
@@ -55,8 +63,8 @@ impl SolidModel {
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
         let weights = Weights { forces: None, history: Some(eta) };
-        let into = PullBack { displacements: Some(out), history: None, density: None };
-        refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+        let mut into = PullBack { displacements: Some(out), ..PullBack::default() };
+        self.pull_back(self.state(d, step), weights, &mut into)
     }
 
     /// Adds (∂f/∂h)ᵀ λ + (∂h′/∂h)ᵀ η for the history h at the start of the step.
@@ -71,8 +79,8 @@ impl SolidModel {
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
         let weights = Weights { forces: Some(adjoint.forces), history: Some(adjoint.history) };
-        let into = PullBack { displacements: None, history: Some(out), density: None };
-        refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+        let mut into = PullBack { history: Some(out), ..PullBack::default() };
+        self.pull_back(self.state(d, step), weights, &mut into)
     }
 
     /// Adds (∂h′/∂φ)ᵀ η of every element, given the slopes of the scalings.
@@ -88,8 +96,8 @@ impl SolidModel {
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
         let weights = Weights { forces: None, history: Some(eta) };
-        let into = PullBack { displacements: None, history: None, density: Some((slopes, out)) };
-        refuse(self.inelastic.pull_back(self.given(step), d, weights, into))
+        let mut into = PullBack { density: Some((slopes, out)), ..PullBack::default() };
+        self.pull_back(self.state(d, step), weights, &mut into)
     }
 
     /// Points whose plastic strain grows between two histories, each with a node of its element.
@@ -102,14 +110,15 @@ impl SolidModel {
             let points = (0..element.points()).filter(|&q| grows(element.entries(q)));
             points.map(|q| (element.first + q, element.nodes[0])).collect()
         };
-        self.inelastic.elements.iter().flat_map(of).collect()
+        self.memory().flat_map(|block| &block.elements).flat_map(of).collect()
     }
 
     /// Plastic work of each element at a state with the history `step.history`; 0 for elements without
     /// memory and those of other ranks. \[F L\]
     pub fn plastic_work(&self, d: &[f64], step: SolidStep<'_>) -> Vec<f64> {
         let mut energies = vec![Energies::default(); self.elements()];
-        self.inelastic.add_energies(self.given(step), d, &mut energies);
+        let state = self.state(d, step);
+        self.memory().for_each(|block| block.write_energies(state, &mut energies));
         energies.iter().map(|of| of.plastic).collect()
     }
 
@@ -118,13 +127,13 @@ impl SolidModel {
     /// are the outermost of the 27 integration points.
     pub fn plastic_strains(&self, history: &[f64]) -> Vec<[f64; STRESS_POINTS]> {
         let mut out = vec![[0.0; STRESS_POINTS]; self.elements()];
-        self.inelastic.add_plastic_strains(history, &mut out);
+        self.memory().for_each(|block| block.write_plastic_strains(history, &mut out));
         out
     }
 
     /// Adds the derivatives of Σ w α over all points with respect to the history.
     pub fn pull_back_plastic_strains(&self, weights: &[f64], history: &mut [f64]) {
-        self.inelastic.pull_back_plastic_strains(weights, history);
+        self.memory().for_each(|block| block.pull_back_plastic_strains(weights, history));
     }
 
     /// Adds the derivatives of weighted energies of elements with memory with respect to displacements,
@@ -137,8 +146,8 @@ impl SolidModel {
         (displacements, history): (&mut [f64], &mut [f64]),
         density: (&[ElementScaling], &mut [f64]),
     ) {
-        let into = ByState { displacements, history };
-        let weights = [weights.elastic, weights.plastic];
-        self.inelastic.pull_back_energies(self.given(step), d, weights, into, density);
+        let (state, weights) = (self.state(d, step), [weights.elastic, weights.plastic]);
+        let mut into = ByState { displacements, history, density };
+        self.memory().for_each(|block| block.pull_back_energies(state, weights, &mut into));
     }
 }

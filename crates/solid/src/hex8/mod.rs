@@ -24,6 +24,7 @@
 //! Tests: `wedges_deform_uniformly`, `a_wedge_has_the_stiffness_of_its_shape_functions`
 //! (tests/wedges.rs).
 
+mod block;
 mod f_bar;
 mod full;
 mod geometry;
@@ -33,6 +34,7 @@ pub(crate) mod kernel;
 mod moduli;
 
 pub use crate::registers::POINTS;
+pub(crate) use block::block;
 pub use geometry::ReferenceGeometry;
 
 use crate::interpolation::ElementScaling;

@@ -1,13 +1,16 @@
-//! Elements with memory from a mesh.
+//! The block of elements with memory, from a mesh.
 
 use super::Inelastic;
 use super::points::PointElement;
+use crate::block::{Build, ElementBlock};
 use crate::clusters::Clusters;
 use crate::hex8::ReferenceGeometry;
+use crate::law::HISTORY;
 use crate::quadratic::reference_points;
 use crate::section::{Formulation, Section};
 use crate::tet4::Batch;
 use slipstick_mesh::{Element, Mesh};
+use std::sync::Arc;
 
 /// Number of integration points of an element.
 pub(crate) fn integration_points(element: &Element) -> usize {
@@ -18,39 +21,53 @@ pub(crate) fn integration_points(element: &Element) -> usize {
     }
 }
 
-impl Inelastic {
-    /// The elements with these numbers. Those without a positive Jacobian are added to `flat`. Histories
-    /// are numbered through all elements of the mesh whose section has memory.
-    pub fn new(mesh: &Mesh, numbers: Vec<u32>, sections: &[Section], section_of: &[u32], flat: &mut Vec<u32>) -> Self {
-        let has_memory = |e: usize| sections[section_of[e] as usize].material.kind().has_memory();
-        let mut points = 0;
-        let mut firsts = Vec::with_capacity(mesh.elements.len());
-        for (e, element) in mesh.elements.iter().enumerate() {
-            firsts.push(points);
-            points += if has_memory(e) { integration_points(element) } else { 0 };
-        }
-        if points == 0 {
-            return Self::default();
-        }
-        let clusters = Clusters::new(mesh, numbers);
-        let mut elements = Vec::with_capacity(clusters.order.len());
-        for &number in &clusters.order {
-            let (e, section) = (number as usize, section_of[number as usize]);
-            match reference(mesh, number) {
-                Some((nodes, gradients, weights, average)) => elements.push(PointElement {
-                    nodes,
-                    number,
-                    section,
-                    first: firsts[e],
-                    gradients,
-                    weights,
-                    average: (sections[section as usize].formulation == Formulation::FBar).then_some(average),
-                }),
-                None => flat.push(number),
-            }
-        }
-        Self { elements, clusters: Some(clusters), points }
+/// Length of the history of a mesh: all elements whose section has memory, on all ranks.
+pub(crate) fn history(mesh: &Mesh, sections: &[Section], section_of: &[u32]) -> usize {
+    HISTORY * first_points(mesh, sections, section_of).1
+}
+
+/// The first point of each element among those of all elements with memory, and the number of points.
+fn first_points(mesh: &Mesh, sections: &[Section], section_of: &[u32]) -> (Vec<usize>, usize) {
+    let has_memory = |e: usize| sections[section_of[e] as usize].material.kind().has_memory();
+    let mut points = 0;
+    let of = |(e, element): (usize, &Element)| {
+        let first = points;
+        points += if has_memory(e) { integration_points(element) } else { 0 };
+        first
+    };
+    let firsts = mesh.elements.iter().enumerate().map(of).collect();
+    (firsts, points)
+}
+
+/// The elements with these numbers. Histories are numbered through all elements of the mesh whose
+/// section has memory.
+pub(crate) fn block(build: Build<'_>) -> Option<Arc<dyn ElementBlock>> {
+    let Build { mesh, numbers, sections, section_of, flat } = build;
+    if numbers.is_empty() {
+        return None;
     }
+    let (firsts, _) = first_points(mesh, sections, section_of);
+    let clusters = Clusters::new(mesh, numbers);
+    let mut elements: Vec<PointElement> = Vec::with_capacity(clusters.order.len());
+    let mut pairs = vec![0];
+    for &number in &clusters.order {
+        let (e, section) = (number as usize, section_of[number as usize]);
+        let Some((nodes, gradients, weights, average)) = reference(mesh, number) else {
+            flat.push(number);
+            continue;
+        };
+        pairs.push(pairs[elements.len()] + nodes.len() * nodes.len());
+        elements.push(PointElement {
+            nodes,
+            number,
+            section,
+            first: firsts[e],
+            gradients,
+            weights,
+            average: (sections[section as usize].formulation == Formulation::FBar).then_some(average),
+        });
+    }
+    Some(Arc::new(Inelastic { elements, clusters, pairs }))
 }
 
 /// Nodes, gradients of the shape functions, weights and averages of an element.

@@ -55,6 +55,11 @@ pub(crate) struct Deformed {
 }
 
 impl PointElement {
+    /// The mesh's number of the element.
+    pub fn number(&self) -> usize {
+        self.number as usize
+    }
+
     pub fn points(&self) -> usize {
         self.weights.len()
     }

@@ -1,12 +1,13 @@
 //! What follows from a state and the history at this state: energies, stresses, plastic strains.
 
+use super::Inelastic;
 use super::points::{PointElement, Tensor};
-use super::{Given, Inelastic};
+use crate::block::{State, StressSlopes};
 use crate::dual::Dual;
+use crate::interpolation::ElementScaling;
 use crate::law::memory::Inelastic as _;
 use crate::law::{HISTORY, determinant, with_memory};
 use crate::stress::STRESS_POINTS;
-use rayon::prelude::*;
 use std::array::from_fn;
 
 /// Energies of an element. \[F L\]
@@ -18,10 +19,19 @@ pub struct Energies {
     pub plastic: f64,
 }
 
+impl Energies {
+    /// Those of an element without memory; NaN if it is inverted.
+    pub(crate) fn elastic(energy: Option<f64>) -> Self {
+        Self { elastic: energy.unwrap_or(f64::NAN), plastic: 0.0 }
+    }
+}
+
 /// Derivatives of a function of states with history.
 pub(crate) struct ByState<'a> {
     pub displacements: &'a mut [f64],
     pub history: &'a mut [f64],
+    /// Slopes of the scalings, and the derivatives with respect to densities.
+    pub density: (&'a [ElementScaling], &'a mut [f64]),
 }
 
 /// F̄ and the history, in dual numbers.
@@ -42,57 +52,8 @@ fn listed(element: &PointElement) -> Vec<usize> {
 }
 
 impl Inelastic {
-    /// Energies of each element, by its number; NaN if it is inverted.
-    pub fn add_energies(&self, given: Given<'_>, d: &[f64], out: &mut [Energies]) {
-        let of = |element: &PointElement| {
-            let Some(at) = element.deformed(d) else { return Energies { elastic: f64::NAN, plastic: f64::NAN } };
-            let (material, scaling) = given.of(element);
-            let mut sum = Energies::default();
-            for (q, f) in at.bar.iter().enumerate() {
-                let history = given.history(element, q);
-                let [elastic, plastic] = with_memory!(material, law => law.energies(f, &history, scaling.strength));
-                let weight = scaling.factor * element.weights[q];
-                sum.elastic += weight * elastic;
-                sum.plastic += weight * plastic;
-            }
-            sum
-        };
-        let found: Vec<Energies> = self.elements.par_iter().map(of).collect();
-        for (element, energies) in self.elements.iter().zip(found) {
-            out[element.number as usize] = energies;
-        }
-    }
-
-    /// Smallest J of each element, by its number.
-    pub fn add_determinants(&self, d: &[f64], out: &mut [f64]) {
-        let found: Vec<f64> = self.elements.par_iter().map(|element| element.smallest_determinant(d)).collect();
-        for (element, j) in self.elements.iter().zip(found) {
-            out[element.number as usize] = j;
-        }
-    }
-
-    /// Cauchy stresses of the solid material at the points of each element, by its number.
-    pub fn add_stresses(&self, given: Given<'_>, d: &[f64], out: &mut [[Tensor; STRESS_POINTS]]) {
-        let of = |element: &PointElement| {
-            let mut out = [[[f64::NAN; 3]; 3]; STRESS_POINTS];
-            let Some(at) = element.deformed(d) else { return out };
-            out = [[[0.0; 3]; 3]; STRESS_POINTS];
-            let (material, _) = given.of(element);
-            for (out, q) in out.iter_mut().zip(listed(element)) {
-                let (f, history) = (&at.bar[q], given.history(element, q));
-                let j = determinant(f);
-                *out = with_memory!(material, law => law.kirchhoff(f, &history)).map(|row| row.map(|x| x / j));
-            }
-            out
-        };
-        let found: Vec<_> = self.elements.par_iter().map(of).collect();
-        for (element, stresses) in self.elements.iter().zip(found) {
-            out[element.number as usize] = stresses;
-        }
-    }
-
     /// Equivalent plastic strain at the points of each element that its stresses belong to.
-    pub fn add_plastic_strains(&self, history: &[f64], out: &mut [[f64; STRESS_POINTS]]) {
+    pub fn write_plastic_strains(&self, history: &[f64], out: &mut [[f64; STRESS_POINTS]]) {
         for element in &self.elements {
             for (out, q) in out[element.number as usize].iter_mut().zip(listed(element)) {
                 *out = history.get(element.entries(q)).map_or(0.0, |of| of[HISTORY - 1]);
@@ -110,59 +71,21 @@ impl Inelastic {
         }
     }
 
-    /// Adds the derivatives of Σ w σ_v over the listed points.
-    pub fn pull_back_stresses(&self, given: Given<'_>, d: &[f64], weights: &[f64], into: ByState<'_>) {
-        for element in &self.elements {
-            let own = &weights[STRESS_POINTS * element.number as usize..][..STRESS_POINTS];
-            if own.iter().all(|&w| w == 0.0) {
-                continue;
-            }
-            let Some(at) = element.deformed(d) else { continue };
-            let (material, _) = given.of(element);
-            let mut tensors = vec![[[0.0; 3]; 3]; element.points()];
-            for (weight, q) in own.iter().zip(listed(element)).filter(|(weight, _)| **weight != 0.0) {
-                let (f, history) = varied(&at.bar[q], &given.history(element, q));
-                let j = determinant(&f);
-                let tau = with_memory!(material, law => law.kirchhoff(&f, &history));
-                let mean = Dual::from(1.0 / 3.0) * (tau[0][0] + tau[1][1] + tau[2][2]);
-                let entry = |n: usize| if n.is_multiple_of(4) { tau[n / 3][n % 3] - mean } else { tau[n / 3][n % 3] };
-                let square = (0..9).fold(Varied::from(0.0), |sum, n| sum + entry(n) * entry(n));
-                let size = (1.5 * square.value).sqrt();
-                if size == 0.0 {
-                    continue;
-                }
-                // d√(3/2 x)/J
-                let slope =
-                    |k: usize| 0.75 * square.slopes[k] / (size * j.value) - size * j.slopes[k] / (j.value * j.value);
-                tensors[q] = from_fn(|a| from_fn(|b| weight * slope(3 * a + b)));
-                let out = &mut into.history[element.entries(q)];
-                out.iter_mut().enumerate().for_each(|(i, out)| *out += weight * slope(9 + i));
-            }
-            add(element, &element.forces(&at, &tensors), into.displacements);
-        }
-    }
-
     /// Adds the derivatives of Σ_e (w_e elastic energy + v_e plastic work) with respect to displacements
     /// and history, and with respect to the densities, given slopes of the scalings.
-    pub fn pull_back_energies(
-        &self,
-        given: Given<'_>,
-        d: &[f64],
-        [elastic, plastic]: [&[f64]; 2],
-        into: ByState<'_>,
-        (slopes, by_density): (&[crate::ElementScaling], &mut [f64]),
-    ) {
+    pub fn pull_back_energies(&self, state: State<'_>, [elastic, plastic]: [&[f64]; 2], into: &mut ByState<'_>) {
+        let (slopes, by_density) = &mut into.density;
         for element in &self.elements {
-            let e = element.number as usize;
+            let e = element.number();
             let weights = [elastic, plastic].map(|of| of.get(e).copied().unwrap_or(0.0));
             if weights == [0.0; 2] {
                 continue;
             }
-            let Some(at) = element.deformed(d) else { continue };
-            let (material, scaling) = given.of(element);
+            let Some(at) = element.deformed(state.d) else { continue };
+            let (material, scaling) = state.law(element);
             let mut tensors = Vec::with_capacity(element.points());
             for (q, f) in at.bar.iter().enumerate() {
-                let (f, history) = varied(f, &given.history(element, q));
+                let (f, history) = varied(f, &state.history_of(element, q));
                 let energies = with_memory!(material, law => law.energies(&f, &history, scaling.strength.into()));
                 let weight = element.weights[q];
                 let both = Varied::from(weights[0]) * energies[0] + Varied::from(weights[1]) * energies[1];
@@ -182,8 +105,63 @@ impl Inelastic {
 }
 
 impl PointElement {
+    /// NaN if the element is inverted.
+    pub fn energies(&self, state: State<'_>) -> Energies {
+        let Some(at) = self.deformed(state.d) else { return Energies { elastic: f64::NAN, plastic: f64::NAN } };
+        let (material, scaling) = state.law(self);
+        let mut sum = Energies::default();
+        for (q, f) in at.bar.iter().enumerate() {
+            let history = state.history_of(self, q);
+            let [elastic, plastic] = with_memory!(material, law => law.energies(f, &history, scaling.strength));
+            let weight = scaling.factor * self.weights[q];
+            sum.elastic += weight * elastic;
+            sum.plastic += weight * plastic;
+        }
+        sum
+    }
+
+    /// Cauchy stresses of the solid material at the listed points; NaN if the element is inverted.
+    pub fn stresses(&self, state: State<'_>) -> [Tensor; STRESS_POINTS] {
+        let mut out = [[[f64::NAN; 3]; 3]; STRESS_POINTS];
+        let Some(at) = self.deformed(state.d) else { return out };
+        out = [[[0.0; 3]; 3]; STRESS_POINTS];
+        let (material, _) = state.law(self);
+        for (out, q) in out.iter_mut().zip(listed(self)) {
+            let (f, history) = (&at.bar[q], state.history_of(self, q));
+            let j = determinant(f);
+            *out = with_memory!(material, law => law.kirchhoff(f, &history)).map(|row| row.map(|x| x / j));
+        }
+        out
+    }
+
+    /// Adds the derivatives of Σ w σ_v over the listed points.
+    pub fn pull_back_stresses(&self, state: State<'_>, weights: &[f64], into: &mut StressSlopes<'_>) {
+        let Some(at) = self.deformed(state.d) else { return };
+        let (material, _) = state.law(self);
+        let mut tensors = vec![[[0.0; 3]; 3]; self.points()];
+        for (weight, q) in weights.iter().zip(listed(self)).filter(|(weight, _)| **weight != 0.0) {
+            let (f, history) = varied(&at.bar[q], &state.history_of(self, q));
+            let j = determinant(&f);
+            let tau = with_memory!(material, law => law.kirchhoff(&f, &history));
+            let mean = Dual::from(1.0 / 3.0) * (tau[0][0] + tau[1][1] + tau[2][2]);
+            let entry = |n: usize| if n.is_multiple_of(4) { tau[n / 3][n % 3] - mean } else { tau[n / 3][n % 3] };
+            let square = (0..9).fold(Varied::from(0.0), |sum, n| sum + entry(n) * entry(n));
+            let size = (1.5 * square.value).sqrt();
+            if size == 0.0 {
+                continue;
+            }
+            // d√(3/2 x)/J
+            let slope =
+                |k: usize| 0.75 * square.slopes[k] / (size * j.value) - size * j.slopes[k] / (j.value * j.value);
+            tensors[q] = from_fn(|a| from_fn(|b| weight * slope(3 * a + b)));
+            let out = &mut into.history[self.entries(q)];
+            out.iter_mut().enumerate().for_each(|(i, out)| *out += weight * slope(9 + i));
+        }
+        into.add(self.number(), &self.nodes, &self.forces(&at, &tensors), 0.0);
+    }
+
     /// Smallest J over the points, without F̄; −∞ if it is not a number.
-    fn smallest_determinant(&self, d: &[f64]) -> f64 {
+    pub fn smallest_determinant(&self, d: &[f64]) -> f64 {
         let smallest = |least: f64, j: f64| if j.is_nan() { f64::NEG_INFINITY } else { least.min(j) };
         self.determinants(d).fold(f64::INFINITY, smallest)
     }

@@ -181,6 +181,11 @@ impl<const N: usize, const B: usize, const M: usize> Cell<N, B, M> {
         out
     }
 
+    /// The mesh's number of the element.
+    pub fn number(&self) -> usize {
+        self.number as usize
+    }
+
     /// Volume by numerical integration, Σ w. \[L³\]
     pub fn volume(&self) -> f64 {
         self.weights.as_flattened().iter().sum()

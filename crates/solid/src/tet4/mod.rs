@@ -12,9 +12,11 @@
 //! Energy interpolation is the same as in hexahedra, f = s [γ f(γd) + (1 − γ²) K(0) d], with s and
 //! γ of each element.
 
+mod block;
 mod kernel;
 
-pub(crate) use kernel::{Work, pull_back};
+pub(crate) use block::block;
+use kernel::{Work, pull_back};
 
 use crate::interpolation::ElementScaling;
 use crate::law::{Material, determinant};

@@ -1,0 +1,286 @@
+//! All hexahedra of first order, and wedges represented as hexahedra; compiled for the instruction set
+//! that is detected at run time.
+
+use super::kernel::Scratch;
+use super::{ReferenceGeometry, energy, interpolated, smallest_determinant, transposed};
+use crate::assembly::{add, add_to_nodes, local, positions};
+use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, write};
+use crate::clusters::{Clusters, Target};
+use crate::inelastic::Energies;
+use crate::interpolation::ElementScaling;
+use crate::stress::{self, STRESS_POINTS, Tensor};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+use slipstick_linalg::BlockPattern;
+use std::sync::Arc;
+
+/// Number of elements that a thread processes at a time.
+const CHUNK: usize = 64;
+
+/// All elements of this kind, or those of this rank.
+#[derive(Debug)]
+pub(crate) struct Hexahedra {
+    /// In the order of `clusters`.
+    elements: Vec<Hexahedron>,
+    clusters: Clusters,
+}
+
+/// All data that the integrals over a hexahedron or wedge read, in one place.
+#[derive(Debug)]
+struct Hexahedron {
+    geometry: ReferenceGeometry,
+    /// For a wedge, nodes of coincident corners appear twice; their contributions are summed.
+    nodes: [u32; 8],
+    /// The mesh's number of the element.
+    number: u32,
+    section: u32,
+}
+
+impl Hexahedron {
+    #[inline(always)]
+    fn number(&self) -> usize {
+        self.number as usize
+    }
+
+    #[inline(always)]
+    fn section(&self) -> usize {
+        self.section as usize
+    }
+
+    fn stress_points(&self, d: &[f64]) -> stress::Points<8> {
+        let gradients = (0..STRESS_POINTS).map(|p| self.geometry.shape_gradients(p)).collect();
+        let weights = (0..STRESS_POINTS).map(|p| self.geometry.weight(p)).collect();
+        stress::Points::new(gradients, weights, &self.nodes, d)
+    }
+}
+
+/// The elements with these numbers.
+pub(crate) fn block(build: Build<'_>) -> Option<Arc<dyn ElementBlock>> {
+    let Build { mesh, numbers, section_of, flat, .. } = build;
+    let clusters = Clusters::new(mesh, numbers);
+    let elements: Vec<Result<Hexahedron, u32>> = clusters
+        .order
+        .par_iter()
+        .filter_map(|&number| {
+            let nodes = mesh.elements[number as usize].as_hex()?;
+            let section = section_of[number as usize];
+            let geometry = ReferenceGeometry::new(&mesh.coordinates(&nodes));
+            Some(geometry.map(|geometry| Hexahedron { geometry, nodes, number, section }).ok_or(number))
+        })
+        .collect();
+    flat.extend(elements.iter().filter_map(|e| e.as_ref().err().copied()));
+    let elements: Vec<Hexahedron> = elements.into_iter().flatten().collect();
+    (!elements.is_empty()).then(|| Arc::new(Hexahedra { elements, clusters }) as _)
+}
+
+impl ElementBlock for Hexahedra {
+    fn positions(&self, pattern: &BlockPattern) -> Vec<u32> {
+        positions::<64, _>(&self.elements, pattern, |element| &element.nodes)
+    }
+
+    fn add_forces(&self, state: State<'_>, direction: Option<&[f64]>, nodes: &mut [[f64; 3]]) -> Vec<u32> {
+        self.clusters.assemble(nodes, |cluster, target, inverted| {
+            let elements = &self.elements[cluster];
+            match direction {
+                None => Arch::new().dispatch(AddForces { elements, state, target, inverted }),
+                Some(direction) => {
+                    Arch::new().dispatch(AddProducts { elements, state, direction, target, inverted });
+                }
+            }
+        })
+    }
+
+    fn add_tangents(&self, state: State<'_>, positions: &[u32], values: &mut [[f64; 9]]) -> Vec<u32> {
+        assert_eq!(positions.len(), 64 * self.elements.len(), "the scatter belongs to a different model");
+        let positions = positions.as_chunks::<64>().0;
+        self.clusters.assemble(values, |cluster, target, inverted| {
+            let (elements, positions) = (&self.elements[cluster.clone()], &positions[cluster]);
+            Arch::new().dispatch(AddTangents { elements, positions, state, target, inverted });
+        })
+    }
+
+    fn pull_back(&self, state: State<'_>, weights: Weights<'_>, into: &mut PullBack<'_>) -> Vec<u32> {
+        let (Some(adjoint), Some((slopes, out))) = (weights.forces, &mut into.density) else { return Vec::new() };
+        let mut products = vec![0.0; self.elements.len()];
+        let chunks = products.par_chunks_mut(CHUNK).zip(self.elements.par_chunks(CHUNK));
+        let inverted = chunks.flat_map_iter(|(out, elements)| {
+            let mut inverted = Vec::new();
+            Arch::new().dispatch(PullBackHexahedra { elements, state, slopes, adjoint, out, inverted: &mut inverted });
+            inverted
+        });
+        let inverted = inverted.collect();
+        self.elements.iter().zip(products).for_each(|(element, product)| out[element.number()] += product);
+        inverted
+    }
+
+    fn write_volumes(&self, out: &mut [f64]) {
+        self.elements.iter().for_each(|element| out[element.number()] = element.geometry.volume());
+    }
+
+    fn write_energies(&self, state: State<'_>, out: &mut [Energies]) {
+        let of = |element: &Hexahedron| {
+            let (section, scaling) = (&state.sections[element.section()], state.scalings[element.number()]);
+            let elastic = energy(section, scaling, &element.geometry, &local(&element.nodes, state.d));
+            Energies::elastic(elastic)
+        };
+        write(&self.elements, of, Hexahedron::number, out);
+    }
+
+    fn write_determinants(&self, d: &[f64], out: &mut [f64]) {
+        let of = |element: &Hexahedron| smallest_determinant(&element.geometry, &local(&element.nodes, d));
+        write(&self.elements, of, Hexahedron::number, out);
+    }
+
+    fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
+        let of = |element: &Hexahedron| {
+            let (section, gamma) = (&state.sections[element.section()], state.scalings[element.number()].gamma);
+            stress::at_points(section, element.stress_points(state.d).deformation(section, gamma))
+        };
+        write(&self.elements, of, Hexahedron::number, out);
+    }
+
+    fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>) {
+        let of = |element: &Hexahedron| {
+            let own = weights.of(element.number())?;
+            let section = &state.sections[element.section()];
+            Some(element.stress_points(state.d).pull_back(section, state.scalings[element.number()].gamma, own))
+        };
+        let found: Vec<_> = self.elements.par_iter().map(of).collect();
+        for (element, found) in self.elements.iter().zip(found) {
+            if let Some((forces, by_gamma)) = found {
+                into.add(element.number(), &element.nodes, &forces, by_gamma);
+            }
+        }
+    }
+}
+
+/// Adds internal forces to the nodes.
+struct AddForces<'a> {
+    elements: &'a [Hexahedron],
+    state: State<'a>,
+    target: &'a Target<'a, [f64; 3]>,
+    inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for AddForces<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut scratch = Scratch::new();
+        for element in self.elements {
+            let (section, scaling) = (&self.state.sections[element.section()], self.state.scalings[element.number()]);
+            let d = local(&element.nodes, self.state.d);
+            match interpolated::internal_force(simd, &mut scratch, section, &element.geometry, scaling, &d) {
+                Some(force) => add_to_nodes(&element.nodes, &force, self.target),
+                None => self.inverted.push(element.number),
+            }
+        }
+    }
+}
+
+/// Adds products of the tangent with a direction to the nodes.
+struct AddProducts<'a> {
+    elements: &'a [Hexahedron],
+    state: State<'a>,
+    direction: &'a [f64],
+    target: &'a Target<'a, [f64; 3]>,
+    inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for AddProducts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut scratch = Scratch::new();
+        for element in self.elements {
+            let v = local(&element.nodes, self.direction);
+            if v.as_flattened().iter().all(|&v| v == 0.0) {
+                continue;
+            }
+            let (section, scaling) = (&self.state.sections[element.section()], self.state.scalings[element.number()]);
+            let d = local(&element.nodes, self.state.d);
+            match interpolated::tangent_product(simd, &mut scratch, section, &element.geometry, scaling, &d, &v) {
+                Some(force) => add_to_nodes(&element.nodes, &force, self.target),
+                None => self.inverted.push(element.number),
+            }
+        }
+    }
+}
+
+/// Adds tangents to the blocks of a matrix.
+struct AddTangents<'a> {
+    elements: &'a [Hexahedron],
+    state: State<'a>,
+    positions: &'a [[u32; 64]],
+    target: &'a Target<'a, [f64; 9]>,
+    inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for AddTangents<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut scratch = Scratch::new();
+        for (element, positions) in self.elements.iter().zip(self.positions) {
+            let (section, scaling) = (&self.state.sections[element.section()], self.state.scalings[element.number()]);
+            let d = local(&element.nodes, self.state.d);
+            let done = interpolated::tangent(
+                simd,
+                &mut scratch,
+                section,
+                &element.geometry,
+                scaling,
+                &d,
+                #[inline(always)]
+                |i, k, block| {
+                    // SAFETY: the positions are those of pairs of the element's nodes.
+                    add(unsafe { self.target.at(positions[8 * i + k] as usize) }, block);
+                    // Coincident corners of a wedge share one position, where their blocks are
+                    // summed.
+                    if i != k {
+                        // SAFETY: as above.
+                        add(unsafe { self.target.at(positions[8 * k + i] as usize) }, transposed(block));
+                    }
+                },
+            );
+            if done.is_none() {
+                self.inverted.push(element.number);
+            }
+        }
+    }
+}
+
+/// λ · ∂f/∂φ of elements, one number per element; 0 if nothing depends on the density.
+struct PullBackHexahedra<'a> {
+    elements: &'a [Hexahedron],
+    state: State<'a>,
+    slopes: &'a [ElementScaling],
+    adjoint: &'a [f64],
+    out: &'a mut [f64],
+    inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for PullBackHexahedra<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut scratch = Scratch::new();
+        for (element, out) in self.elements.iter().zip(self.out) {
+            let scalings = [self.state.scalings[element.number()], self.slopes[element.number()]];
+            if scalings[1] == ElementScaling::NONE {
+                *out = 0.0;
+                continue;
+            }
+            let section = &self.state.sections[element.section()];
+            let (d, lambda) = (local(&element.nodes, self.state.d), local(&element.nodes, self.adjoint));
+            match interpolated::pull_back(simd, &mut scratch, section, &element.geometry, scalings, &d, &lambda) {
+                Some(product) => *out = product,
+                None => self.inverted.push(element.number),
+            }
+        }
+    }
+}
