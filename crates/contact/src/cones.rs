@@ -1,7 +1,7 @@
 //! The normal cones of slave nodes at edges of their body.
 
-use crate::interface::{SlaveNode, normal, patches};
 use crate::kinematics::frame::RingCorner;
+use crate::slave_node::{SlaveNode, normal, patches};
 use nalgebra::Vector3;
 use slipstick_mesh::FacetNodes;
 use std::collections::{BTreeMap, HashSet};

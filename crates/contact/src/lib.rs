@@ -23,6 +23,8 @@ mod cones;
 mod interface;
 mod overlap;
 mod slant;
+mod slave_node;
 
-pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace, SlaveNode};
+pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace};
 pub use overlap::{COUNTED_BESIDE_CONTACT, COUNTED_OVERLAP, Overlap};
+pub use slave_node::SlaveNode;

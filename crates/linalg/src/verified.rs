@@ -1,134 +1,25 @@
 //! Solves verified by their true residual.
 
 mod cycle;
+mod report;
 mod shared;
+mod solve;
 
-use crate::csr::{largest, norm_on};
+use crate::csr::norm_on;
 use crate::operator::Operator;
 use crate::solver::Factorization;
 use cycle::Cycle;
+pub use report::{Alternative, SolveError, SolveOptions, SolveReport};
 use shared::SharedCycle;
-use thiserror::Error;
+use solve::{Found, Matrix, Solve};
 
 /// Backward error at which a stalled iteration has reached the round-off of the residual itself: a
 /// few units in the last place, since rows have a few hundred entries.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Number of iterations before the convergence is predicted, and how much faster than so far the
-/// residual is expected to fall later: GMRES becomes faster once it has found the few directions in
-/// which the factors are wrong.
-const LEAST_SEEN: usize = 3;
-const HOPE: f64 = 2.0;
-
 /// Maximum number of right-hand sides that share directions: each direction must be orthogonal to all
 /// others, so the cost grows with the square of the number.
 const SHARING: usize = 4;
-
-/// Outcome of a verified solve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolveReport {
-    /// ‖b − A x‖₂ / ‖b‖₂ of the returned solution, computed with the matrix in double precision.
-    pub relative_residual: f64,
-    /// ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞): the relative change of A and b for which x is exact.
-    pub backward_error: f64,
-    /// ‖b − A x‖₂ / ‖b‖₂ of the start: 1 if none is given.
-    pub initial_residual: f64,
-    /// Solves with the factors after the first one, or all of them if a start is given.
-    pub iterations: usize,
-}
-
-impl SolveReport {
-    /// All solves with the factors.
-    pub fn solves(&self) -> usize {
-        self.iterations + usize::from(self.initial_residual == 1.0)
-    }
-}
-
-/// Limits of a verified solve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolveOptions {
-    /// Relative residual ‖b − A x‖₂ / ‖b‖₂ to reach.
-    pub tolerance: f64,
-    /// Maximum number of solves with the factors after the first one.
-    pub max_iterations: usize,
-    /// Iterations before a restart. Each keeps two vectors for every right-hand side.
-    pub restart: usize,
-    /// Stops as soon as the rest is expected to take more iterations than this way.
-    pub alternative: Option<Alternative>,
-}
-
-/// What another way to the solution costs, such as new factors, in iterations.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Alternative {
-    /// Before it starts.
-    pub preparation: f64,
-    /// For each decimal digit of the residual.
-    pub per_digit: f64,
-}
-
-impl Alternative {
-    /// For this number of decimal digits.
-    pub fn cost(&self, digits: f64) -> f64 {
-        self.preparation + self.per_digit * digits
-    }
-
-    /// Whether it costs less than to go on, after `taken` iterations since the residual was `start`.
-    fn beats(&self, taken: usize, [start, now, wanted]: [f64; 3]) -> bool {
-        let (found, left) = ((start / now).log10().max(0.0), (now / wanted).log10());
-        taken >= LEAST_SEEN && left * taken as f64 > HOPE * found * self.cost(left)
-    }
-}
-
-impl SolveOptions {
-    /// The given tolerance, at most 100 iterations, a restart after 50, without an alternative.
-    pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, max_iterations: 100, restart: 50, alternative: None }
-    }
-}
-
-/// Why a verified solve failed.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum SolveError {
-    /// Lengths do not match. With several ranks, they refer to the unknowns of this rank.
-    #[error(
-        "the matrix has {n} unknowns, but the factors, right-hand side and solution have \
-         {factors}, {rhs} and {solution}"
-    )]
-    Dimension {
-        /// Unknowns of the matrix.
-        n: usize,
-        /// Unknowns of the factorization.
-        factors: usize,
-        /// Length of the right-hand side.
-        rhs: usize,
-        /// Length of the solution.
-        solution: usize,
-    },
-    /// The right-hand side has an entry that is NaN or infinite.
-    #[error(
-        "{} of the right-hand side is not finite; check the loads and the residual",
-        .index.map_or("an entry".into(), |index| format!("entry {index}"))
-    )]
-    NonFiniteRightHandSide {
-        /// The first such entry, on a single rank.
-        index: Option<usize>,
-    },
-    /// The factors or the matrix produced a number that is not finite.
-    #[error("the solve produced a number that is not finite; the matrix or its factors are unusable")]
-    NonFinite,
-    /// The residual stayed above the tolerance.
-    #[error(
-        "the linear solve stopped at a relative residual of {:e} after {} iterations, above the \
-         tolerance {tolerance:e}; factorize the current matrix, in double precision if it was single",
-        .report.relative_residual, .report.iterations
-    )]
-    NotConverged {
-        /// The result reached; the solution vector holds the best iterate.
-        report: SolveReport,
-        /// The required tolerance.
-        tolerance: f64,
-    },
-}
 
 /// Solves A x = b, or Aᵀ x = b if `transpose` is set, to the relative residual `tolerance`.
 ///
@@ -283,178 +174,6 @@ pub(crate) fn solve_weighted(
     solve.outcome.unwrap_or(Ok(solve.report))
 }
 
-/// A matrix with its factors, or their transposes.
-struct Matrix<'a> {
-    a: &'a dyn Operator,
-    f: &'a dyn Factorization,
-    transpose: bool,
-    /// Infinity norm of the operator.
-    norm: f64,
-}
-
-impl Matrix<'_> {
-    /// ‖v‖₂ over all ranks.
-    fn norm_of(&self, v: &[f64]) -> f64 {
-        norm_on(v, self.a.ranks())
-    }
-
-    fn precondition(&self, vectors: &mut [Vec<f64>]) {
-        match vectors {
-            [] => {}
-            [one] if self.transpose => self.f.solve_transpose(one),
-            [one] => self.f.solve(one),
-            several => {
-                let mut together = several.concat();
-                if self.transpose {
-                    self.f.solve_transpose_many(&mut together);
-                } else {
-                    self.f.solve_many(&mut together);
-                }
-                let columns = together.chunks_exact(self.a.n().max(1));
-                several.iter_mut().zip(columns).for_each(|(v, column)| v.copy_from_slice(column));
-            }
-        }
-    }
-
-    fn products(&self, vectors: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut products: Vec<Vec<f64>> = vectors.iter().map(|v| vec![0.0; v.len()]).collect();
-        if self.transpose {
-            vectors.iter().zip(&mut products).for_each(|(v, product)| self.a.mul_transpose(v, product));
-        } else {
-            self.a.mul_many(vectors, &mut products);
-        }
-        products
-    }
-}
-
-/// The solution for one right-hand side, in progress.
-struct Solve<'a> {
-    matrix: &'a Matrix<'a>,
-    rhs: &'a [f64],
-    x: &'a mut [f64],
-    /// Factors by which the equations are multiplied before they are measured.
-    weights: Option<Vec<f64>>,
-    /// Of `x`, multiplied by the weights.
-    residual: Vec<f64>,
-    report: SolveReport,
-    /// The norm of the residual to reach.
-    target: f64,
-    /// The last cycle stalled, or was given up.
-    stopped: bool,
-    /// Set when nothing is left to do.
-    outcome: Option<Result<SolveReport, SolveError>>,
-}
-
-impl<'a> Solve<'a> {
-    /// Checks the right-hand side; nothing is left to do if it is zero or unusable.
-    fn new(matrix: &'a Matrix<'a>, rhs: &'a [f64], x: &'a mut [f64]) -> Self {
-        let (n, factors) = (matrix.a.n(), matrix.f.n());
-        let report = SolveReport { relative_residual: 0.0, backward_error: 0.0, initial_residual: 1.0, iterations: 0 };
-        let outcome = if factors != n || rhs.len() != n || x.len() != n {
-            Some(Err(SolveError::Dimension { n, factors, rhs: rhs.len(), solution: x.len() }))
-        } else {
-            let ranks = matrix.a.ranks();
-            let size = norm_on(rhs, ranks);
-            if !size.is_finite() {
-                let index = rhs.iter().position(|b| !b.is_finite());
-                let anywhere = ranks.any(index.is_some());
-                // only its own rank knows the entry
-                let index = index.filter(|_| ranks.size() == 1);
-                let unusable = SolveError::NonFiniteRightHandSide { index };
-                Some(Err(if anywhere { unusable } else { SolveError::NonFinite }))
-            } else if size == 0.0 {
-                x.fill(0.0);
-                Some(Ok(SolveReport { initial_residual: 0.0, ..report }))
-            } else {
-                None
-            }
-        };
-        let residual = vec![0.0; rhs.len()];
-        Self { matrix, rhs, x, weights: None, residual, report, target: 0.0, stopped: false, outcome }
-    }
-
-    fn weigh(&self, v: &mut [f64]) {
-        if let Some(weights) = &self.weights {
-            v.iter_mut().zip(weights).for_each(|(v, w)| *v *= w);
-        }
-    }
-
-    fn unweigh(&self, v: &mut [f64]) {
-        if let Some(weights) = &self.weights {
-            v.iter_mut().zip(weights).for_each(|(v, w)| *v /= w);
-        }
-    }
-
-    /// ‖W (|A| |x| + |b|)‖₂: the size of the terms in the residual.
-    fn rounding(&self, x: &[f64]) -> f64 {
-        let mut sizes = vec![0.0; x.len()];
-        self.matrix.a.absolute_product(self.matrix.transpose, x, &mut sizes);
-        sizes.iter_mut().zip(self.rhs).for_each(|(size, b)| *size += b.abs());
-        self.weigh(&mut sizes);
-        self.matrix.norm_of(&sizes)
-    }
-
-    /// Measures the present solution.
-    fn assess(&mut self) {
-        match self.assessed(self.x, self.report.iterations) {
-            Ok((report, residual)) => (self.report, self.residual) = (report, residual),
-            Err(error) => self.outcome = Some(Err(error)),
-        }
-    }
-
-    /// Report and weighted residual of a vector.
-    fn assessed(&self, x: &[f64], iterations: usize) -> Result<(SolveReport, Vec<f64>), SolveError> {
-        let Matrix { a, transpose, norm, .. } = *self.matrix;
-        let mut residual = vec![0.0; x.len()];
-        a.residual(transpose, x, self.rhs, &mut residual);
-        let (relative_residual, backward_error) = if self.weights.is_some() {
-            let mut rhs = self.rhs.to_vec();
-            self.weigh(&mut residual);
-            self.weigh(&mut rhs);
-            let size = norm_on(&residual, a.ranks());
-            (size / norm_on(&rhs, a.ranks()), size / self.rounding(x))
-        } else {
-            let [residual_size, x_size, rhs_size] = [&residual, x, self.rhs].map(|v| a.ranks().largest(largest(v)));
-            let backward_error = residual_size / (norm * x_size + rhs_size);
-            (norm_on(&residual, a.ranks()) / norm_on(self.rhs, a.ranks()), backward_error)
-        };
-        if relative_residual.is_finite() && backward_error.is_finite() {
-            let initial_residual = self.report.initial_residual;
-            Ok((SolveReport { relative_residual, backward_error, initial_residual, iterations }, residual))
-        } else {
-            Err(SolveError::NonFinite)
-        }
-    }
-
-    /// Takes over what a cycle has found, if it is better.
-    fn take(&mut self, found: Found) -> Result<(), SolveError> {
-        if !found.finite {
-            return Err(SolveError::NonFinite);
-        }
-        let (improved, residual) = self.assessed(&found.x, self.report.iterations + found.taken)?;
-        let stalled = improved.relative_residual > 0.5 * self.report.relative_residual;
-        if improved.relative_residual < self.report.relative_residual {
-            self.x.copy_from_slice(&found.x);
-            (self.report, self.residual) = (improved, residual);
-        } else {
-            self.report.iterations = improved.iterations;
-        }
-        self.stopped = stalled || found.given_up;
-        Ok(())
-    }
-}
-
-/// What a cycle has found for one right-hand side.
-struct Found {
-    x: Vec<f64>,
-    /// Iterations.
-    taken: usize,
-    /// Ended because the residual falls too slowly.
-    given_up: bool,
-    /// Whether all numbers are finite.
-    finite: bool,
-}
-
 /// Cycles for all solves together, each until `enough`, until it stalls, or until no iteration is
 /// left.
 fn iterate(
@@ -541,23 +260,5 @@ impl<'s> Group<'s> {
             Self::Alone(cycle, solve) => vec![cycle.end(solve.x)],
             Self::Shared(cycle, _) => cycle.end(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// By hand: after four iterations that found two of seven digits, five digits are left. At twice
-    /// that pace they take five iterations, less than an alternative with a preparation of 6 or with
-    /// 1.1 per digit, but not of 4 or with 0.9. Nothing is decided before the third iteration, and
-    /// without any progress every alternative is better.
-    #[test]
-    fn an_alternative_is_compared_with_what_is_left() {
-        let course = [1.0, 1e-2, 1e-7];
-        let beats = |preparation, per_digit| Alternative { preparation, per_digit }.beats(4, course);
-        assert!(!beats(6.0, 0.0) && !beats(0.0, 1.1) && beats(4.0, 0.0) && beats(0.0, 0.9));
-        let costly = Alternative { preparation: 1e3, per_digit: 0.0 };
-        assert!(!costly.beats(2, [1.0, 1.0, 1e-7]) && costly.beats(3, [1.0, 1.0, 1e-7]));
     }
 }

@@ -30,6 +30,7 @@
 
 mod assemble;
 mod check;
+mod contact_map;
 mod defect;
 mod divide;
 mod element;
@@ -41,11 +42,13 @@ mod rigid;
 mod search;
 pub mod second_order;
 mod select;
+mod shapes;
 mod smooth;
 mod topology;
 pub mod vector;
 
 pub use assemble::{Placement, Rotation};
+pub use contact_map::ContactMap;
 pub use defect::MeshDefect;
 pub use element::{
     Element, FaceNodes, FacetCorners, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, SUB_FACETS, TET_EDGES,
@@ -63,6 +66,5 @@ pub use geometry::{
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use rigid::Rigid;
 pub use search::FacetTree;
-pub use second_order::ContactMap;
 pub use smooth::{FacetHeights, Shape, SmoothPatch, SmoothSurface, control_points, smooth_surface};
 pub use topology::NodeElements;

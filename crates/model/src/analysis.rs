@@ -1,6 +1,9 @@
 //! Forward analysis and gradient of a built problem.
 
 mod chain;
+mod check_quantity;
+mod error;
+mod forward;
 mod load_cases;
 mod pairs;
 mod repeated;
@@ -8,165 +11,17 @@ mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
 pub(crate) use chain::{PreviousData, StateData, steps_of};
+pub use error::{AnalysisError, ResponseRefused};
+pub use forward::{Forward, ForwardNotice, Gradients};
 pub use load_cases::{Designs, LoadCases};
 pub use pairs::{PairResult, pair_results};
 use repeated::Repeated;
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;
-use slipstick_design::quantity::{
-    ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
-};
 use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
-    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, StateError,
-    SweepError, SweepOptions, Timings,
+    Guide, LinearSystem, MarchObserver, MarchOptions, Path, PathGradient, PathState, SweepOptions, Timings,
 };
-
-/// A forward analysis with the objective's value.
-#[derive(Debug, Clone)]
-pub struct Forward {
-    /// Densities of all elements.
-    pub density: ElementValues,
-    /// All states.
-    pub path: Path,
-    /// For each user's step, its contribution to θ if the objective is a sum over steps, otherwise
-    /// 0.
-    pub step_values: Vec<f64>,
-    /// θ.
-    pub value: f64,
-    /// The values of the objective's [parts](Response::parts), of which θ is the largest; only θ if
-    /// it has no parts; empty without an objective.
-    pub parts: Vec<f64>,
-    /// The values of the constraints' responses.
-    pub constraints: Vec<f64>,
-    /// For each of them, the value with the extremes for which smooth quantities stand; `None` if
-    /// there is none.
-    pub extremes: Vec<Option<f64>>,
-    /// The values of the quantities of the objective's parts, then of the constraints: for each
-    /// response, a row for each term, with a column for each user's step.
-    pub quantities: Vec<Vec<Vec<f64>>>,
-    /// A likely mistake in the case.
-    pub notice: Option<ForwardNotice>,
-    /// Set if θ at the end of a complete path is only round-off.
-    pub rounding: Option<Rounding>,
-}
-
-/// Derivatives of the objective.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Gradients {
-    /// dθ/dφ of every element, zero outside the design.
-    pub density: ElementValues,
-    /// dθ/dp of every other parameter of the model, except coefficients of friction that are 0.
-    /// Contact stiffnesses that are multiples of the bodies' own stiffness at the start design vary
-    /// with the moduli.
-    pub parameters: Vec<(Parameter, f64)>,
-}
-
-/// A likely mistake in the case that only a complete path reveals.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ForwardNotice {
-    /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or only
-    /// round-off.
-    #[error("contact never closed on the path: contact forces and their derivatives are 0, or round-off")]
-    ContactNeverCloses,
-    /// No slave node is in contact at the steps that the objective observes.
-    #[error("contact is open at every step that the objective observes: its value and gradient are 0, or round-off")]
-    ContactOpenWhereObserved,
-    /// Contact closes in some load cases, but never in these.
-    #[error("contact never closes in {}: it adds nothing to contact forces and their derivatives", in_words(.0))]
-    ContactNeverClosesIn(Vec<String>),
-}
-
-impl ForwardNotice {
-    /// Its name for programs.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::ContactNeverCloses => "contact_never_closes",
-            Self::ContactOpenWhereObserved => "contact_open_where_observed",
-            Self::ContactNeverClosesIn(_) => "contact_never_closes_in_load_case",
-        }
-    }
-}
-
-impl serde::Serialize for ForwardNotice {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.code())
-    }
-}
-
-/// The load cases that a message names.
-fn in_words(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    format!("load {} {}", if names.len() == 1 { "case" } else { "cases" }, quoted.join(", "))
-}
-
-/// Why an analysis failed.
-#[derive(Debug, thiserror::Error)]
-pub enum AnalysisError {
-    /// The march failed beyond retry.
-    #[error(transparent)]
-    March(#[from] Box<MarchFailure>),
-    /// The adjoint failed.
-    #[error(transparent)]
-    Sweep(#[from] SweepError),
-    /// A converged state could not be evaluated.
-    #[error(transparent)]
-    State(#[from] StateError),
-    /// A quantity of the objective or of a constraint has no finite value.
-    #[error(
-        "the quantity `{name}` has no finite value at load step {step}; a gap has none where no part of the slave \
-         surface faces the master: choose other load steps, or a larger `search_radius`"
-    )]
-    Infinite {
-        /// Its name.
-        name: String,
-        /// Load step, counted through all load cases.
-        step: usize,
-    },
-    /// The analysis of an eroded or a dilated design failed.
-    #[error("{design} design: {source}")]
-    Realisation {
-        /// Which one.
-        design: &'static str,
-        /// Why.
-        source: Box<AnalysisError>,
-    },
-    /// The path was cancelled before its end.
-    #[error("the path ends after {steps} of {all} load steps: the objective has no gradient there")]
-    Unfinished {
-        /// Steps that are complete.
-        steps: usize,
-        /// Steps of the load path.
-        all: usize,
-    },
-}
-
-impl AnalysisError {
-    /// The failed march, if a march failed.
-    pub fn march(&self) -> Option<&MarchFailure> {
-        match self {
-            Self::March(failure) => Some(failure),
-            Self::Realisation { source, .. } => source.march(),
-            _ => None,
-        }
-    }
-}
-
-/// Why a response is rejected.
-#[derive(Debug, thiserror::Error)]
-pub enum ResponseRefused {
-    /// Its derivative is not the derivative of its value.
-    #[error(transparent)]
-    Derivative(#[from] WrongDerivative),
-    /// It observes no step of the load path: it would always be zero.
-    #[error("response `{name}` observes none of the {steps} load steps; give each of its terms at least one of them")]
-    NoSteps {
-        /// The response's name.
-        name: String,
-        /// Steps of the load path.
-        steps: usize,
-    },
-}
 
 /// A model with load steps, objective and solver: everything that a density determines.
 pub struct Analysis {
@@ -302,81 +157,6 @@ impl Analysis {
     fn responses(&self) -> Vec<Response> {
         let constraints = self.constraints.iter().map(|constraint| constraint.response.clone());
         self.objective.iter().flat_map(Response::parts).chain(constraints).collect()
-    }
-
-    /// Compares a quantity's derivatives with differences of its values, at every load step: at
-    /// small random displacements of all nodes, the internal forces of the bodies there (density as
-    /// set), and made-up contact and reactions.
-    ///
-    /// # Errors
-    /// The first wrong derivative.
-    pub fn check_quantity(&self, quantity: &dyn Quantity) -> Result<(), WrongDerivative> {
-        let (displacement, internal_force) = self.some_state();
-        let steps = self.times.len();
-        // of a load case
-        let each = (steps / self.cases.count()).max(1);
-        let model = self.model();
-        let n = displacement.len();
-        let reads = quantity.reads();
-        // spread by the golden ratio, so that no two entries are alike
-        let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() + 0.5;
-        let contact = if reads.contact { some_contact(model, spread) } else { Vec::new() };
-        let reaction = |i: usize| if model.prescribed().fixed()[i] { spread(i) - 1.0 } else { 0.0 };
-        let reaction: Vec<f64> = if reads.reaction { (0..n).map(reaction).collect() } else { Vec::new() };
-        let elements = model.solid().elements();
-        let points = STRESS_POINTS * if reads.stress { elements } else { 0 };
-        let stress: Vec<f64> = (0..points).map(spread).collect();
-        let energy_like = || (0..elements).map(spread).collect();
-        let energy: Vec<f64> = if reads.energy { energy_like() } else { Vec::new() };
-        let plastic_work: Vec<f64> = if reads.plastic_work { energy_like() } else { Vec::new() };
-        let points = STRESS_POINTS * if reads.plastic_strain { elements } else { 0 };
-        let plastic_strain: Vec<f64> = (0..points).map(|i| 0.1 * spread(i)).collect();
-        let before: Vec<f64> = displacement.iter().enumerate().map(|(i, d)| spread(3 * i) * d).collect();
-        let loads: Vec<f64> = (0..n).map(|i| spread(5 * i) - 1.0).collect();
-        let supports: Vec<f64> = reaction.iter().map(|force| 0.5 * force).collect();
-        let previous = PreviousView { displacement: &before, external_force: &loads, reaction: &supports };
-        let previous = if reads.previous { previous } else { PreviousView::default() };
-        for (step, &time) in (1..=steps).zip(&self.times) {
-            let mut external_force = vec![0.0; n];
-            model.external_force(&displacement, time, &mut external_force);
-            let state = StateView {
-                step: (step - 1) % each + 1,
-                steps: each,
-                time,
-                displacement: &displacement,
-                internal_force: &internal_force,
-                external_force: &external_force,
-                reaction: &reaction,
-                contact: &contact,
-                density: self.design.density(),
-                energy: &energy,
-                stress: &stress,
-                plastic_work: &plastic_work,
-                plastic_strain: &plastic_strain,
-                previous,
-            };
-            check_derivatives(quantity, &state)?;
-        }
-        Ok(())
-    }
-
-    /// Displacements of all nodes that are small compared to the elements, and the internal forces
-    /// there.
-    fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
-        let n = self.model().prescribed().fixed().len();
-        let size = self.model().smallest_element().cbrt();
-        let mut force = vec![0.0; n];
-        let mut amplitude = 1e-2 * size;
-        loop {
-            // spread by the golden ratio, so that no two entries are alike
-            let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
-            let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
-            // at rest no element is inverted, so this loop ends
-            if self.design.internal_force(&displacement, &[], &mut force).is_ok() {
-                return (displacement, force);
-            }
-            amplitude *= 0.1;
-        }
     }
 
     /// Marches the whole path with the given element densities and evaluates the objective.
@@ -580,23 +360,4 @@ impl Analysis {
 /// Index of the largest value; 0 without values.
 fn largest(values: &[f64]) -> usize {
     (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
-}
-
-/// Slave nodes with invented data of arbitrary size, for the check of a quantity's derivatives.
-fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<ContactNode> {
-    let pairs = model.interfaces().iter().enumerate();
-    let nodes =
-        pairs.flat_map(|(pair, model)| model.interface.slave_nodes().iter().map(move |slave| (pair, slave.node)));
-    let of = |(j, (pair, node)): (usize, (usize, u32))| ContactNode {
-        node,
-        pair: pair as u32,
-        status: 2,
-        multiplier: [spread(7 * j), spread(7 * j + 1) - 1.0, spread(7 * j + 2) - 1.0],
-        vector: [spread(7 * j + 3) - 1.0, spread(7 * j + 4), spread(7 * j + 5) - 1.0],
-        gap: 0.1 * spread(7 * j + 6),
-        slip: [spread(5 * j) - 1.0, spread(5 * j + 1) - 1.0],
-        area: 0.8 * spread(5 * j + 2),
-        reference_area: 1.0,
-    };
-    nodes.enumerate().map(of).collect()
 }

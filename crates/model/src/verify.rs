@@ -15,14 +15,25 @@
 //!   estimate the round-off from high-order differences of θ and from a tolerance ten times as
 //!   large.
 
+mod directions;
+mod function;
+mod kinks;
+mod options;
+mod round_off;
 mod stencil;
 mod verdict;
 
-use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice, Rounding};
+use crate::analysis::{Analysis, Forward, ForwardNotice};
+use directions::Varied;
+pub use function::VerifyError;
+use function::{Function, set_tolerance};
+use kinks::{changes, same_steps};
+pub use options::VerifyOptions;
+use round_off::round_off;
 use serde::Serialize;
 use slipstick_design::{DensityMap, ElementValues, VariableValues};
-use slipstick_path::{Guide, MarchObserver, StepFailureKind, SweepError, Tolerance, Tolerances};
-use stencil::{Stencil, inwards};
+use slipstick_path::{Guide, MarchObserver};
+use stencil::Stencil;
 use verdict::verdict;
 
 pub use verdict::{Quotient, Verdict};
@@ -33,35 +44,6 @@ const FAR_APART: f64 = 10.0;
 
 /// One-sided quotients that differ by less than this, relative to the derivative, count as equal.
 const ROUNDING_APART: f64 = 1e-6;
-
-/// Safety factor on the round-off estimated from a few samples.
-const SAMPLES_SHORT: f64 = 4.0;
-
-/// Largest distance in density between the samples of round-off.
-const LARGEST_SPACING: f64 = 1e-5;
-
-/// Options of the comparison.
-#[derive(Debug, Clone, PartialEq)]
-pub struct VerifyOptions {
-    /// Number of random directions over all designed elements.
-    pub directions: usize,
-    /// Number of single elements, spread over the design.
-    pub elements: usize,
-    /// Largest step in density; smaller ones are obtained by halving it.
-    pub step: f64,
-    /// How many times the step is halved.
-    pub halvings: u32,
-    /// Relative tolerance of the forward analyses.
-    pub forward_tolerance: f64,
-    /// Relative error up to which a direction is [`Verdict::Right`].
-    pub tolerance: f64,
-}
-
-impl Default for VerifyOptions {
-    fn default() -> Self {
-        Self { directions: 2, elements: 3, step: 1e-3, halvings: 4, forward_tolerance: 1e-11, tolerance: 1e-5 }
-    }
-}
 
 /// All quotients along one direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -105,20 +87,6 @@ impl GradientCheck {
     }
 }
 
-/// Why there is no comparison.
-#[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
-    /// An analysis failed.
-    #[error(transparent)]
-    Analysis(#[from] AnalysisError),
-    /// The objective is only round-off, and so are its differences.
-    #[error("{0}")]
-    Rounding(Rounding),
-    /// Interrupted; differences of incomplete paths have no meaning.
-    #[error("interrupted")]
-    Interrupted,
-}
-
 /// Compares adjoint and differences at `density`; `designed` are the elements that may vary.
 ///
 /// The forward tolerances are tightened for the comparison and then restored, and so is the guide.
@@ -155,34 +123,6 @@ pub fn verify_variables(
     verify(&mut Function { analysis, map: Some(map) }, &at, varied, options, observer)
 }
 
-/// θ as a function of one number per element: its density or, with a map, the variable of which it is
-/// the first element.
-struct Function<'a> {
-    analysis: &'a mut Analysis,
-    map: Option<&'a DensityMap>,
-}
-
-impl Function<'_> {
-    /// Computes the whole path at these numbers.
-    fn forward(&mut self, at: &ElementValues, observer: &mut dyn MarchObserver) -> Result<Forward, VerifyError> {
-        let mapped = self.map.map(|map| map.densities(&map.variables().at_first(at)));
-        let forward = self.analysis.forward(mapped.as_ref().unwrap_or(at), observer)?;
-        if forward.path.steps < self.analysis.times.len() { Err(VerifyError::Interrupted) } else { Ok(forward) }
-    }
-
-    /// The gradient with respect to these numbers.
-    fn gradient(&mut self, forward: &Forward, at: &ElementValues) -> Result<ElementValues, VerifyError> {
-        let gradient = self.analysis.gradient(forward).map_err(|error| match error {
-            AnalysisError::Sweep(SweepError { kind: StepFailureKind::Interrupted, .. }) => VerifyError::Interrupted,
-            error => error.into(),
-        })?;
-        Ok(match self.map {
-            Some(map) => map.variables().spread(&map.pull_back(&map.variables().at_first(at), &gradient)),
-            None => gradient,
-        })
-    }
-}
-
 fn verify(
     function: &mut Function<'_>,
     density: &ElementValues,
@@ -201,13 +141,6 @@ fn verify(
     analysis.set_uzawa(saved.1);
     analysis.guide = saved.2;
     result
-}
-
-fn set_tolerance(analysis: &mut Analysis, tolerance: f64) {
-    let bound = Tolerance::Relative(tolerance);
-    analysis.march.newton.tolerances =
-        Tolerances { residual: bound, displacement: bound, contact: bound, multiplier: bound };
-    analysis.set_uzawa_tolerance(tolerance);
 }
 
 fn compare(
@@ -236,159 +169,6 @@ fn compare(
     let tells = |d: &&DirectionCheck| matches!(d.verdict, Verdict::Right | Verdict::Off);
     let worst = directions.iter().filter(tells).filter_map(|d| d.best).reduce(f64::max);
     Ok(GradientCheck { objective: base.value, round_off, notice: base.notice, gradient_norm, directions, worst })
-}
-
-/// Estimates the error of θ due to round-off and the tolerance of the iterations.
-///
-/// Neither |θ| nor the tolerance predicts this error: a stiff body next to a soft one, or
-/// coordinates that are large compared to the body, cost many digits. The error is therefore
-/// measured.
-fn round_off(
-    function: &mut Function<'_>,
-    density: &ElementValues,
-    free: &[u32],
-    base: &Forward,
-    options: &VerifyOptions,
-    observer: &mut dyn MarchObserver,
-) -> Result<f64, VerifyError> {
-    set_tolerance(function.analysis, 10.0 * options.forward_tolerance);
-    let loose = function.forward(density, observer);
-    set_tolerance(function.analysis, options.forward_tolerance);
-    let loose = loose?;
-    // A path with different steps is a different function and gives no information.
-    let by_tolerance = if same_steps(base, &loose) { (loose.value - base.value).abs() } else { 0.0 };
-    // from here on, the path at φ provides the initial guesses
-    function.analysis.guide = Some(Guide::of(&base.path, function.analysis.linear.ranks()).holding_steps());
-    let spacing = (options.step * 0.5f64.powi(options.halvings as i32)).min(LARGEST_SPACING);
-    let (mut by_digits, smooth) = noise(function, density, free, base, spacing, observer)?;
-    if !smooth {
-        // The contribution of a kink decreases with the spacing, that of round-off does not.
-        by_digits = by_digits.min(noise(function, density, free, base, 0.01 * spacing, observer)?.0);
-    }
-    let by_digits = if by_digits.is_finite() { by_digits } else { 0.0 };
-    let least = f64::EPSILON * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
-    Ok(SAMPLES_SHORT * by_digits.max(by_tolerance).max(least))
-}
-
-/// Standard deviation of θ's round-off from its third and fourth differences at nine equally spaced
-/// densities, in which the smooth part of θ cancels; infinite if the paths there have different
-/// steps. Also returns whether all paths have the same statuses.
-///
-/// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011)
-/// 1292–1314, (3.4).
-fn noise(
-    function: &mut Function<'_>,
-    density: &ElementValues,
-    free: &[u32],
-    base: &Forward,
-    spacing: f64,
-    observer: &mut dyn MarchObserver,
-) -> Result<(f64, bool), VerifyError> {
-    let mut values = [base.value; 9];
-    let (mut smooth, mut same) = (true, true);
-    let along: Vec<f64> = (0..free.len()).map(|k| if k % 2 == 0 { spacing } else { -0.7 * spacing }).collect();
-    // on both sides of the density, or inwards from it if there is no room
-    let room = free.iter().zip(&along).all(|(&e, along)| {
-        let reach = 4.0 * along.abs();
-        (reach..=1.0 - reach).contains(&density[e as usize])
-    });
-    let (along, first) = if room {
-        (along, -4i32)
-    } else {
-        let turned = |(&e, along): (&u32, f64)| inwards(density[e as usize], 8.0 * along.abs()) * along.abs();
-        (free.iter().zip(along).map(turned).collect(), 0)
-    };
-    for (value, place) in values.iter_mut().zip(first..).filter(|(_, place)| *place != 0) {
-        let mut moved = density.clone();
-        for (&e, along) in free.iter().zip(&along) {
-            moved[e as usize] = (moved[e as usize] + f64::from(place) * along).clamp(0.0, 1.0);
-        }
-        let at = function.forward(&moved, observer)?;
-        same &= same_steps(base, &at);
-        smooth &= same && changes(base, [&at, &at], function.analysis).is_empty();
-        *value = at.value;
-    }
-    if !same {
-        return Ok((f64::INFINITY, false));
-    }
-    let third: Vec<f64> = values.windows(4).map(|v| (v[3] - v[0]) - 3.0 * (v[2] - v[1])).collect();
-    let fourth: Vec<f64> = third.windows(2).map(|v| v[1] - v[0]).collect();
-    // variances of differences of independent numbers: sums of squared binomial coefficients,
-    // C(6, 3) and C(8, 4)
-    let deviation = |differences: &[f64], variance: f64| {
-        (differences.iter().map(|x| x * x).sum::<f64>() / (differences.len() as f64 * variance)).sqrt()
-    };
-    Ok((deviation(&third, 20.0).max(deviation(&fourth, 70.0)), smooth))
-}
-
-/// The elements that may vary: those inside (0, 1) in both directions, those at a bound only
-/// inwards.
-struct Varied {
-    within: Vec<u32>,
-    at_bounds: Vec<u32>,
-}
-
-impl Varied {
-    fn of(designed: &[u32], density: &ElementValues, step: f64) -> Self {
-        let phi = |e: &u32| density[*e as usize];
-        let (within, others): (Vec<u32>, Vec<u32>) =
-            designed.iter().partition(|e| (step..=1.0 - step).contains(&phi(e)));
-        let has_room = |e: &u32| (0.0..=1.0).contains(&(phi(e) + 2.0 * step * inwards(phi(e), 2.0 * step)));
-        Self { within, at_bounds: others.into_iter().filter(has_room).collect() }
-    }
-
-    /// All of them, ascending.
-    fn all(&self) -> Vec<u32> {
-        let mut all = [&self.within[..], &self.at_bounds].concat();
-        all.sort_unstable();
-        all
-    }
-
-    /// Random directions over the elements within the bounds, others over those at a bound, and
-    /// single elements, preferably within the bounds.
-    fn directions(&self, density: &ElementValues, options: &VerifyOptions) -> Vec<(String, Vec<f64>, Stencil)> {
-        let step = options.step;
-        let inwards = |e: u32| inwards(density[e as usize], 2.0 * step);
-        let mut all = Vec::new();
-        for k in (0..options.directions).filter(|_| !self.within.is_empty()) {
-            let mut direction = vec![0.0; density.len()];
-            for (&e, v) in self.within.iter().zip(random(k)) {
-                direction[e as usize] = v;
-            }
-            all.push((format!("random direction {}", k + 1), direction, Stencil::Central));
-        }
-        for k in (0..options.directions).filter(|_| !self.at_bounds.is_empty()) {
-            let mut direction = vec![0.0; density.len()];
-            for (&e, v) in self.at_bounds.iter().zip(random(k)) {
-                direction[e as usize] = v.abs() * inwards(e);
-            }
-            all.push((format!("random direction {} off the bounds", k + 1), direction, Stencil::OneSided));
-        }
-        // at 0 the stiffness has zero slope, so such an element gives no information
-        let single = if self.within.is_empty() { &self.at_bounds } else { &self.within };
-        let stencil = if self.within.is_empty() { Stencil::OneSided } else { Stencil::Central };
-        let count = options.elements.min(single.len());
-        for k in 0..count {
-            let e = single[(2 * k + 1) * single.len() / (2 * count)];
-            let mut direction = vec![0.0; density.len()];
-            direction[e as usize] = if stencil == Stencil::OneSided { inwards(e) } else { 1.0 };
-            all.push((format!("element {e}"), direction, stencil));
-        }
-        all
-    }
-}
-
-/// A fixed sequence of signs and magnitudes in [−1, 1] (SplitMix64), so that a report is
-/// reproducible.
-fn random(number: usize) -> impl Iterator<Item = f64> {
-    let mut state = 0x9E37_79B9_7F4A_7C15u64.wrapping_mul(number as u64 + 1);
-    std::iter::from_fn(move || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        Some((z ^ (z >> 31)) as f64 / u64::MAX as f64 * 2.0 - 1.0)
-    })
 }
 
 /// The state at φ that all directions share.
@@ -493,36 +273,4 @@ fn along(
     let verdict = verdict(&quotients, best, options.tolerance);
     let one_sided = stencil == Stencil::OneSided;
     Ok(DirectionCheck { name, adjoint, one_sided, quotients, best, verdict })
-}
-
-/// Whether both paths have the same steps and sub-steps.
-fn same_steps(a: &Forward, b: &Forward) -> bool {
-    a.path.states.len() == b.path.states.len()
-        && a.path.states.iter().zip(&b.path.states).all(|(p, q)| p.time == q.time)
-}
-
-/// Slave nodes whose status differs in another path with the same steps, and nodes of elements with a
-/// point that flows in only one of the paths, as (user step, global node).
-fn changes(base: &Forward, others: [&Forward; 2], analysis: &Analysis) -> Vec<(usize, u32)> {
-    let model = analysis.model();
-    let slaves = model.slave_nodes();
-    let mut all = Vec::new();
-    for other in others {
-        let mut step = 1;
-        let both: Vec<_> = base.path.states.iter().zip(&other.path.states).collect();
-        for pair in both.windows(2) {
-            let [before, now] = [pair[0], pair[1]].map(|(p, q)| [p, q].map(|at| model.solid_history(&at.state)));
-            if model.has_memory() && !pair[1].0.rest {
-                let flow = [0, 1].map(|path| model.solid().flowing(before[path], now[path]));
-                all.extend(flow[0].symmetric_difference(&flow[1]).map(|(_, node)| (step, *node)));
-            }
-            let (p, q) = pair[1];
-            let nodes = p.active_set.iter().zip(&q.active_set).zip(&slaves);
-            all.extend(nodes.filter(|((s, t), _)| s != t).map(|(_, &node)| (step, node)));
-            step += usize::from(p.completes.is_some());
-        }
-    }
-    all.sort_unstable();
-    all.dedup();
-    all
 }

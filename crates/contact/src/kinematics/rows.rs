@@ -4,7 +4,7 @@
 use super::cone::{Projection, WIDENING};
 use super::coupling::FacetCoupling;
 use super::frame::{NodalFrame, RingCorner, averaged_normal, nodal_frame, normalisation_slope, within};
-use crate::interface::SlaveNode;
+use crate::slave_node::SlaveNode;
 use nalgebra::{Vector2, Vector3};
 
 /// Mortar row and frame of one slave node at given positions, with gradients if requested.

@@ -1,6 +1,7 @@
 //! Iterations of one right-hand side: flexible GMRES.
 
-use super::{Found, Solve, SolveOptions};
+use super::report::SolveOptions;
+use super::solve::{Found, Solve};
 use crate::csr::norm_on;
 use crate::vectors::{dots, subtract};
 use slipstick_ranks::Ranks;

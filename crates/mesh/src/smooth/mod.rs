@@ -12,11 +12,16 @@
 //!   Comput. Aided Geom. Des. 22 (2005), 327–347). A node of a flat region has the normal of that
 //!   region, so that a fillet ends where it should.
 
+mod control_points;
+mod facets;
 mod shape;
 
+pub use control_points::control_points;
 pub use shape::Shape;
 
-use crate::{FacetNodes, facet_area};
+use crate::FacetNodes;
+use control_points::bulges;
+use facets::{Bend, FLAT, Facets, edges, normal};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -43,9 +48,6 @@ pub struct SmoothSurface {
     /// The curved patches, by their first facet.
     pub patches: Vec<SmoothPatch>,
 }
-
-/// Facets whose normals differ by less than this angle lie in one plane. \[rad\]
-const FLAT: f64 = 1e-4;
 
 /// Nodes are on a shape if they are not farther from it than this fraction of the largest distance
 /// of a facet from it.
@@ -105,106 +107,7 @@ pub fn smooth_surface(
     out
 }
 
-/// An edge between two facets, and the angle between their normals \[rad\]; an edge in a symmetry
-/// plane lies between a facet and its own mirror image.
-struct Bend {
-    facets: [u32; 2],
-    angle: f64,
-}
-
-struct Facets<'a> {
-    facets: &'a [FacetNodes],
-    nodes: &'a [[f64; 3]],
-    normals: Vec<Vector3<f64>>,
-    bends: BTreeMap<[u32; 2], Bend>,
-    feature_angle: f64,
-    mirrored: &'a dyn Fn(u32) -> [bool; 3],
-}
-
-/// Unit normal of a facet at its centre; zero for a collapsed facet.
-fn normal(facet: &FacetNodes, nodes: &[[f64; 3]]) -> Vector3<f64> {
-    let at = |i: usize| Vector3::from(nodes[facet[i] as usize]);
-    let cross = match facet.len() {
-        3 => (at(1) - at(0)).cross(&(at(2) - at(0))),
-        _ => (at(2) - at(0)).cross(&(at(3) - at(1))),
-    };
-    cross.try_normalize(0.0).unwrap_or_default()
-}
-
-fn edges(facet: &FacetNodes) -> impl Iterator<Item = [u32; 2]> + '_ {
-    (0..facet.len()).map(|i| {
-        let (a, b) = (facet[i], facet[(i + 1) % facet.len()]);
-        [a.min(b), a.max(b)]
-    })
-}
-
-fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
-    a.cross(b).norm().atan2(a.dot(b))
-}
-
-impl<'a> Facets<'a> {
-    fn new(
-        facets: &'a [FacetNodes],
-        nodes: &'a [[f64; 3]],
-        feature_angle: f64,
-        mirrored: &'a dyn Fn(u32) -> [bool; 3],
-    ) -> Self {
-        let normals: Vec<_> = facets.iter().map(|facet| normal(facet, nodes)).collect();
-        let mut around: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
-        for (number, facet) in facets.iter().enumerate() {
-            edges(facet).for_each(|edge| around.entry(edge).or_default().push(number as u32));
-        }
-        let bend = |(edge, around): ([u32; 2], Vec<u32>)| match around[..] {
-            [f, g] => Some((edge, Bend { facets: [f, g], angle: angle(&normals[f as usize], &normals[g as usize]) })),
-            [f] => {
-                let [a, b] = edge.map(mirrored);
-                let axis = (0..3).find(|&c| a[c] && b[c])?;
-                let angle = 2.0 * normals[f as usize][axis].abs().min(1.0).asin();
-                Some((edge, Bend { facets: [f, f], angle }))
-            }
-            _ => None,
-        };
-        let bends = around.into_iter().filter_map(bend).collect();
-        Self { facets, nodes, normals, bends, feature_angle, mirrored }
-    }
-
-    fn position(&self, node: u32) -> Vector3<f64> {
-        Vector3::from(self.nodes[node as usize])
-    }
-
-    /// The facets of a set that edges of a kind connect.
-    fn components(&self, of: &BTreeSet<u32>, connects: impl Fn(&Bend) -> bool) -> Vec<BTreeSet<u32>> {
-        let mut left = of.clone();
-        let mut out = Vec::new();
-        while let Some(first) = left.pop_first() {
-            let mut component = BTreeSet::from([first]);
-            let mut queue = vec![first];
-            while let Some(facet) = queue.pop() {
-                for bend in edges(&self.facets[facet as usize]).filter_map(|edge| self.bends.get(&edge)) {
-                    let next = bend.facets[usize::from(bend.facets[0] == facet)];
-                    if connects(bend) && left.remove(&next) {
-                        component.insert(next);
-                        queue.push(next);
-                    }
-                }
-            }
-            out.push(component);
-        }
-        out
-    }
-
-    /// The facets in flat regions. A strip of coplanar facets, as along a cylinder, does not count:
-    /// in a flat region, at least one facet has three neighbours in its plane.
-    fn flat(&self, patch: &BTreeSet<u32>) -> BTreeSet<u32> {
-        let coplanar = |bend: &Bend| bend.angle <= FLAT;
-        let inner = |facet: &u32| {
-            let bends = edges(&self.facets[*facet as usize]).filter_map(|edge| self.bends.get(&edge));
-            bends.filter(|bend| coplanar(bend)).count() >= 3
-        };
-        let planes = self.components(patch, coplanar);
-        planes.into_iter().filter(|plane| plane.iter().any(inner)).flatten().collect()
-    }
-
+impl Facets<'_> {
     /// Adds the heights of a patch whose nodes lie on a shape; `false` if there is none, or it is
     /// flat.
     fn add_shape(&self, patch: &BTreeSet<u32>, points: &[[f64; 3]], out: &mut SmoothSurface) -> bool {
@@ -322,11 +225,6 @@ impl<'a> Facets<'a> {
         self.add(patch, None, points, height, out);
     }
 
-    /// Size of a facet: the square root of its area. \[L\]
-    fn size(&self, facet: u32) -> f64 {
-        facet_area(&self.facets[facet as usize].corners(self.nodes)).sqrt()
-    }
-
     /// Adds the heights at the control points of the facets of a patch, and the patch if one is not
     /// round-off; adds nothing, and returns false, if there is no height at a point. `height` gets
     /// the facet, the point on it and the shape functions there.
@@ -361,36 +259,6 @@ impl<'a> Facets<'a> {
             out.patches.push(SmoothPatch { shape, facets, sagitta });
         }
         true
-    }
-}
-
-/// The four shape functions at the control points of a facet with three or four corners: the points of
-/// a lattice with five on each edge, row by row from the first edge.
-pub fn control_points(corners: usize) -> Vec<[f64; 4]> {
-    let point = |i: usize, j: usize| {
-        let (x, y) = (0.25 * i as f64, 0.25 * j as f64);
-        match corners {
-            3 => [1.0 - x - y, x, y, 0.0],
-            _ => [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y],
-        }
-    };
-    let last = |j: usize| if corners == 3 { 4 - j } else { 4 };
-    (0..5).flat_map(|j| (0..=last(j)).map(move |i| point(i, j))).collect()
-}
-
-/// How far a point of a facet follows the middles of the edges, as the quadratic or biquadratic
-/// interpolation that vanishes at the corners; the centre of a quadrilateral follows them as that of
-/// a Coons patch, with half their sum.
-fn bulges(shape: &[f64]) -> [f64; 4] {
-    match *shape {
-        [a, b, c] => [4.0 * a * b, 4.0 * b * c, 4.0 * c * a, 0.0],
-        [_, b, c, d] => {
-            let of = |x: f64| [(1.0 - x) * (1.0 - 2.0 * x), 4.0 * x * (1.0 - x), x * (2.0 * x - 1.0)];
-            let (x, y) = (of(b + c), of(c + d));
-            let centre = 0.5 * x[1] * y[1];
-            [x[1] * y[0] + centre, x[2] * y[1] + centre, x[1] * y[2] + centre, x[0] * y[1] + centre]
-        }
-        _ => [0.0; 4],
     }
 }
 

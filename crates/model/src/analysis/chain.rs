@@ -8,7 +8,7 @@ use slipstick_design::response::Response;
 use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
-use super::AnalysisError;
+use super::error::AnalysisError;
 use crate::model::{ContactModel, ContactResults, Design};
 
 /// The data of a state that quantities can read.

@@ -1,6 +1,7 @@
 //! Objectives that are only round-off.
 
-use super::{Analysis, ForwardNotice, in_words};
+use super::Analysis;
+use super::forward::{ForwardNotice, in_words};
 use crate::words::quantity;
 use slipstick_design::quantity::Dimension;
 use std::fmt;
