@@ -96,7 +96,9 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         false => None,
     };
     match (&args.case, part) {
-        (Some(folder), Some(part)) => part::write(context, args, &directory, &resolved.case, part, folder, measures),
+        (Some(folder), Some(part)) => {
+            part::write(context, args, &directory, &resolved.case, (&mesh, &density), part, folder, measures)
+        }
         _ => Ok(()),
     }
 }

@@ -214,6 +214,17 @@ fn go_through_all_commands(mesh: &str, least: usize) {
     let result = place.good("export run --json").event("result");
     let triangles = result["triangles"].as_u64().expect("a number");
     assert!(triangles > 100 && result["crossings"] == 0, "{result}");
+    // only linear tetrahedra are too stiff; quadratic ones are a key away
+    let said = place.good("export run --case part --threshold 0.3").err;
+    let expected = "`slab` of the design consists of linear tetrahedra, which are too stiff in bending";
+    assert_eq!(said.contains(expected), mesh == "gmsh_tetrahedra.msh", "{said}");
+    if mesh == "gmsh_tetrahedra.msh" {
+        assert!(
+            said.contains("`slipstick solve run/case.toml --design run/design.csv --set 'body[0].order=2'`"),
+            "{said}"
+        );
+        place.good("solve run/case.toml --design run/design.csv --set body[0].order=2 --out quadratic");
+    }
     // a heading of 84 bytes, and 50 for each triangle
     assert_eq!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len(), 84 + 50 * triangles);
 }

@@ -40,6 +40,7 @@ mod extract;
 mod files;
 mod lattice;
 mod measure;
+mod restore;
 mod smooth;
 mod surface;
 #[cfg(test)]

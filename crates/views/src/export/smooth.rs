@@ -3,6 +3,7 @@
 //!
 //! Method: G. Taubin, A signal processing approach to fair surface design, SIGGRAPH 1995.
 
+use super::restore::restore;
 use super::surface::TriangleSurface;
 use crate::crossings::{Near, cross};
 use crate::vector::{dot, unit};
@@ -37,6 +38,7 @@ pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules) -> TriangleS
         if rules.keep_outer { kept(&surface) } else { (all(&surface), vec![Vec::new(); surface.points.len()]) };
     loop {
         surface.points = moved(&before, &neighbours, &walls, rules.passes);
+        restore(&mut surface, &before, &neighbours, &walls, rules.keep_outer);
         // An outer triangle that is flipped would overlap others, so its points are reset. Each
         // pass of this loop fixes more points, so it ends.
         let over = turned_over(&surface, &before, rules);
@@ -104,14 +106,19 @@ fn moved(before: &[[f64; 3]], neighbours: &[Vec<u32>], walls: &[Vec<Wall>], pass
                 let pull: f64 = around.iter().map(|&m| points[m as usize][c] - points[n][c]).sum();
                 next[n][c] = points[n][c] + step * pull / around.len() as f64;
             }
-            for (normal, level) in &walls[n] {
-                let beyond = (dot(next[n], *normal) - level).max(0.0);
-                (0..3).for_each(|c| next[n][c] -= beyond * normal[c]);
-            }
+            stop(&mut next[n], &walls[n]);
         }
         std::mem::swap(&mut points, &mut next);
     }
     points
+}
+
+/// Moves a point back from beyond the plane faces beside it.
+pub(super) fn stop(point: &mut [f64; 3], walls: &[Wall]) {
+    for (normal, level) in walls {
+        let beyond = (dot(*point, *normal) - level).max(0.0);
+        (0..3).for_each(|c| point[c] -= beyond * normal[c]);
+    }
 }
 
 /// Points of outer triangles whose orientation has flipped.
@@ -139,7 +146,7 @@ fn all(surface: &TriangleSurface) -> Vec<Vec<u32>> {
 
 /// A plane outer face that interior points must not cross: its outward normal, and the product of
 /// the normal with its points. \[L\]
-type Wall = ([f64; 3], f64);
+pub(super) type Wall = ([f64; 3], f64);
 
 /// The neighbours that each point follows if outer faces are kept: all neighbours for points inside
 /// the body and within plane faces, the two adjacent points for points on the rim of the material

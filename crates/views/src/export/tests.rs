@@ -379,3 +379,47 @@ fn edges_are_no_thin_members() {
     assert!((wedge(40.0) - 6.0).abs() < 1e-9, "{}", wedge(40.0));
     assert!(wedge(15.0) < 0.2, "{}", wedge(15.0));
 }
+
+/// Area in which a closed surface crosses the plane at `x`: half the sum of p × q over the edges of the
+/// section.
+fn section(surface: &TriangleSurface, x: f64) -> f64 {
+    let mut sum = 0.0;
+    for t in &surface.triangles {
+        let corners = t.map(|n| surface.points[n as usize]);
+        let cut = |k: usize| {
+            let (p, q) = (corners[k], corners[(k + 1) % 3]);
+            ((p[0] < x) != (q[0] < x)).then(|| {
+                let along = (x - p[0]) / (q[0] - p[0]);
+                (q[0] > p[0], [p[1] + along * (q[1] - p[1]), p[2] + along * (q[2] - p[2])])
+            })
+        };
+        let cuts: Vec<(bool, [f64; 2])> = (0..3).filter_map(cut).collect();
+        let [(first, p), (_, q)] = cuts[..] else { continue };
+        let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
+        sum += if first { area } else { -area };
+    }
+    sum.abs()
+}
+
+/// A rod of 1 × 1 between two blocks keeps its sections when it is smoothed, of tetrahedra and of hexahedra.
+/// Without [`super::restore`] they change by 2, 13 and 9 %.
+#[test]
+fn smoothing_keeps_the_sections_of_members() {
+    let shape = BoxShape { min: [0.0; 3], max: [12.0, 3.0, 3.0], elements: [24, 6, 6], grading: [1.0; 3] };
+    let hexahedra = box_mesh("block", &shape).expect("a box");
+    let tetrahedra = hexahedra.divided(|_| true);
+    for (mesh, smoothing, bound) in [(&tetrahedra, 10, 0.01), (&tetrahedra, 40, 0.01), (&hexahedra, 10, 0.05)] {
+        let middle = |c: f64| (1.0..2.0).contains(&c);
+        let inside = |[x, y, z]: [f64; 3]| !(3.0..9.0).contains(&x) || (middle(y) && middle(z));
+        let density: Vec<f64> = mesh.centroids().into_iter().map(|x| f64::from(u8::from(inside(x)))).collect();
+        let surface = |smoothing| {
+            let options = ExportOptions { threshold: Some(0.5), smoothing, ..Default::default() };
+            design_surface(mesh, &density, &options).expect("a surface").surface
+        };
+        let (raw, smooth) = (surface(0), surface(smoothing));
+        for x in [5.1, 6.05, 6.9] {
+            let (before, after) = (section(&raw, x), section(&smooth, x));
+            assert!((after / before - 1.0).abs() < bound, "{after} of {before} at x = {x}");
+        }
+    }
+}

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use slipstick::case::{Case, Promise};
+use slipstick::mesh::{Element, Mesh};
 use slipstick::output::write_atomically;
 use slipstick::part::{
     LoosePiece, NamedFace, Part, PartBody, SCRIPT, Scarce, write_moves, write_script, write_surface,
@@ -48,6 +49,7 @@ pub(super) fn write(
     args: &Export,
     run: &RunDirectory,
     design: &Case,
+    (mesh, density): (&Mesh, &[f64]),
     mut part: Part,
     folder: &Path,
     measures: Option<Value>,
@@ -82,7 +84,45 @@ pub(super) fn write(
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
     tell(context, folder, &part, &promised);
+    if !promised.is_empty() {
+        expect(context, run, design, &part, (mesh, density));
+    }
     Ok(())
+}
+
+/// Discreteness from which a warning says that the part is stiffer than the grey design.
+const GREY: f64 = 0.1;
+
+/// Says why the promised values differ from those of the part: intermediate densities make a design too
+/// soft, linear tetrahedra too stiff.
+fn expect(context: &Context, run: &RunDirectory, design: &Case, part: &Part, (mesh, density): (&Mesh, &[f64])) {
+    let volumes = mesh.element_volumes();
+    for body in &part.bodies {
+        let Some(of_mesh) = mesh.body(&body.name) else { continue };
+        let elements = || of_mesh.elements.clone();
+        let grey: f64 = elements().map(|e| 4.0 * volumes[e] * density[e] * (1.0 - density[e])).sum();
+        let discreteness = grey / elements().map(|e| volumes[e]).sum::<f64>();
+        if discreteness >= GREY && design.design.as_ref().is_some_and(|design| design.simp.penalization > 1.0) {
+            context.console.warning(&format!(
+                "`{}` of the design is grey (discreteness {discreteness:.2}): its intermediate densities are softer than \
+                 the solid material of the part, by about a tenth in the examples of the tutorial; a sharper \
+                 `projection` in [design] leaves fewer",
+                body.name
+            ));
+        }
+        let number = design.bodies.iter().position(|of| of.name == body.name);
+        let linear = |e: usize| matches!(mesh.elements[e], Element::Tet4(_));
+        if let Some(number) = number.filter(|_| elements().any(linear)) {
+            let run = run.path().display();
+            context.console.warning(&format!(
+                "`{}` of the design consists of linear tetrahedra, which are too stiff in bending and where material \
+                 flows plastically: the part may bear much less than the design promised; `slipstick solve \
+                 {run}/case.toml --design {run}/design.csv --set 'body[{number}].order=2'` shows what the design bears \
+                 with quadratic ones",
+                body.name
+            ));
+        }
+    }
 }
 
 /// The case with a heading.
