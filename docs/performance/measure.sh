@@ -18,6 +18,8 @@ measure() {
 
 sizes() { "$program" bench --sizes 1000,3000,9400 --threads 1,2; }
 
+evaluations() { "$program" bench --sizes 1000 --threads 1 | sed -n '/^evaluations/,/^$/p' | grep .; }
+
 # First a nearly converged design: the same problem with a fifth of the steps; the measurement starts from its densities.
 settled() {
     local case=cases/half_ball_on_plate/case.toml
@@ -115,6 +117,6 @@ clutch() {
     "$program" bench cases/clutch/case.toml --design "$eighth" --steps 4 --threads 2 --memory 0 2> /dev/null
 }
 
-for name in ${*:-sizes settled ironing_block methods responses elements orders large choice contrast iterative clutch}; do
+for name in ${*:-sizes evaluations settled ironing_block methods responses elements orders large choice contrast iterative clutch}; do
     measure "$name" "$name"
 done

@@ -9,6 +9,7 @@ mod assembly;
 mod block;
 mod clusters;
 mod dual;
+mod evaluations;
 pub mod hex8;
 mod inelastic;
 pub mod interpolation;
@@ -26,6 +27,7 @@ pub mod simp;
 pub mod stress;
 mod tet4;
 
+pub use evaluations::Evaluation;
 pub use inelastic::Energies;
 pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};
 pub use law::*;

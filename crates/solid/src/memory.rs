@@ -2,6 +2,7 @@
 
 use crate::block::ElementBlock;
 use crate::block::{PullBack, Weights};
+use crate::evaluations::Evaluation;
 use crate::inelastic::{ByState, Energies, Inelastic, PointElement};
 use crate::interpolation::ElementScaling;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
@@ -47,6 +48,7 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn update_history(&self, d: &[f64], step: SolidStep<'_>, out: &mut [f64]) -> Result<(), InvertedElements> {
+        self.counter.count(Evaluation::History);
         let state = self.state(d, step);
         refuse(self.memory().flat_map(|block| block.update(state, out)).collect())
     }
@@ -116,6 +118,7 @@ impl SolidModel {
     /// Plastic work of each element at a state with the history `step.history`; 0 for elements without
     /// memory and those of other ranks. \[F L\]
     pub fn plastic_work(&self, d: &[f64], step: SolidStep<'_>) -> Vec<f64> {
+        self.counter.count(Evaluation::Energy);
         let mut energies = vec![Energies::default(); self.elements()];
         let state = self.state(d, step);
         self.memory().for_each(|block| block.write_energies(state, &mut energies));
@@ -146,6 +149,7 @@ impl SolidModel {
         (displacements, history): (&mut [f64], &mut [f64]),
         density: (&[ElementScaling], &mut [f64]),
     ) {
+        self.counter.count(Evaluation::PullBack);
         let (state, weights) = (self.state(d, step), [weights.elastic, weights.plastic]);
         let mut into = ByState { displacements, history, density };
         self.memory().for_each(|block| block.pull_back_energies(state, weights, &mut into));

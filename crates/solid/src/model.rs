@@ -1,6 +1,7 @@
 //! All elements of a mesh: assembled internal force, tangent and density pull-back.
 
 use crate::block::{Build, ElementBlock, KINDS, PullBack, State, Weights};
+use crate::evaluations::{Counter, Evaluation};
 use crate::inelastic::{self, Energies};
 use crate::interpolation::ElementScaling;
 use crate::law::Material;
@@ -63,6 +64,7 @@ pub struct SolidModel {
     regions: Vec<(usize, Vec<u32>)>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
+    pub(crate) counter: Counter,
 }
 
 /// Positions of each element's blocks, one for each pair of its nodes, in the values of a matrix,
@@ -122,7 +124,13 @@ impl SolidModel {
         }
         refuse(flat)?;
         let history = inelastic::history(mesh, &sections, &section_of);
-        Ok(Self { blocks, history, sections, regions, section_of })
+        Ok(Self { blocks, history, sections, regions, section_of, counter: Counter::default() })
+    }
+
+    /// How often each [`Evaluation`] was computed, in the order of [`Evaluation::ALL`], by this model and its
+    /// clones.
+    pub fn evaluations(&self) -> [u64; Evaluation::ALL.len()] {
+        self.counter.counts()
     }
 
     /// Number of elements.
@@ -185,6 +193,7 @@ impl SolidModel {
         step: impl Into<SolidStep<'a>>,
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
+        self.counter.count(Evaluation::Force);
         out.fill(0.0);
         let (state, nodes) = (self.state(d, step.into()), out.as_chunks_mut::<3>().0);
         refuse(self.blocks.iter().flat_map(|block| block.add_forces(state, None, nodes)).collect())
@@ -201,6 +210,7 @@ impl SolidModel {
         weights: Weights<'_>,
         into: &mut PullBack<'_>,
     ) -> Result<(), InvertedElements> {
+        self.counter.count(Evaluation::PullBack);
         refuse(self.blocks.iter().flat_map(|block| block.pull_back(state, weights, into)).collect())
     }
 
@@ -230,6 +240,7 @@ impl SolidModel {
     ) -> Result<(), InvertedElements> {
         assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the scatter was made for a different pattern");
         assert_eq!(scatter.positions.len(), self.blocks.len(), "the scatter belongs to a different model");
+        self.counter.count(Evaluation::Tangent);
         let (state, values) = (self.state(d, step.into()), matrix.values_mut());
         let blocks = self.blocks.iter().zip(&scatter.positions);
         refuse(blocks.flat_map(|(block, positions)| block.add_tangents(state, positions, values)).collect())
@@ -248,6 +259,7 @@ impl SolidModel {
         v: &[f64],
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
+        self.counter.count(Evaluation::Product);
         let (state, nodes) = (self.state(d, step.into()), out.as_chunks_mut::<3>().0);
         refuse(self.blocks.iter().flat_map(|block| block.add_forces(state, Some(v), nodes)).collect())
     }
@@ -290,6 +302,7 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn energies<'a>(&self, d: &[f64], step: impl Into<SolidStep<'a>>) -> Result<Vec<f64>, InvertedElements> {
+        self.counter.count(Evaluation::Energy);
         let mut energies = vec![Energies::default(); self.elements()];
         let state = self.state(d, step.into());
         self.blocks.iter().for_each(|block| block.write_energies(state, &mut energies));
@@ -301,6 +314,7 @@ impl SolidModel {
     /// Smallest J of each element, regardless of its scaling: an element with interpolated energy
     /// may have J ≤ 0.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
+        self.counter.count(Evaluation::Determinant);
         let mut out = vec![0.0; self.elements()];
         self.blocks.iter().for_each(|block| block.write_determinants(d, &mut out));
         out

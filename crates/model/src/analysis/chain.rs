@@ -9,7 +9,7 @@ use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
-use crate::model::{ContactModel, ContactResults, Design};
+use crate::model::{ContactModel, ContactResults, Design, Kinematics, KnownKinematics};
 
 /// The data of a state that quantities can read.
 pub(crate) struct StateData {
@@ -32,6 +32,8 @@ pub(crate) struct StateData {
     plastic_strain: Vec<f64>,
     /// The state before. Empty unless read.
     previous: PreviousData,
+    /// Of contact, if `results` were computed.
+    pub(crate) kinematics: Option<Arc<Kinematics>>,
 }
 
 /// What quantities can see of the state at the start of a (sub-)step.
@@ -43,6 +45,8 @@ pub(crate) struct PreviousData {
     displacement: Vec<f64>,
     external: Vec<f64>,
     reaction: Vec<f64>,
+    /// Of contact, if they were computed.
+    pub(crate) kinematics: Option<Arc<Kinematics>>,
 }
 
 impl PreviousData {
@@ -53,7 +57,8 @@ impl PreviousData {
             return Ok(Self::at_rest(design, at.time, &state));
         }
         let reads = Reads { reaction: true, ..Reads::default() };
-        Ok(StateData::of(design, reads, at.time, &path.state(index - 1, ranks), &state)?.into_previous(&state))
+        let known = KnownKinematics::default();
+        Ok(StateData::of(design, reads, at.time, (&path.state(index - 1, ranks), &state), known)?.into_previous(&state))
     }
 
     /// At a state of rest, where the reactions balance the loads on prescribed unknowns.
@@ -64,18 +69,23 @@ impl PreviousData {
         let mut external = none.clone();
         model.external_force(&displacement, time, &mut external);
         let reaction = model.reactions(&none, &external, &none);
-        Self { time, rest: true, displacement, external, reaction }
+        Self { time, rest: true, displacement, external, reaction, kinematics: None }
+    }
+
+    /// With the kinematics of contact.
+    pub(crate) fn with(self, kinematics: Option<Arc<Kinematics>>) -> Self {
+        Self { kinematics, ..self }
     }
 }
 
 impl StateData {
-    /// At the end of a (sub-)step. All ranks call it and receive the same.
+    /// At the end of a (sub-)step, with the kinematics that are known. All ranks call it and receive the same.
     pub(crate) fn of(
         design: &Design,
         reads: Reads,
         time: f64,
-        previous: &StepState,
-        state: &StepState,
+        (previous, state): (&StepState, &StepState),
+        known: KnownKinematics,
     ) -> Result<Self, StateError> {
         let model = design.model();
         let n = model.prescribed().fixed().len();
@@ -95,9 +105,12 @@ impl StateData {
             plastic_work: Vec::new(),
             plastic_strain: Vec::new(),
             previous: PreviousData::default(),
+            kinematics: None,
         };
         if reads.reaction || reads.contact {
-            let results = design.contact_results(previous, state, time)?;
+            let contact = design.contact_with(previous, &state.unknowns, (time, false), known)?;
+            let results = contact.results(model, &model.contact_positions(&state.unknowns));
+            data.kinematics = Some(contact.kinematics().clone());
             if reads.contact {
                 data.contact = model.contact_nodes(&results);
             }
@@ -130,8 +143,8 @@ impl StateData {
     /// What quantities at the next state see of this one.
     pub(crate) fn into_previous(self, state: &StepState) -> PreviousData {
         let displacement = state.unknowns[..self.internal.len()].to_vec();
-        let Self { time, external, reaction, .. } = self;
-        PreviousData { time, rest: false, displacement, external, reaction }
+        let Self { time, external, reaction, kinematics, .. } = self;
+        PreviousData { time, rest: false, displacement, external, reaction, kinematics }
     }
 
     /// The view of a state; `step` and `steps` are those of its load case.
@@ -220,7 +233,9 @@ pub(super) fn values<'a>(
         // the next step may see them
         reads.reaction |= reads.previous;
         let (previous, state) = (path.state(index - 1, &*ranks), path.state(index, &*ranks));
-        let mut data = StateData::of(design, reads, at.time, &previous, &state)?;
+        let before = last.as_ref().filter(|(known, _)| known + 1 == index);
+        let known = KnownKinematics { previous: before.and_then(|(_, before)| before.kinematics.clone()), now: None };
+        let mut data = StateData::of(design, reads, at.time, (&previous, &state), known)?;
         if reads.previous {
             let known = last.take().filter(|(known, _)| known + 1 == index);
             let before = match known {
@@ -321,7 +336,11 @@ impl<'a> Adapter<'a> {
             let terms = self.terms(response, at.index);
             terms.fold(reads, |reads, (term, _)| reads.or(self.responses[response].terms()[term].quantity.reads()))
         });
-        let mut data = StateData::of(design, reads, at.time, at.previous, at.state)?;
+        let known = KnownKinematics {
+            previous: Some(at.step.previous().clone()),
+            now: Some(at.evaluated.state.kinematics().clone()),
+        };
+        let mut data = StateData::of(design, reads, at.time, (at.previous, at.state), known)?;
         if reads.previous {
             let ranks = design.model().share().ranks();
             data = data.after(PreviousData::of(design, self.path, at.index - 1, &**ranks)?);

@@ -1,9 +1,10 @@
 //! Fields of the bodies at a state: deformation, stress and energy of every element, and reactions.
 
-use super::Design;
+use super::{ContactResults, Design};
 use slipstick_mesh::Mesh;
 use slipstick_path::StepState;
 use slipstick_solid::stress::{stress_points, von_mises};
+use std::borrow::Cow;
 
 /// Fields of the bodies at a state, for output.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,12 +28,22 @@ pub struct ElementFields {
     pub reaction: Vec<f64>,
 }
 
+/// What is known of a state before its fields are computed. What is empty is not known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StateResults {
+    /// Contact results. Without them, reactions lack the forces of contact.
+    pub contact: ContactResults,
+    /// Internal forces, three per node. \[F\]
+    pub internal_force: Vec<f64>,
+    /// Strain energies of all elements. \[F L\]
+    pub energies: Vec<f64>,
+}
+
 impl Design {
-    /// Fields of the bodies at a state and its pseudo-time, with the contact forces on all nodes; any rank may
-    /// call it without the others.
+    /// Fields of the bodies at a state and its pseudo-time; any rank may call it without the others.
     ///
     /// Test: `fields_of_a_bar` (tests/suite/quantities.rs).
-    pub fn element_fields(&self, mesh: &Mesh, state: &StepState, time: f64, contact_force: &[f64]) -> ElementFields {
+    pub fn element_fields(&self, mesh: &Mesh, state: &StepState, time: f64, known: &StateResults) -> ElementFields {
         let model = &*self.model;
         let d = &state.unknowns[..model.displacement_count()];
         let step = self.solid_step(model.solid_history(state));
@@ -40,16 +51,22 @@ impl Design {
         let (mut determinants, volumes) = (solid.smallest_determinants(d), solid.element_volumes());
         // rigid elements have no part in the solid
         determinants.iter_mut().zip(&volumes).filter(|(_, volume)| **volume == 0.0).for_each(|(j, _)| *j = 1.0);
-        let mut internal = vec![0.0; d.len()];
-        let (Ok(()), Ok(stresses), Ok(energies)) =
-            (solid.internal_force(d, step, &mut internal), solid.cauchy_stresses(d, step), solid.energies(d, step))
-        else {
+        let mut internal = Cow::Borrowed(&known.internal_force[..]);
+        let equilibrium = match internal.is_empty() {
+            true => solid.internal_force(d, step, grown(internal.to_mut(), d.len())),
+            false => Ok(()),
+        };
+        let energies = match known.energies.is_empty() {
+            true => solid.energies(d, step).map(Cow::Owned),
+            false => Ok(Cow::Borrowed(&known.energies[..])),
+        };
+        let (Ok(()), Ok(stresses), Ok(energies)) = (equilibrium, solid.cauchy_stresses(d, step), energies) else {
             return ElementFields { determinants, ..ElementFields::default() };
         };
         let mut external = vec![0.0; d.len()];
         model.external_force(d, time, &mut external);
         let none = vec![0.0; d.len()];
-        let contact_force = if contact_force.is_empty() { &none[..] } else { contact_force };
+        let contact_force = if known.contact.force.is_empty() { &none[..] } else { &known.contact.force[..] };
         let (mut stress, mut sizes) = (Vec::new(), Vec::new());
         for ((of, scaling), element) in stresses.iter().zip(&self.scalings).zip(&mesh.elements) {
             let points = stress_points(element);
@@ -73,4 +90,10 @@ impl Design {
             reaction: model.reactions(&internal, &external, contact_force),
         }
     }
+}
+
+/// A vector of `length` zeros.
+fn grown(of: &mut Vec<f64>, length: usize) -> &mut [f64] {
+    of.resize(length, 0.0);
+    of
 }

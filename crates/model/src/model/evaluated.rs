@@ -13,6 +13,7 @@ use slipstick_linalg::BlockMatrix;
 use slipstick_path::{Iteration, StateError, StepState, Timings};
 use slipstick_solid::model::Scatter;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use super::pattern::PatternInUse;
 use super::viscosity::Rate;
@@ -31,6 +32,13 @@ impl Kinematics {
     pub fn bytes(&self) -> usize {
         self.nodes.iter().map(NodeKinematics::bytes).sum()
     }
+}
+
+/// Kinematics that have been computed before, of a state and the one before it.
+#[derive(Debug, Default)]
+pub(crate) struct KnownKinematics {
+    pub previous: Option<Arc<Kinematics>>,
+    pub now: Option<Arc<Kinematics>>,
 }
 
 /// The fixed data of a load step.
@@ -71,6 +79,11 @@ impl Step {
         }
     }
 
+    /// Kinematics of the state before the step.
+    pub(crate) fn previous(&self) -> &Arc<Kinematics> {
+        &self.previous
+    }
+
     /// History of the elements with memory at the start of the step.
     pub(super) fn solid_history(&self, model: &ContactModel) -> &[f64] {
         &self.history[model.history.solid.clone()]
@@ -102,6 +115,10 @@ pub struct ContactState {
 }
 
 impl ContactState {
+    pub(crate) fn kinematics(&self) -> &Arc<Kinematics> {
+        &self.kinematics
+    }
+
     /// Slave nodes of this rank: number, kinematics, state.
     pub(super) fn own(&self) -> impl Iterator<Item = (usize, &NodeKinematics, &NodeState)> {
         let nodes = self.nodes.iter().zip(&self.kinematics.nodes).enumerate();
@@ -192,6 +209,7 @@ impl ContactModel {
         workspaces: &mut [InterfaceWorkspace],
         out: &mut Kinematics,
     ) -> Result<(), StateError> {
+        self.kinematics.fetch_add(1, Ordering::Relaxed);
         out.with_gradient = with_gradient;
         let (x, d) = (&self.contact_positions(d), &self.contact_vector(d));
         // each interface fills its part of the nodes and reuses their memory
@@ -258,17 +276,34 @@ impl Design {
         time: f64,
         at_start: bool,
     ) -> Result<ContactState, StateError> {
+        self.contact_with(previous, y, (time, at_start), KnownKinematics::default())
+    }
+
+    /// As [`contact_at`](Self::contact_at), with the kinematics that are known.
+    pub(crate) fn contact_with(
+        &self,
+        previous: &StepState,
+        y: &[f64],
+        (time, at_start): (f64, bool),
+        known: KnownKinematics,
+    ) -> Result<ContactState, StateError> {
         let model = &*self.model;
         let mut workspaces: Vec<_> = model.interfaces.iter().map(|i| i.interface.workspace(|_| true)).collect();
-        let mut at = |y: &[f64]| {
+        let mut at = |known: Option<Arc<Kinematics>>, y: &[f64]| {
+            // those of a march on several ranks lack the nodes of the other ranks
+            if let Some(known) = known.filter(|_| !model.share.is_part()) {
+                return Ok(known);
+            }
             let mut out = Kinematics::default();
             model
                 .kinematics_of(&y[..model.displacement_count()], false, &mut workspaces, &mut out)
                 .map(|()| Arc::new(out))
         };
-        let step = Step::new(model, at(&previous.unknowns)?, &previous.history, time);
+        let before = at(known.previous, &previous.unknowns)?;
+        let now = if previous.unknowns == y { before.clone() } else { at(known.now, y)? };
+        let step = Step::new(model, before, &previous.history, time);
         let iteration = Iteration { at_start, ..Iteration::default() };
-        Ok(self.contact(&step, y, at(y)?, iteration, &vec![true; model.slaves.len()]))
+        Ok(self.contact(&step, y, now, iteration, &vec![true; model.slaves.len()]))
     }
 
     /// How λᵀF + ηᵀG depends on slip, friction and history of node j; `lambda` is

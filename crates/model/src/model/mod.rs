@@ -52,9 +52,10 @@ mod variation;
 mod viscosity;
 
 pub use design::Design;
-pub use element_fields::ElementFields;
+pub use element_fields::{ElementFields, StateResults};
 use enforcement::HistoryLayout;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
+pub(crate) use evaluated::KnownKinematics;
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 pub use loads::{Loaded, Loads};
 use loose::LooseBodies;
@@ -71,10 +72,11 @@ pub use share::Share;
 use slaves::{ContactElements, SlaveData, StartDesign};
 use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_path::{Held, StateError, StepState, Unknowns};
-use slipstick_solid::{Interpolation, InvertedElements, Material, SolidModel};
+use slipstick_solid::{Evaluation, Interpolation, InvertedElements, Material, SolidModel};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 
@@ -118,6 +120,8 @@ pub struct ContactModel {
     history: HistoryLayout,
     pattern: ContactPattern,
     floors: Floors,
+    /// How often the kinematics of contact were computed.
+    kinematics: Arc<AtomicU64>,
 }
 
 /// The parts of a [`ContactModel`].
@@ -234,6 +238,7 @@ impl ContactModel {
             history: HistoryLayout::default(),
             pattern,
             floors,
+            kinematics: Arc::default(),
         };
         model.start_at(start.to_vec());
         model.history = model.history_layout();
@@ -282,6 +287,13 @@ impl ContactModel {
             true => Cow::Owned(SolidModel::new(mesh, self.solid.all_sections()).expect("its parts were built")),
             false => Cow::Borrowed(&self.solid),
         }
+    }
+
+    /// How often this rank evaluated the elements and the kinematics of contact since the model was built:
+    /// names and counts.
+    pub fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        let solid = Evaluation::ALL.map(Evaluation::name).into_iter().zip(self.solid.evaluations());
+        solid.chain([("contact kinematics", self.kinematics.load(Ordering::Relaxed))]).collect()
     }
 
     /// Volume of the smallest element. \[L³\]

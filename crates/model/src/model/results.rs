@@ -83,7 +83,7 @@ impl Design {
 
 impl ContactState {
     /// Contact results at positions `x` of the points of the contact surfaces.
-    fn results(&self, model: &ContactModel, x: &[f64]) -> ContactResults {
+    pub(crate) fn results(&self, model: &ContactModel, x: &[f64]) -> ContactResults {
         let nodes: Vec<NodalContact> = self.own().map(|(_, now, node)| NodalContact::of(now, node)).collect();
         let mut force = vec![0.0; x.len()];
         let (mut traction, mut pressure) = (vec![0.0; x.len()], vec![0.0; x.len() / 3]);

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
 use crate::losses::{ContactAt, Losses, LostWork};
-use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::model::{ContactModel, ContactResults, KnownKinematics, ModelInterface, NodalContact, StateResults};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
 
@@ -86,9 +86,13 @@ impl<'a> Recording<'a> {
         Quantities { overlaps, ..self.found }
     }
 
-    /// Adds the next state of the path. All ranks call it. Returns the contact results, or `None` if the state
-    /// can no longer be evaluated.
-    pub fn add(&mut self, at: Reached, now: Cow<'a, StepState>) -> Option<&ContactResults> {
+    /// What was computed at the last state; `None` if it could not be evaluated.
+    pub fn last(&self) -> Option<&StateResults> {
+        self.last.as_ref().and_then(|last| last.results.as_ref())
+    }
+
+    /// Adds the next state of the path. All ranks call it.
+    pub fn add(&mut self, at: Reached, now: Cow<'a, StepState>) {
         let (recorder, designs) = (&self.recorder, self.designs);
         let design = designs.at(at.time);
         let before = self.last.take().filter(|_| !at.rest);
@@ -98,7 +102,9 @@ impl<'a> Recording<'a> {
         }
         let sums = &mut self.sums;
         let previous = before.as_ref().map_or(&now, |last| &last.state);
-        let evaluated = StateData::of(design, self.reads, at.time, previous, &now);
+        let known =
+            KnownKinematics { previous: before.as_ref().and_then(|last| last.seen.kinematics.clone()), now: None };
+        let evaluated = StateData::of(design, self.reads, at.time, (previous, &now), known);
         let step = at.completes.or((!self.begun).then_some(0));
         let in_progress = if at.rest { 0 } else { at.completes.unwrap_or(self.complete + 1) };
         self.begun = true;
@@ -109,7 +115,7 @@ impl<'a> Recording<'a> {
                 sums.broken = true;
                 self.found.rows.extend(step.map(|step| recorder.unknown(step, at.time, self.found.names.len())));
                 self.last = Some(Last { time: at.time, state: now, ..Last::default() });
-                return None;
+                return;
             }
         };
         let contact = data.results.take().unwrap_or_default();
@@ -121,7 +127,8 @@ impl<'a> Recording<'a> {
             }
             None => (None, PreviousData::at_rest(design, at.time, &now)),
         };
-        let data = data.after(seen);
+        let mut data = data.after(seen);
+        let none = ContactResults::default();
         // the step of the load case in progress
         let place = (in_progress.saturating_sub(1) % self.steps.max(1) + 1, self.steps);
         let value = |quantity: &dyn Quantity| quantity.value(&data.view(design, &now, place));
@@ -134,7 +141,8 @@ impl<'a> Recording<'a> {
             sums.external += external;
             sums.offset += offset;
             sums.done += external.abs() + offset.abs();
-            sums.add(design.model(), (&old.state, old.time, &old.contact), (&now, at.time, &contact));
+            let before = old.results.as_ref().map_or(&none, |results| &results.contact);
+            sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
             sums.add_own(recorder.own, &own);
             sums.holding += at.holding_work;
             sums.viscous += recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time - old.time);
@@ -147,11 +155,13 @@ impl<'a> Recording<'a> {
                 slipped: sums.slipped.clone(),
             });
         }
+        let (internal_force, energies) = (data.internal.clone(), std::mem::take(&mut data.energy));
         let seen = match at.rest {
-            true => PreviousData::at_rest(design, at.time, &now),
+            true => PreviousData::at_rest(design, at.time, &now).with(data.kinematics),
             false => data.into_previous(&now),
         };
-        Some(&self.last.insert(Last { time: at.time, state: now, contact, pressed, seen }).contact)
+        let results = Some(StateResults { contact, internal_force, energies });
+        self.last = Some(Last { time: at.time, state: now, results, pressed, seen });
     }
 }
 
@@ -160,7 +170,8 @@ impl<'a> Recording<'a> {
 struct Last<'a> {
     time: f64,
     state: Cow<'a, StepState>,
-    contact: ContactResults,
+    /// `None` if it could not be evaluated.
+    results: Option<StateResults>,
     /// Force against the offset of each pair, and the offset. \[F, L\]
     pressed: Vec<[f64; 2]>,
     /// What quantities at the next state see of it.

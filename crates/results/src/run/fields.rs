@@ -1,6 +1,6 @@
 //! The load path of a design as files for ParaView.
 
-use slipstick_path::{MarchFailure, Path, StepState};
+use slipstick_path::{MarchFailure, Path, StateError, StepState};
 
 use super::first::agree;
 use super::{PathWriter, RunDirectory, RunError, on_first};
@@ -9,7 +9,7 @@ use crate::output::VtkHdf;
 use crate::output::{OutputError, fields};
 use slipstick_mesh::Mesh;
 use slipstick_model::analysis::Designs;
-use slipstick_model::model::ContactResults;
+use slipstick_model::model::{ContactResults, StateResults};
 use slipstick_model::overlaps::overlaps;
 use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Quantities, Slipped};
@@ -61,7 +61,7 @@ fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> 
     if last.completes.is_none() && failure.path.states.len() > 1 {
         // the last two states are complete on every rank
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
-        let contact = design.contact_results(previous, &last.state, last.time).unwrap_or_default();
+        let contact = of_contact(design.contact_results(previous, &last.state, last.time));
         let name = RunDirectory::numbered("path", failure.step);
         Files::new(run, mesh, designs).save(&name, last.time, &last.state, (&contact, &[]))?;
     }
@@ -70,9 +70,14 @@ fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> 
         return Ok(false);
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
-    let contact = design.contact_results(&last.state, &iterate, failure.increment.1).unwrap_or_default();
+    let contact = of_contact(design.contact_results(&last.state, &iterate, failure.increment.1));
     Files::whole(run, mesh, designs).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
     Ok(true)
+}
+
+/// Contact results, empty if they could not be computed, and nothing else.
+pub(super) fn of_contact(results: Result<ContactResults, StateError>) -> StateResults {
+    StateResults { contact: results.unwrap_or_default(), ..StateResults::default() }
 }
 
 /// Data needed to write the states of a run.
@@ -130,12 +135,12 @@ impl<'a> Files<'a> {
         name: &str,
         time: f64,
         state: &StepState,
-        (contact, slipped): (&ContactResults, &[Slipped]),
+        (known, slipped): (&StateResults, &[Slipped]),
     ) -> Result<(), OutputError> {
         let (mesh, design) = (self.mesh, self.designs.at(time));
         let model = design.model();
         let displacement = &state.unknowns[..3 * mesh.nodes.len()];
-        let mut elements = design.element_fields(mesh, state, time, &contact.force);
+        let (mut elements, contact) = (design.element_fields(mesh, state, time, known), &known.contact);
         // a failed iterate may be huge, but files can contain only finite numbers
         elements.determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
         // If no facet is opposite, the gap is at least the search distance.

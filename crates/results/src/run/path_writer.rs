@@ -7,12 +7,12 @@ use std::path::PathBuf;
 
 use slipstick_mesh::Mesh;
 use slipstick_model::analysis::{Designs, pair_results};
-use slipstick_model::model::{ContactResults, course};
+use slipstick_model::model::course;
 use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Reached, Recording};
 use slipstick_path::{MarchEvent, MarchObserver, PathState, StepState};
 
-use super::fields::Files;
+use super::fields::{Files, of_contact};
 use super::tables::{ContactTable, quantity_heading, quantity_line, write_quantities};
 use super::{RunDirectory, RunError};
 use crate::output::{OutputError, Pvd, write_atomically};
@@ -81,9 +81,9 @@ impl<'a> PathWriter<'a> {
         };
         let now = state.clone();
         let first = self.recording.found().rows.is_empty();
-        let contact = self.recording.add(at, state).cloned();
+        self.recording.add(at, state);
         let step = at.completes.or(first.then_some(0));
-        self.error = output.add(at, step, &now, contact, &self.recording).err().map(RunError::from);
+        self.error = output.add(at, step, &now, &self.recording).err().map(RunError::from);
         output.previous = now.into_owned();
     }
 
@@ -130,28 +130,29 @@ struct PathFiles<'a> {
 }
 
 impl PathFiles<'_> {
-    /// Adds the state that completes load step `step`, if it completes one; `contact` is empty if the quantities
-    /// could not be evaluated.
+    /// Adds the last recorded state, which completes load step `step`, if it completes one.
     fn add(
         &mut self,
         at: Reached,
         step: Option<usize>,
         now: &StepState,
-        contact: Option<ContactResults>,
         recording: &Recording<'_>,
     ) -> Result<(), OutputError> {
         let Some(step) = step else { return Ok(()) };
-        let contact = contact.unwrap_or_else(|| {
-            let previous = if at.rest { now } else { &self.previous };
-            self.designs.at(at.time).contact_results(previous, now, at.time).unwrap_or_default()
-        });
+        let known = recording.last().map_or_else(
+            || {
+                let previous = if at.rest { now } else { &self.previous };
+                Cow::Owned(of_contact(self.designs.at(at.time).contact_results(previous, now, at.time)))
+            },
+            Cow::Borrowed,
+        );
         let name = RunDirectory::numbered("path", step);
         let row = recording.found().rows.last();
-        self.files.save(&name, at.time, now, (&contact, row.map_or(&[], |row| &row.slipped)))?;
+        self.files.save(&name, at.time, now, (&known, row.map_or(&[], |row| &row.slipped)))?;
         self.collection.add(at.time, self.run.in_series(&name))?;
         // a state that cannot be evaluated has no results
-        if !contact.nodes.is_empty() {
-            self.contact.add(step, at.time, &pair_results(self.designs.model(), &contact));
+        if !known.contact.nodes.is_empty() {
+            self.contact.add(step, at.time, &pair_results(self.designs.model(), &known.contact));
         }
         let Some([contact, quantities]) = &mut self.growing else { return Ok(()) };
         self.collection.save(&self.run.file("path.pvd"))?;

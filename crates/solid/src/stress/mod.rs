@@ -20,6 +20,7 @@ pub(crate) use points::Points;
 
 use crate::block::StressSlopes;
 use crate::dual::Dual;
+use crate::evaluations::Evaluation;
 use crate::law::{Material, Real};
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::{ElementScaling, Section};
@@ -161,6 +162,7 @@ impl SolidModel {
         d: &[f64],
         step: impl Into<SolidStep<'a>>,
     ) -> Result<Vec<[Tensor; STRESS_POINTS]>, InvertedElements> {
+        self.counter.count(Evaluation::Stress);
         let mut out = vec![[[[0.0; 3]; 3]; STRESS_POINTS]; self.elements()];
         let state = self.state(d, step.into());
         self.blocks.iter().for_each(|block| block.write_stresses(state, &mut out));
@@ -184,6 +186,7 @@ impl SolidModel {
         (by_displacement, by_history): (&mut [f64], &mut [f64]),
         by_density: &mut [f64],
     ) {
+        self.counter.count(Evaluation::Stress);
         let state = self.state(d, step.into());
         let mut into =
             StressSlopes { displacements: by_displacement, history: by_history, density: (slopes, by_density) };

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::Problem;
 use slipstick::case::Resolved;
 use slipstick::design::quantity::{ContactResultant, Displacement, ForcePart, Patch, Reaction};
 use slipstick::design::{Bound, Constraint, ElementValues, ObservedSteps, Quantity, Response, VectorMeasure};
 use slipstick::linalg::Ranks;
-use slipstick::path::{Silent, SolveCounts};
+use slipstick::model::ContactModel;
+use slipstick::path::{Path, Silent, SolveCounts};
+use slipstick::quantities::quantities;
+use slipstick::run::{RunDirectory, write_path};
 use slipstick_service::check;
 
 use super::half_ball;
@@ -51,6 +54,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         Some(count) => together(&mut problem, &density, count.get(), now)?,
         None => Value::Null,
     };
+    let results = results(&problem, &forward.path)?;
     let analysis = &mut problem.analysis;
     let [elements_here, slave_nodes_here] = analysis.model().own_parts();
     let counts = analysis.linear.counts();
@@ -62,7 +66,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,
         "states_with_kept_factors": kept_states, "kept_bytes": kept_bytes, "states_with_histories": with_histories, "peak_bytes": memory::peak(),
-        "objective": forward.value, "responses": together,
+        "objective": forward.value, "responses": together, "results": results,
     }))
 }
 
@@ -135,7 +139,7 @@ fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {
 }
 
 /// The result of some work, its time, its solves, and the messages that this rank sent for it:
-/// `{ seconds, phases: { solid, … }, solves: { … }, calls, bytes_sent }`.
+/// `{ seconds, phases: { solid, … }, solves: { … }, evaluations: { … }, calls, bytes_sent }`.
 fn timed<T>(
     analysis: &mut Analysis,
     ranks: &dyn Ranks,
@@ -143,6 +147,7 @@ fn timed<T>(
     work: impl FnOnce(&mut Analysis) -> Result<T, AnalysisError>,
 ) -> Outcome<(T, Value)> {
     let (told, before, counts, begin) = (ranks.traffic(), analysis.timings(), analysis.linear.counts(), now());
+    let evaluated = analysis.model().evaluations();
     let result = work(analysis);
     let seconds = now() - begin;
     let spent = analysis.timings() - before;
@@ -154,9 +159,40 @@ fn timed<T>(
         result,
         json!({
             "seconds": seconds, "phases": phases(&spent), "solves": solves(counts, analysis.linear.counts()),
+            "evaluations": evaluations(&evaluated, analysis.model()),
             "calls": ranks.traffic().calls - told.calls, "bytes_sent": ranks.traffic().bytes - told.bytes,
         }),
     ))
+}
+
+/// How often each thing has been evaluated since `before`: `{ name: count }`.
+fn evaluations(before: &[(&'static str, u64)], model: &ContactModel) -> Value {
+    let since = model.evaluations().into_iter().zip(before);
+    since.map(|((name, now), (_, before))| (name.to_owned(), (now - before).into())).collect::<Map<_, _>>().into()
+}
+
+/// The quantities of a path, and then its files, in a directory that is removed again: `{ quantities: {
+/// evaluations }, files: { evaluations } }`; the files contain the quantities.
+fn results(problem: &Problem, path: &Path) -> Outcome<Value> {
+    let model = problem.analysis.model();
+    if model.share().is_part() {
+        return Ok(Value::Null);
+    }
+    let before = model.evaluations();
+    quantities(problem, path);
+    let of_quantities = evaluations(&before, model);
+    let before = model.evaluations();
+    let directory = std::env::temp_dir().join(format!("slipstick-bench-{}", std::process::id()));
+    let written =
+        RunDirectory::create(&directory, true).and_then(|run| write_path(Some(&run), problem, path).map(|_| ()));
+    let of_files = evaluations(&before, model);
+    // what cannot be removed is temporary anyway
+    let _ = std::fs::remove_dir_all(&directory);
+    written.map_err(|error| Failure::Check {
+        message: format!("results cannot be written: {error}"),
+        cure: "set TMPDIR to a directory that can be written".into(),
+    })?;
+    Ok(json!({ "quantities": { "evaluations": of_quantities }, "files": { "evaluations": of_files } }))
 }
 
 /// The numbers of solves by kind between two counts.

@@ -189,6 +189,37 @@ fn tables(all: &[Value]) -> Vec<String> {
             text.extend(lines(&header, &rows));
         }
     }
+    text.extend(evaluations(all));
+    text
+}
+
+/// How often elements and contact are evaluated per increment, in each part of a measurement.
+fn evaluations(all: &[Value]) -> Vec<String> {
+    let parts = |m: &Value| {
+        [
+            ("forward", m["forward"].clone()),
+            ("gradient", m["gradient_without_kept_factors"].clone()),
+            ("quantities", m["results"]["quantities"].clone()),
+            ("quantities and files", m["results"]["files"].clone()),
+        ]
+    };
+    let (mut names, mut rows) = (Vec::new(), Vec::new());
+    for m in all {
+        let increments = m["increments"].as_f64().unwrap_or(1.0).max(1.0);
+        for (part, of) in parts(m) {
+            let Some(counts) = of["evaluations"].as_object() else { continue };
+            names = counts.keys().cloned().collect();
+            let mut row = vec![m["unknowns"].to_string(), part.to_owned()];
+            row.extend(counts.values().map(|count| format!("{:.2}", count.as_f64().unwrap_or(0.0) / increments)));
+            rows.push(row);
+        }
+    }
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let header: Vec<&str> = ["unknowns", ""].into_iter().chain(names.iter().map(String::as_str)).collect();
+    let mut text = vec!["\nevaluations of all elements, and of contact, per increment".into()];
+    text.extend(lines(&header, &rows));
     text
 }
 
