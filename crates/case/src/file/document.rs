@@ -15,8 +15,8 @@ use super::field::Field;
 use super::reader::{Reader, nearest, sharing_a_word, suggestion_or_list};
 
 /// A table of the document at a path.
-pub(super) struct Table<'a> {
-    pub(super) reader: &'a Reader,
+pub(crate) struct Table<'a> {
+    pub(crate) reader: &'a Reader,
     table: &'a DeTable<'a>,
     path: String,
     known: RefCell<Vec<&'static str>>,
@@ -32,18 +32,18 @@ struct Missing {
 }
 
 impl<'a> Table<'a> {
-    pub(super) fn new(reader: &'a Reader, table: &'a DeTable<'a>, path: String) -> Self {
+    pub(crate) fn new(reader: &'a Reader, table: &'a DeTable<'a>, path: String) -> Self {
         Self { reader, table, path, known: RefCell::default(), missing: RefCell::default() }
     }
 
     /// Whether another key of this table is probably a misspelt `key`.
-    pub(super) fn has_misspelt(&self, key: &str) -> bool {
+    pub(crate) fn has_misspelt(&self, key: &str) -> bool {
         !self.has(key) && self.table.keys().any(|typed| nearest(typed.get_ref(), &[key]).is_some())
     }
 
     /// Requires a key. If it is missing, [`Table::finish`] reports it unless an unknown key
     /// explains it.
-    pub(super) fn require(&self, key: &'static str, help: &str) {
+    pub(crate) fn require(&self, key: &'static str, help: &str) {
         self.reader.require(&self.path, &[key]);
         if self.has(key) {
             return;
@@ -58,7 +58,7 @@ impl<'a> Table<'a> {
     }
 
     /// Requires at least one of several keys. If all are missing, [`Table::finish`] reports it.
-    pub(super) fn require_one_of(&self, keys: &'static [&'static str], message: &str) {
+    pub(crate) fn require_one_of(&self, keys: &'static [&'static str], message: &str) {
         self.reader.require(&self.path, keys);
         if keys.iter().any(|key| self.has(key)) {
             return;
@@ -72,12 +72,12 @@ impl<'a> Table<'a> {
     }
 
     /// The path of this table; empty for the whole document.
-    pub(super) fn path(&self) -> &str {
+    pub(crate) fn path(&self) -> &str {
         &self.path
     }
 
     /// The path of a key of this table.
-    pub(super) fn path_of(&self, key: &str) -> String {
+    pub(crate) fn path_of(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
@@ -89,7 +89,7 @@ impl<'a> Table<'a> {
         Some(value)
     }
 
-    pub(super) fn has(&self, key: &str) -> bool {
+    pub(crate) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
 
@@ -101,32 +101,32 @@ impl<'a> Table<'a> {
         Field::new(self, key, self.get(key).and_then(|value| read(value, &format!("`{key}`"))))
     }
 
-    pub(super) fn number(&self, key: &'static str) -> Field<'_, 'a, f64> {
+    pub(crate) fn number(&self, key: &'static str) -> Field<'_, 'a, f64> {
         self.field(key, |value, what| self.reader.number(value, what))
     }
 
-    pub(super) fn integer(&self, key: &'static str) -> Field<'_, 'a, i64> {
+    pub(crate) fn integer(&self, key: &'static str) -> Field<'_, 'a, i64> {
         self.field(key, |value, what| self.reader.integer(value, what))
     }
 
-    pub(super) fn string(&self, key: &'static str) -> Field<'_, 'a, String> {
+    pub(crate) fn string(&self, key: &'static str) -> Field<'_, 'a, String> {
         self.field(key, |value, what| self.reader.string(value, what))
     }
 
-    pub(super) fn boolean(&self, key: &'static str) -> Field<'_, 'a, bool> {
+    pub(crate) fn boolean(&self, key: &'static str) -> Field<'_, 'a, bool> {
         self.field(key, |value, what| self.reader.boolean(value, what))
     }
 
-    pub(super) fn vector(&self, key: &'static str) -> Field<'_, 'a, [f64; 3]> {
+    pub(crate) fn vector(&self, key: &'static str) -> Field<'_, 'a, [f64; 3]> {
         self.field(key, |value, what| self.reader.three(value, what, |entry, what| self.reader.number(entry, what)))
     }
 
-    pub(super) fn integers(&self, key: &'static str) -> Field<'_, 'a, [i64; 3]> {
+    pub(crate) fn integers(&self, key: &'static str) -> Field<'_, 'a, [i64; 3]> {
         self.field(key, |value, what| self.reader.three(value, what, |entry, what| self.reader.integer(entry, what)))
     }
 
     /// One of several words, converted to its meaning.
-    pub(super) fn word<T: Copy>(&self, key: &'static str, words: &[(&'static str, T)]) -> Field<'_, 'a, T> {
+    pub(crate) fn word<T: Copy>(&self, key: &'static str, words: &[(&'static str, T)]) -> Field<'_, 'a, T> {
         self.field(key, |value, what| {
             let word = self.reader.string(value, what)?;
             let found = words.iter().find(|(name, _)| *name == word);
@@ -145,7 +145,7 @@ impl<'a> Table<'a> {
 
     /// A list, each entry read by `read` (which receives its path). Entries that cannot be read are
     /// skipped; if none can be read, the list counts as unreadable too.
-    pub(super) fn list<T>(
+    pub(crate) fn list<T>(
         &self,
         key: &'static str,
         read: impl Fn(&'a Spanned<DeValue<'a>>, String) -> Option<T>,
@@ -167,18 +167,18 @@ impl<'a> Table<'a> {
     }
 
     /// The raw value of a key, for keys that accept several types.
-    pub(super) fn value(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
+    pub(crate) fn value(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
         self.get(key)
     }
 
     /// A table within this one; a value of another type is reported and ignored.
-    pub(super) fn table(&self, key: &'static str) -> Option<Table<'a>> {
+    pub(crate) fn table(&self, key: &'static str) -> Option<Table<'a>> {
         let value = self.get(key)?;
         self.reader.table(value, self.path_of(key))
     }
 
     /// The tables of a `[[key]]`; empty if the key is absent.
-    pub(super) fn tables(&self, key: &'static str) -> Vec<Table<'a>> {
+    pub(crate) fn tables(&self, key: &'static str) -> Vec<Table<'a>> {
         let Some(value) = self.get(key) else {
             return Vec::new();
         };
@@ -205,7 +205,7 @@ impl<'a> Table<'a> {
     }
 
     /// The only one of several keys that is given; none or more than one is an error.
-    pub(super) fn choose(&self, what: &str, keys: &'static [&'static str]) -> Option<&'static str> {
+    pub(crate) fn choose(&self, what: &str, keys: &'static [&'static str]) -> Option<&'static str> {
         self.known.borrow_mut().extend(keys);
         let given: Vec<&'static str> = keys.iter().copied().filter(|key| self.has(key)).collect();
         if let [one] = given[..] {
@@ -232,7 +232,7 @@ impl<'a> Table<'a> {
 
     /// Reports every unknown key and every missing required key, but each mistake only once: if an
     /// unknown key is probably a missing one under a wrong name, only the unknown key is reported.
-    pub(super) fn finish(self) {
+    pub(crate) fn finish(self) {
         let mut known = self.known.into_inner();
         let mut seen = Vec::new();
         known.retain(|key| {

@@ -16,16 +16,16 @@
 //! ```
 
 mod diagnostics;
-mod document;
+pub(crate) mod document;
 mod encoding;
 mod explain;
 mod field;
 mod from_mesh;
-mod names;
+pub(crate) mod names;
 mod overrides;
 mod parse;
-mod read;
-mod reader;
+pub(crate) mod read;
+pub(crate) mod reader;
 mod resolved;
 mod schema;
 mod sha256;

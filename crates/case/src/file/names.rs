@@ -8,14 +8,14 @@ use super::resolved::Shape;
 
 /// What a name refers to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Surface,
     Set,
 }
 
 /// All names of a case, collected before anything refers to them.
 #[derive(Default)]
-pub(super) struct Names {
+pub(crate) struct Names {
     bodies: Vec<String>,
     /// Surface or set, and the number of the body that it belongs to, if known.
     sets: Vec<(String, Kind, Option<usize>)>,
@@ -33,7 +33,7 @@ pub(super) struct Names {
 
 impl Names {
     /// Adds a body and its surfaces; `path` is the place of its name.
-    pub(super) fn add_body(&mut self, reader: &Reader, path: &str, name: &str, shape: Option<&Shape>) {
+    pub(crate) fn add_body(&mut self, reader: &Reader, path: &str, name: &str, shape: Option<&Shape>) {
         if name.is_empty() {
             self.nameless = true;
         } else if self.bodies.iter().any(|other| other == name) {
@@ -68,17 +68,17 @@ impl Names {
 
     /// From now on, unknown names are not reported, since they may refer to something that cannot
     /// be read.
-    pub(super) fn excuse_all(&mut self) {
+    pub(crate) fn excuse_all(&mut self) {
         self.nameless = true;
     }
 
     /// Adds a node set; `body`: the body to which all its nodes belong, if known.
-    pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
+    pub(crate) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
         self.add(reader, path, name, Kind::Set, body);
     }
 
     /// Adds a surface of a body.
-    pub(super) fn add_surface(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
+    pub(crate) fn add_surface(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
         self.add(reader, path, name, Kind::Surface, body);
     }
 
@@ -97,12 +97,12 @@ impl Names {
         self.sets.push((name.to_owned(), kind, body));
     }
 
-    pub(super) fn find(&self, name: &str) -> Option<(Kind, Option<usize>)> {
+    pub(crate) fn find(&self, name: &str) -> Option<(Kind, Option<usize>)> {
         let found = self.sets.iter().find(|(other, _, _)| other == name);
         found.map(|&(_, kind, body)| (kind, body))
     }
 
-    pub(super) fn body(&self, name: &str) -> Option<usize> {
+    pub(crate) fn body(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|body| body == name)
     }
 
@@ -131,7 +131,7 @@ impl Names {
     }
 
     /// Reports a name that is neither a surface nor a set.
-    pub(super) fn check_set(&self, reader: &Reader, path: &str, name: &str) {
+    pub(crate) fn check_set(&self, reader: &Reader, path: &str, name: &str) {
         if self.find(name).is_none() && self.tell_unusable(reader, path, name) {
             return;
         }
@@ -147,7 +147,7 @@ impl Names {
     }
 
     /// Reports a name that is not a surface.
-    pub(super) fn check_surface(&self, reader: &Reader, path: &str, name: &str) {
+    pub(crate) fn check_surface(&self, reader: &Reader, path: &str, name: &str) {
         let surfaces: Vec<&str> =
             self.sets.iter().filter(|(_, kind, _)| *kind == Kind::Surface).map(|(name, _, _)| name.as_str()).collect();
         match self.find(name) {
@@ -169,7 +169,7 @@ impl Names {
     }
 
     /// Reports a name that is not the name of a set of elements.
-    pub(super) fn check_part(&self, reader: &Reader, path: &str, name: &str) {
+    pub(crate) fn check_part(&self, reader: &Reader, path: &str, name: &str) {
         if self.parts.iter().any(|part| part == name) || self.excusable(name) {
             return;
         }
@@ -182,7 +182,7 @@ impl Names {
     }
 
     /// Reports a name that is not the name of a body.
-    pub(super) fn check_body(&self, reader: &Reader, path: &str, name: &str) {
+    pub(crate) fn check_body(&self, reader: &Reader, path: &str, name: &str) {
         if self.body(name).is_none() && !self.nameless && !name.is_empty() {
             reader.error(
                 path,

@@ -13,7 +13,7 @@ use super::{CaseCode, CaseDiagnostic, Severity, SourceMap};
 const LARGEST_NUMBER: f64 = 1e50;
 
 /// Collects places, diagnostics and requirements while a document is read.
-pub(super) struct Reader {
+pub(crate) struct Reader {
     map: RefCell<SourceMap>,
     diagnostics: RefCell<Vec<CaseDiagnostic>>,
     requirements: RefCell<Vec<Requirement>>,
@@ -21,15 +21,15 @@ pub(super) struct Reader {
 
 /// A table must have at least one of these keys, whether the document has it or not. The schema
 /// follows from it.
-pub(super) struct Requirement {
+pub(crate) struct Requirement {
     /// Path of the table.
-    pub(super) path: String,
+    pub(crate) path: String,
     /// One key if it is required, otherwise the alternatives.
-    pub(super) keys: Vec<&'static str>,
+    pub(crate) keys: Vec<&'static str>,
 }
 
 impl Reader {
-    pub(super) fn new(text: &str, file_name: &str) -> Self {
+    pub(crate) fn new(text: &str, file_name: &str) -> Self {
         Self {
             map: RefCell::new(SourceMap::new(text, file_name)),
             diagnostics: RefCell::default(),
@@ -37,30 +37,30 @@ impl Reader {
         }
     }
 
-    pub(super) fn into_requirements(self) -> Vec<Requirement> {
+    pub(crate) fn into_requirements(self) -> Vec<Requirement> {
         self.requirements.into_inner()
     }
 
     /// Records that the table at `path` must have at least one of `keys`.
-    pub(super) fn require(&self, path: &str, keys: &[&'static str]) {
+    pub(crate) fn require(&self, path: &str, keys: &[&'static str]) {
         self.requirements.borrow_mut().push(Requirement { path: path.to_owned(), keys: keys.to_vec() });
     }
 
-    pub(super) fn into_parts(self) -> (SourceMap, Vec<CaseDiagnostic>) {
+    pub(crate) fn into_parts(self) -> (SourceMap, Vec<CaseDiagnostic>) {
         (self.map.into_inner(), self.diagnostics.into_inner())
     }
 
     /// Records the place of the value that `path` names.
-    pub(super) fn note(&self, path: &str, span: Range<usize>) {
+    pub(crate) fn note(&self, path: &str, span: Range<usize>) {
         self.map.borrow_mut().insert(path.to_owned(), span);
     }
 
     /// Whether the file contains a value, valid or not.
-    pub(super) fn contains(&self, path: &str) -> bool {
+    pub(crate) fn contains(&self, path: &str) -> bool {
         self.map.borrow().contains(path)
     }
 
-    pub(super) fn error_at(
+    pub(crate) fn error_at(
         &self,
         span: Range<usize>,
         code: CaseCode,
@@ -72,23 +72,23 @@ impl Reader {
         self.diagnostics.borrow_mut().push(diagnostic);
     }
 
-    pub(super) fn error(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) {
+    pub(crate) fn error(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) {
         let span = self.map.borrow().span(path);
         self.error_at(span, code, message, help);
     }
 
-    pub(super) fn warning(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) {
+    pub(crate) fn warning(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) {
         let diagnostic = self.map.borrow().warning(path, code, message, help);
         self.diagnostics.borrow_mut().push(diagnostic);
     }
 
-    pub(super) fn wrong_type(&self, value: &Spanned<DeValue<'_>>, what: &str, expected: &str) {
+    pub(crate) fn wrong_type(&self, value: &Spanned<DeValue<'_>>, what: &str, expected: &str) {
         let found = type_name(value.get_ref());
         self.error_at(value.span(), CaseCode::WrongType, format!("{what} must be {expected}, not {found}"), "");
     }
 
     /// A finite number; integers are allowed.
-    pub(super) fn number(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<f64> {
+    pub(crate) fn number(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<f64> {
         let parsed = match value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
@@ -118,7 +118,7 @@ impl Reader {
         }
     }
 
-    pub(super) fn integer(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<i64> {
+    pub(crate) fn integer(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<i64> {
         let integer = integer_value(value.get_ref());
         match value.get_ref() {
             _ if integer.is_some() => {}
@@ -136,7 +136,7 @@ impl Reader {
         integer
     }
 
-    pub(super) fn string(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<String> {
+    pub(crate) fn string(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<String> {
         let string = value.get_ref().as_str();
         if string.is_none() {
             self.wrong_type(value, what, "a string in quotes");
@@ -144,7 +144,7 @@ impl Reader {
         string.map(str::to_owned)
     }
 
-    pub(super) fn boolean(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<bool> {
+    pub(crate) fn boolean(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<bool> {
         let boolean = value.get_ref().as_bool();
         if boolean.is_none() {
             self.wrong_type(value, what, "true or false");
@@ -153,7 +153,7 @@ impl Reader {
     }
 
     /// Exactly three values.
-    pub(super) fn three<T: Copy>(
+    pub(crate) fn three<T: Copy>(
         &self,
         value: &Spanned<DeValue<'_>>,
         what: &str,
@@ -175,7 +175,7 @@ impl Reader {
     }
 
     /// A table of the document.
-    pub(super) fn table<'a>(&'a self, value: &'a Spanned<DeValue<'a>>, path: String) -> Option<Table<'a>> {
+    pub(crate) fn table<'a>(&'a self, value: &'a Spanned<DeValue<'a>>, path: String) -> Option<Table<'a>> {
         self.note(&path, value.span());
         match value.get_ref().as_table() {
             Some(table) => Some(Table::new(self, table, path)),
@@ -205,7 +205,7 @@ fn type_name(value: &DeValue<'_>) -> &'static str {
 }
 
 /// "did you mean …?" if a candidate is close, otherwise the list of all.
-pub(super) fn suggestion_or_list(name: &str, candidates: &[impl AsRef<str>]) -> String {
+pub(crate) fn suggestion_or_list(name: &str, candidates: &[impl AsRef<str>]) -> String {
     if let Some(near) = nearest(name, candidates) {
         return format!("did you mean `{near}`?");
     }
@@ -214,7 +214,7 @@ pub(super) fn suggestion_or_list(name: &str, candidates: &[impl AsRef<str>]) -> 
 }
 
 /// The candidate nearest to `name`, if only a few letters differ.
-pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Option<&'c str> {
+pub(crate) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Option<&'c str> {
     let length = name.chars().count();
     // a single letter could be changed to anything
     let allowed = (length / 3).max(1).min(length.saturating_sub(1));
@@ -228,7 +228,7 @@ pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Opti
 
 /// The first candidate that shares a word with `name`, such as `friction` for
 /// `friction_coefficient`.
-pub(super) fn sharing_a_word(name: &str, candidates: &[&'static str]) -> Option<&'static str> {
+pub(crate) fn sharing_a_word(name: &str, candidates: &[&'static str]) -> Option<&'static str> {
     let name = name.to_lowercase();
     let words: Vec<&str> = name.split(['_', '-']).filter(|word| word.len() > 2).collect();
     candidates.iter().copied().find(|candidate| candidate.split('_').any(|word| words.contains(&word)))

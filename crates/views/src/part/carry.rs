@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use slipstick_case::file::{Case, MeshFile, NodeSet, Placement, QuantityKind, Region, Shape, SurfaceSet};
+use slipstick_case::file::{Case, MeshFile, NodeSet, Placement, Region, Shape, SurfaceSet};
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
@@ -179,18 +179,7 @@ fn uses(case: &Case) -> Vec<(String, String)> {
         set.within.iter().for_each(|within| need(within, format!("the set `{}`", set.name)));
     }
     for quantity in &case.quantities {
-        let names: Vec<&String> = match &quantity.kind {
-            QuantityKind::Reaction { set, .. } | QuantityKind::Moment { set, .. } => vec![set],
-            QuantityKind::Displacement { set, relative_to, .. } => [set].into_iter().chain(relative_to).collect(),
-            QuantityKind::ExternalWork { set } => set.iter().collect(),
-            QuantityKind::ContactForce { within, .. }
-            | QuantityKind::ContactPressure { within, .. }
-            | QuantityKind::ContactShare { within, .. }
-            | QuantityKind::Gap { within, .. }
-            | QuantityKind::FrictionWork { within, .. } => within.iter().collect(),
-            _ => Vec::new(),
-        };
-        names.into_iter().for_each(|name| need(name, format!("the quantity `{}`", quantity.name)));
+        quantity.kind.sets().into_iter().for_each(|name| need(name, format!("the quantity `{}`", quantity.name)));
     }
     uses
 }

@@ -6,7 +6,7 @@ use super::super::resolved::{BoxRegion, Cylinder};
 
 /// A name: letters, digits, `_` and `-`, so that it can be used in paths, file names and tables.
 /// Empty after an error.
-pub(super) fn name(table: &Table<'_>) -> String {
+pub(crate) fn name(table: &Table<'_>) -> String {
     let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
     table
         .string("name")
@@ -20,12 +20,12 @@ pub(super) fn name(table: &Table<'_>) -> String {
 }
 
 /// A list of boxes `{ min = […], max = […] }`.
-pub(super) fn boxes(table: &Table<'_>, key: &'static str) -> Vec<BoxRegion> {
+pub(crate) fn boxes(table: &Table<'_>, key: &'static str) -> Vec<BoxRegion> {
     table.tables(key).into_iter().map(box_region).collect()
 }
 
 /// A box `{ min = […], max = […] }`.
-pub(super) fn box_region(table: Table<'_>) -> BoxRegion {
+pub(crate) fn box_region(table: Table<'_>) -> BoxRegion {
     let help = "the box's lowest and highest corner: { min = [x, y, z], max = [x, y, z] }";
     let min = table.vector("min").required([0.0; 3], help);
     let ordered = |max: &[f64; 3]| (0..3).all(|i| min[i] <= max[i]);
@@ -38,14 +38,14 @@ pub(super) fn box_region(table: Table<'_>) -> BoxRegion {
 }
 
 /// A solid cylinder.
-pub(super) fn cylinder(table: Table<'_>) -> Cylinder {
+pub(crate) fn cylinder(table: Table<'_>) -> Cylinder {
     let cylinder = axis_and_radius(&table);
     table.finish();
     cylinder
 }
 
 /// The axis and the radius of a cylinder, in a table with further keys.
-pub(super) fn axis_and_radius(table: &Table<'_>) -> Cylinder {
+pub(crate) fn axis_and_radius(table: &Table<'_>) -> Cylinder {
     let start = table.vector("start").required([0.0; 3], "one end of the axis [x, y, z]");
     let end = table
         .vector("end")
@@ -56,7 +56,7 @@ pub(super) fn axis_and_radius(table: &Table<'_>) -> Cylinder {
 }
 
 /// A direction: three numbers, not all zero.
-pub(super) fn direction(table: &Table<'_>, key: &'static str) -> [f64; 3] {
+pub(crate) fn direction(table: &Table<'_>, key: &'static str) -> [f64; 3] {
     table
         .vector(key)
         .check(

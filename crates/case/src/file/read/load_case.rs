@@ -5,6 +5,7 @@ use super::super::document::Table;
 use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{BodyInCase, Contact, LoadCase, LoadInCase, MotionInCase, PairInCase, Turn};
+use crate::quantity::slave;
 
 pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) -> Vec<LoadCase> {
     let mut cases: Vec<LoadCase> = Vec::new();
@@ -34,7 +35,8 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
                 ("pairs", "slave"),
                 |pair: &PairInCase| &pair.slave,
                 |inner| {
-                    let slave = super::quantity::slave(inner, contacts);
+                    let slave =
+                        slave(inner, &contacts.iter().map(|contact| contact.slave.as_str()).collect::<Vec<_>>());
                     if contacts.iter().any(|pair| pair.slave == slave && pair.tied) {
                         let message = format!("`{slave}` is tied, and has no friction in any load case");
                         let path = inner.path_of("slave");

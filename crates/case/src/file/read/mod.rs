@@ -1,7 +1,7 @@
 //! Converts the parsed tables to the [`Case`]: one file per part of the case.
 
 mod bodies;
-mod common;
+pub(crate) mod common;
 mod contact;
 mod design;
 mod load;
@@ -19,6 +19,7 @@ mod symmetry;
 use super::document::Table;
 use super::names::Names;
 use super::resolved::Case;
+use crate::quantity::Known;
 pub use mesh_file::ReadFile;
 pub(super) use schedule::late;
 
@@ -44,9 +45,10 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     load_case::warn_idle(&root, &load_cases, &driven);
     load_case::check_differences(&root, &load_cases, &moving, &loaded);
     let design = design::design(&root, &names, &bodies);
-    let known = quantity::Known { names: &names, contacts: &contacts, steps: load_path.steps };
+    let slaves = contacts.iter().map(|contact| contact.slave.as_str()).collect();
+    let known = Known { names: &names, slaves };
     let quantities = quantity::quantities(&root, &known);
-    let objective = quantity::objective(&root, &quantities, &known);
+    let objective = quantity::objective(&root, &quantities, &known, load_path.steps);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
     let promises = promise::promises(&root, load_cases.len().max(1));
     let optimizer = design::optimizer(&root, design.as_ref());

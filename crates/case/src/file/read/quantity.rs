@@ -2,33 +2,12 @@
 
 use super::super::CaseCode;
 use super::super::document::Table;
-use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{
-    Combination, Constraint, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, Objective, ObjectiveKind,
-    ObservedSteps, OverLoadCases, PressureWord, Quantity, QuantityKind, QuantityTerm, VectorComponent, VectorWord,
+    Combination, Constraint, CurveToFollow, Objective, ObjectiveKind, ObservedSteps, OverLoadCases, Quantity,
+    QuantityKind, QuantityTerm,
 };
-
-/// What the tables refer to.
-pub(super) struct Known<'a> {
-    pub names: &'a Names,
-    pub contacts: &'a [Contact],
-    pub steps: usize,
-}
-
-/// The axes and the norm.
-const VECTOR: &[(&str, VectorWord)] =
-    &[("x", VectorWord::X), ("y", VectorWord::Y), ("z", VectorWord::Z), ("norm", VectorWord::Norm)];
-
-const FORCE: &[(&str, ForceWord)] = &[
-    ("x", ForceWord::X),
-    ("y", ForceWord::Y),
-    ("z", ForceWord::Z),
-    ("norm", ForceWord::Norm),
-    ("normal", ForceWord::Normal),
-    ("tangential", ForceWord::Tangential),
-    ("nodal", ForceWord::Nodal),
-];
+use crate::quantity::{Known, Reading};
 
 pub(super) fn quantities(root: &Table<'_>, known: &Known<'_>) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
@@ -40,178 +19,33 @@ pub(super) fn quantities(root: &Table<'_>, known: &Known<'_>) -> Vec<Quantity> {
         }
         let kind = table.choose("what the quantity measures", QuantityKind::KEYS);
         let kind = kind.and_then(|key| Some((key, table.table(key)?))).and_then(|(key, inner)| {
-            let kind = kind_of(key, &inner, known);
+            let kind = QuantityKind::read(key, &Reading { table: &inner, known });
             inner.finish();
             kind
         });
         table.finish();
         // after an error, a placeholder with the name, so that no reference to it is an error too
-        quantities.push(Quantity { name, kind: kind.unwrap_or(QuantityKind::Compliance {}) });
+        quantities.push(Quantity { name, kind: kind.unwrap_or(QuantityKind::PLACEHOLDER) });
     }
     quantities
 }
 
-fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKind> {
-    let set = || {
-        let set = table.string("set").required(String::new(), "a surface or node set, for instance \"plate_ymin\"");
-        known.names.check_set(table.reader, &table.path_of("set"), &set);
-        set
-    };
-    let optional_set = |key: &'static str| {
-        let set = table.string(key).optional()?;
-        known.names.check_set(table.reader, &table.path_of(key), &set);
-        Some(set)
-    };
-    let slave = || slave(table, known.contacts);
-    let body = || {
-        let body = table.string("body").optional()?;
-        known.names.check_body(table.reader, &table.path_of("body"), &body);
-        Some(body)
-    };
-    let sharpness = |default: f64| {
-        let at_least_one = |&p: &f64| p >= 1.0;
-        let sharpness = table.number("sharpness");
-        sharpness.check(CaseCode::OutOfRange, at_least_one, "must be at least 1", "8 to 30 are usual").or(default)
-    };
-    let sharpness_of = |smooth: bool, smooth_measures: &str, default: f64| {
-        if !smooth && table.has("sharpness") {
-            let message = "`sharpness` has no effect on this measure";
-            let help = format!("remove it, or choose the measure {smooth_measures}");
-            table.reader.error(&table.path_of("sharpness"), CaseCode::ChooseOne, message, help);
-        }
-        if smooth { sharpness(default) } else { 0.0 * sharpness(default) }
-    };
-    Some(match key {
-        "reaction" => QuantityKind::Reaction { set: set(), component: vector_component(table) },
-        "moment" => QuantityKind::Moment {
-            set: set(),
-            point: table.vector("point").required([0.0; 3], "a point on the axis"),
-            direction: super::common::direction(table, "direction"),
-        },
-        "contact_force" => QuantityKind::ContactForce {
-            slave: slave(),
-            component: component(table, FORCE).map_or(ForceComponent::Word(ForceWord::Norm), |chosen| match chosen {
-                Chosen::Word(word) => ForceComponent::Word(word),
-                Chosen::Direction(direction) => ForceComponent::Direction(direction),
-            }),
-            within: optional_set("within"),
-        },
-        "contact_pressure" => {
-            let words = [
-                ("peak", PressureWord::Peak),
-                ("mean", PressureWord::Mean),
-                ("spread", PressureWord::Spread),
-                ("minimum", PressureWord::Minimum),
-            ];
-            let measure = table.word("measure", &words);
-            let measure = measure.required(PressureWord::Peak, "\"peak\", \"mean\", \"spread\" or \"minimum\"");
-            let smooth = matches!(measure, PressureWord::Peak | PressureWord::Minimum);
-            QuantityKind::ContactPressure {
-                slave: slave(),
-                measure,
-                sharpness: sharpness_of(smooth, "\"peak\" or \"minimum\"", 12.0),
-                within: optional_set("within"),
-            }
-        }
-        "contact_share" => QuantityKind::ContactShare { slave: slave(), within: optional_set("within") },
-        "gap" => {
-            let measure = table.word("measure", &[("mean", GapWord::Mean), ("minimum", GapWord::Minimum)]);
-            let measure = measure.required(GapWord::Minimum, "\"mean\" or \"minimum\"");
-            QuantityKind::Gap {
-                slave: slave(),
-                measure,
-                sharpness: sharpness_of(measure == GapWord::Minimum, "\"minimum\"", 50.0),
-                within: optional_set("within"),
-            }
-        }
-        "friction_work" => QuantityKind::FrictionWork { slave: slave(), within: optional_set("within") },
-        "external_work" => QuantityKind::ExternalWork { set: optional_set("set") },
-        "displacement" => QuantityKind::Displacement {
-            set: set(),
-            component: vector_component(table),
-            relative_to: optional_set("relative_to"),
-        },
-        "strain_energy" => QuantityKind::StrainEnergy { body: body() },
-        "stress" => QuantityKind::Stress {
-            body: body(),
-            within: super::common::boxes(table, "within"),
-            sharpness: sharpness(12.0),
-        },
-        "plastic_strain" => QuantityKind::PlasticStrain {
-            body: body(),
-            within: super::common::boxes(table, "within"),
-            sharpness: sharpness(12.0),
-        },
-        "compliance" => QuantityKind::Compliance {},
-        "volume" => QuantityKind::Volume { body: body() },
-        "mass" => {
-            let mass_density = table.number("mass_density");
-            let positive = |&rho: &f64| rho > 0.0;
-            let mass_density =
-                mass_density.check(CaseCode::OutOfRange, positive, "must be positive", "such as 1.01e-6 [kg/mm³]");
-            QuantityKind::Mass {
-                body: body(),
-                mass_density: mass_density.required(1.0, "mass per volume of the solid material"),
-            }
-        }
-        _ => return None,
-    })
-}
-
-/// The slave surface of a pair.
-pub(super) fn slave(table: &Table<'_>, contacts: &[Contact]) -> String {
-    let slaves: Vec<&str> = contacts.iter().map(|contact| contact.slave.as_str()).collect();
-    let slave = table.string("slave").required(String::new(), "the slave surface of a [[contact]]");
-    let readable = slaves.iter().all(|slave| !slave.is_empty());
-    if !slave.is_empty() && readable && !slaves.contains(&slave.as_str()) {
-        let message = format!("`{slave}` is not the slave of a contact pair");
-        let help = if slaves.is_empty() {
-            "add a [[contact]] with this slave".into()
-        } else {
-            suggestion_or_list(&slave, &slaves)
-        };
-        table.reader.error(&table.path_of("slave"), CaseCode::UnknownSet, message, help);
-    }
-    slave
-}
-
-/// A word, or a direction.
-enum Chosen<T> {
-    Word(T),
-    Direction([f64; 3]),
-}
-
-fn vector_component(table: &Table<'_>) -> VectorComponent {
-    match component(table, VECTOR) {
-        Some(Chosen::Direction(direction)) => VectorComponent::Direction(direction),
-        Some(Chosen::Word(word)) => VectorComponent::Word(word),
-        None => VectorComponent::Word(VectorWord::Norm),
-    }
-}
-
-/// The required key `component`; `None` after an error.
-fn component<T: Copy>(table: &Table<'_>, words: &[(&'static str, T)]) -> Option<Chosen<T>> {
-    let names: Vec<&str> = words.iter().map(|(name, _)| *name).collect();
-    table.require("component", &format!("one of {}, or a direction [x, y, z]", names.join(", ")));
-    let value = table.value("component")?;
-    if value.get_ref().as_array().is_some() {
-        let direction = super::common::direction(table, "component");
-        return Some(Chosen::Direction(direction));
-    }
-    table.word("component", words).optional().map(Chosen::Word)
-}
-
 /// What is minimised, maximised or followed.
-pub(super) fn objective(root: &Table<'_>, quantities: &[Quantity], known: &Known<'_>) -> Option<Objective> {
+pub(super) fn objective(
+    root: &Table<'_>,
+    quantities: &[Quantity],
+    known: &Known<'_>,
+    steps: usize,
+) -> Option<Objective> {
     let table = root.table("objective")?;
     let chosen = table.choose("the objective", &["contact_force", "compliance", "minimise", "maximise", "follow"]);
     let load_cases = over_load_cases(&table);
     let objective = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
         let kind = match key {
-            "contact_force" => ObjectiveKind::ContactForce { steps: observed_steps(&inner, known.steps) },
-            "compliance" => ObjectiveKind::Compliance { steps: observed_steps(&inner, known.steps) },
-            "minimise" => ObjectiveKind::Minimise(combination(&inner, quantities, known.steps)),
-            "maximise" => ObjectiveKind::Maximise(combination(&inner, quantities, known.steps)),
+            "contact_force" => ObjectiveKind::ContactForce { steps: observed_steps(&inner, steps) },
+            "compliance" => ObjectiveKind::Compliance { steps: observed_steps(&inner, steps) },
+            "minimise" => ObjectiveKind::Minimise(combination(&inner, quantities, steps)),
+            "maximise" => ObjectiveKind::Maximise(combination(&inner, quantities, steps)),
             _ => ObjectiveKind::Follow(curve(&inner, quantities)),
         };
         inner.finish();
@@ -226,7 +60,7 @@ pub(super) fn objective(root: &Table<'_>, quantities: &[Quantity], known: &Known
         );
     }
     if chosen == Some("contact_force")
-        && known.contacts.is_empty()
+        && known.slaves.is_empty()
         && !root.has("contact")
         && !root.has_misspelt("contact")
     {
