@@ -2,8 +2,8 @@
 
 use crate::finding::{Expected, Finding};
 use crate::{
-    beams, cylinder, fourc, hertz, mindlin, nafems, objectivity, patch, peers, plasticity, press_fit, ring, roller,
-    sliding, treloar,
+    beams, cylinder, fourc, hertz, mindlin, nafems, necking, objectivity, patch, peers, plasticity, press_fit, ring,
+    roller, sliding, treloar,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -34,6 +34,7 @@ pub fn chapters() -> Vec<Chapter> {
     all.extend([ring::chapter(), press_fit::chapter(), objectivity::chapter()]);
     all.extend([cylinder::chapter(), treloar::chapter(), roller::chapter(), beams::chapter()]);
     all.extend(plasticity::chapters());
+    all.push(necking::chapter());
     all.extend(peers::chapters());
     all.extend([hertz::chapter(), mindlin::chapter(), nafems::chapter(), fourc::chapter()]);
     all

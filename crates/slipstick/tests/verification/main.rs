@@ -16,6 +16,7 @@ mod hertz;
 mod mapped;
 mod mindlin;
 mod nafems;
+mod necking;
 mod objectivity;
 mod patch;
 mod peers;
