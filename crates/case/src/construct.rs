@@ -250,7 +250,11 @@ fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str
         if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == load.surface) {
             return Ok(Loaded::Body(rigid.clone()));
         }
-        let surface = surface_of(mesh, &load.surface, &format!("load[{i}].surface"))?;
+        let path = format!("load[{i}].surface");
+        if let (file::LoadKind::NodalForce(_), Some(nodes)) = (load.kind, mesh.set_nodes(&load.surface)) {
+            return Ok(Loaded::Nodes(nodes.into_owned()));
+        }
+        let surface = surface_of(mesh, &load.surface, &path)?;
         Ok(Loaded::Facets(mesh.faces_of_surface(surface)))
     };
     let targets: Result<Vec<Loaded>, BuildError> = case.loads.iter().enumerate().map(target).collect();

@@ -104,6 +104,13 @@ pub struct New {
     /// (template `my-mesh`)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub mesh: Option<PathBuf>,
+    /// Write a case that takes bodies, contact, supports and loads from this deck of Abaqus or CalculiX
+    /// (.inp), with a design to adapt
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["template", "mesh"])]
+    pub deck: Option<PathBuf>,
+    /// Leave out a keyword of the deck although it may change the physics; may be given several times
+    #[arg(long, value_name = "KEYWORD", requires = "deck")]
+    pub ignore: Vec<String>,
     /// File to write; `-` is standard output [default: the name of the template or of the mesh
     /// file, with `.toml`]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -116,18 +123,21 @@ pub struct New {
 /// The case file.
 #[derive(Debug, Clone, Args)]
 pub struct CaseFile {
-    /// The case file
+    /// The case file, or a deck of Abaqus or CalculiX (.inp)
     #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     pub case: PathBuf,
     /// Replace or add a value, for instance `contact[0].friction=0.1`; may be given several times
     #[arg(long, value_name = "KEY=VALUE", value_parser = override_of)]
     pub set: Vec<Override>,
+    /// Leave out a keyword of the deck although it may change the physics; may be given several times
+    #[arg(long, value_name = "KEYWORD")]
+    pub ignore: Vec<String>,
 }
 
 impl From<&Path> for CaseFile {
     /// The case file without replaced values.
     fn from(case: &Path) -> Self {
-        Self { case: case.to_owned(), set: Vec::new() }
+        Self { case: case.to_owned(), set: Vec::new(), ignore: Vec::new() }
     }
 }
 

@@ -9,7 +9,7 @@ use slipstick::design::{DesignVariables, ElementValues, Role};
 use slipstick::run::{StoredDesign, load_design};
 use slipstick::words::{counted, quantity};
 use slipstick_service::check::{self, Checked, above_volume_bound};
-use slipstick_service::read::case_file;
+use slipstick_service::read::case_or_deck;
 
 use crate::args::{CaseFile, DesignFrom, Out};
 use crate::context::Context;
@@ -31,7 +31,7 @@ pub struct Setup {
 /// [`Failure::Case`], [`Failure::Input`].
 pub fn read(file: &CaseFile) -> Outcome<Resolved> {
     let path = &file.case;
-    case_file(path, &file.set).map_err(|error| error.at(path))
+    case_or_deck(path, &file.set, &file.ignore).map_err(|error| error.at(path))
 }
 
 /// Reads and builds a case that will run, sets the number of threads, and shows warnings;

@@ -19,12 +19,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const PAGES: [&str; 6] = [
+const PAGES: [&str; 7] = [
     "tutorials/first_design.md",
     "tutorials/my_mesh.md",
     "tutorials/part.md",
     "tutorials/report.md",
     "tutorials/verify_gradient.md",
+    "decks.md",
     "how_to.md",
 ];
 

@@ -74,10 +74,7 @@ impl FileMesh {
         let nodes: Vec<[f64; 3]> = extraction.points.iter().map(|point| point.map(|x| x * scale)).collect();
         let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..nodes.len() };
         let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
-        let own = |set: &str| match set.strip_prefix(name) {
-            Some(rest) if rest.starts_with('_') => set.to_owned(),
-            _ => format!("{name}_{set}"),
-        };
+        let own = |set: &str| Self::name_on_body(name, set);
         let (surfaces, unusable) = extraction.surfaces(&mesh)?;
         let unusable = unusable.into_iter().map(|(set, error)| (own(set), error)).collect();
         for (set, surface) in surfaces {

@@ -125,6 +125,14 @@ impl FileMesh {
         self.solid_cells(None).into_iter().filter(|cell| !taken.contains(cell)).collect()
     }
 
+    /// The name of a set of the file on a body: `{body}_{set}`, or the set's own name if it begins so.
+    pub fn name_on_body(body: &str, set: &str) -> String {
+        match set.strip_prefix(body) {
+            Some(rest) if rest.starts_with('_') => set.to_owned(),
+            _ => format!("{body}_{set}"),
+        }
+    }
+
     /// Names of the sets that contain solid cells, which [`FileMesh::body`] accepts as parts.
     pub fn parts(&self) -> impl Iterator<Item = &str> {
         let solid = |cells: &Vec<u32>| cells.iter().any(|&cell| self.cells.kind(cell as usize).dimension() == 3);

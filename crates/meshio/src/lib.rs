@@ -3,7 +3,7 @@
 //! | format | written by | read |
 //! |---|---|---|
 //! | `.msh` 2.2 and 4.1, ASCII and binary | Gmsh | nodes, elements, physical groups |
-//! | `.inp` | Abaqus, CalculiX, Gmsh | `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE` of a flat model |
+//! | `.inp` | Abaqus, CalculiX, Gmsh | `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE`, parts and instances |
 //! | `.vtu` | ParaView, VTK, meshio, slipstick | ASCII, inline base64, appended raw or base64; zlib, LZ4, LZMA or no compression |
 //! | `.vtk` | older programs, meshio, VTK | unstructured grids of versions 1 to 5, ASCII and binary |
 //!
@@ -25,7 +25,7 @@
 //! assert_eq!(read.mesh.surfaces["die_top"].facets[0].nodes, [4, 5, 6, 7].into());
 //! ```
 
-mod abaqus;
+pub mod abaqus;
 mod body;
 mod builder;
 mod cell;

@@ -4,8 +4,8 @@ use std::io;
 use std::path::Path;
 
 use slipstick::case::{
-    CaseDiagnostic, CaseErrors, NotUtf8, Override, OverrideError, Resolved, Severity, override_case, parse_case_with,
-    utf8,
+    CaseDiagnostic, CaseErrors, NotUtf8, Override, OverrideError, Resolved, Severity, case_of_deck, override_case,
+    parse_case_with, utf8, with_deck,
 };
 use slipstick::run::mesh_files;
 
@@ -49,13 +49,41 @@ impl Unreadable {
 ///
 /// [`Unreadable`]; as a [`Failure`], all kinds are wrong input.
 pub fn case_file(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable> {
-    let text = utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding)?;
+    case_or_deck(path, overrides, &[])
+}
+
+/// As [`case_file`], also for a deck of Abaqus or CalculiX (`.inp`), whose keywords in `ignored` are left
+/// out.
+///
+/// # Errors
+///
+/// As [`case_file`].
+pub fn case_or_deck(path: &Path, overrides: &[Override], ignored: &[String]) -> Result<Resolved, Unreadable> {
+    let mut text = match deck_name(path) {
+        Some(deck) => {
+            std::fs::metadata(path).map_err(Unreadable::Io)?;
+            case_of_deck(&deck)
+        }
+        None => utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding)?,
+    };
     let mut name = path.display().to_string();
+    let files = mesh_files(path);
+    let deck = with_deck(&text, &name, &files, ignored).map_err(Unreadable::Wrong)?.map(|with| {
+        text = with.text;
+        with.ledger
+    });
     let changed = override_case(&text, &name, overrides).map_err(Unreadable::Override)?;
     if changed != text {
         name += " (with --set)";
     }
-    parse_case_with(&changed, &name, &mesh_files(path)).map_err(Unreadable::Wrong)
+    let resolved = parse_case_with(&changed, &name, &files).map_err(Unreadable::Wrong)?;
+    Ok(Resolved { deck, ..resolved })
+}
+
+/// The name of a deck in its folder; `None` for a case file.
+fn deck_name(path: &Path) -> Option<String> {
+    path.extension().filter(|extension| extension.eq_ignore_ascii_case("inp"))?;
+    Some(path.file_name()?.to_string_lossy().into_owned())
 }
 
 /// A diagnostic for programs.

@@ -140,6 +140,9 @@ case_codes! {
     /// A mesh file cannot be read, or does not contain what the case asks for; as a warning: part
     /// of it was repaired or omitted.
     MeshFile => "mesh_file",
+    /// A deck of Abaqus or CalculiX contains a mistake, or something that changes the physics and is not
+    /// supported.
+    Deck => "deck",
     /// A body consists of parts that are not connected, or has coincident nodes that are not merged
     /// (warning).
     Disconnected => "disconnected",

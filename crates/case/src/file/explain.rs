@@ -172,6 +172,10 @@ impl CaseCode {
                 "Change the shape, its numbers of elements or its placement; the message describes the defect of the \
                  mesh."
             }
+            Deck => {
+                "Remove or change the keyword in the deck. Where the difference does not matter, `--ignore KEYWORD`, or \
+                 `ignore` in the key `deck` of a case, leaves it out."
+            }
             MeshFile => {
                 "Check the file's name, format and groups; docs/case_file.md lists the supported formats and elements. \
                  With `first_order = true` in the body's `mesh`, second-order elements are read without their mid-side \

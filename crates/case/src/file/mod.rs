@@ -15,11 +15,13 @@
 //! assert!(errors.to_string().starts_with("case.toml:1:1: error: "));
 //! ```
 
+mod deck;
 mod diagnostics;
 pub(crate) mod document;
 mod encoding;
 mod explain;
 mod field;
+mod from_deck;
 mod from_mesh;
 pub(crate) mod names;
 mod overrides;
@@ -33,8 +35,10 @@ mod source_map;
 mod syntax;
 mod templates;
 
+pub use deck::{WithDeck, case_of_deck, with_deck};
 pub use diagnostics::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 pub use encoding::{NotUtf8, utf8};
+pub use from_deck::design_of_deck;
 pub use from_mesh::{MeshCase, case_of_mesh};
 pub use overrides::{Override, OverrideError, override_case};
 pub use parse::{Resolved, parse_case, parse_case_with};
@@ -42,5 +46,6 @@ pub use read::ReadFile;
 pub use resolved::*;
 pub use schema::schema;
 pub use sha256::{hexadecimal, sha256};
+pub use slipstick_deck::{How, KeywordUse, Ledger};
 pub use source_map::SourceMap;
 pub use templates::{TEMPLATES, Template, template};

@@ -1,9 +1,11 @@
 //! From the text of a case file to the resolved case.
 
+use super::deck::{WithDeck, with_deck};
 use super::document::Table;
 use super::read::{self, ReadFile};
 use super::reader::{Reader, Requirement};
 use super::{Case, CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap, syntax};
+use slipstick_deck::Ledger;
 use std::io;
 use toml::de::DeTable;
 
@@ -16,6 +18,8 @@ pub struct Resolved {
     pub warnings: Vec<CaseDiagnostic>,
     /// The place of each value.
     pub source_map: SourceMap,
+    /// What became of the keywords of the deck, if the case was read with one.
+    pub deck: Option<Ledger>,
 }
 
 impl Resolved {
@@ -83,6 +87,10 @@ pub(super) fn requirements(text: &str) -> Vec<Requirement> {
 ///
 /// As for [`parse_case`]; and errors in the mesh files, at the places that refer to them.
 pub fn parse_case_with(text: &str, file_name: &str, files: ReadFile<'_>) -> Result<Resolved, CaseErrors> {
+    if let Some(WithDeck { text, ledger }) = with_deck(text, file_name, files, &[])? {
+        let resolved = parse_case_with(&text, file_name, files)?;
+        return Ok(Resolved { deck: Some(ledger), ..resolved });
+    }
     let reader = Reader::new(text, file_name);
     let (document, syntax_errors) = DeTable::parse_recoverable(text);
     if !syntax_errors.is_empty() {
@@ -98,5 +106,5 @@ pub fn parse_case_with(text: &str, file_name: &str, files: ReadFile<'_>) -> Resu
         return Err(errors);
     }
     warnings.sort_by_key(|warning| warning.span().start);
-    Ok(Resolved { case, warnings, source_map })
+    Ok(Resolved { case, warnings, source_map, deck: None })
 }

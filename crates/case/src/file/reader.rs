@@ -37,6 +37,11 @@ impl Reader {
         }
     }
 
+    /// The text of the file.
+    pub(super) fn text(&self) -> String {
+        self.map.borrow().text().to_owned()
+    }
+
     pub(crate) fn into_requirements(self) -> Vec<Requirement> {
         self.requirements.into_inner()
     }

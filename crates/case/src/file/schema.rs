@@ -21,6 +21,20 @@ pub fn schema() -> Value {
         one_line(schema);
     }
     close(&mut schema);
+    schema["properties"]["deck"] = json!({
+        "description": "A deck of Abaqus or CalculiX from which the case takes further tables.",
+        "type": "object",
+        "properties": {
+            "file": { "description": "Path of the deck, relative to the case file.", "type": "string" },
+            "ignore": {
+                "description": "Keywords of the deck that are left out although they may change the physics.",
+                "type": "array",
+                "items": { "type": "string" },
+            },
+        },
+        "required": ["file"],
+        "additionalProperties": false,
+    });
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         definitions.values_mut().for_each(close);
         for of_one_kind in ["Body", "Load", "Objective", "Quantity"] {
@@ -32,6 +46,9 @@ pub fn schema() -> Value {
     for (pointer, path) in &tables {
         require(schema.pointer_mut(pointer), path);
     }
+    // A deck has bodies and load steps.
+    let required = schema.as_object_mut().and_then(|root| root.remove("required")).unwrap_or_default();
+    schema["anyOf"] = json!([{ "required": required }, { "required": ["deck"] }]);
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         // Rigid bodies have no material, tied surfaces no friction.
         for (table, key, instead) in [("Body", "material", "rigid"), ("Contact", "friction", "tied")] {

@@ -96,12 +96,20 @@ impl SourceMap {
         let end = self.text().len();
         let span = span.start.min(end)..span.end.clamp(span.start.min(end), end);
         let (line, column) = self.position(span.start);
+        let mut help = help.into();
+        if let Some(origin) = super::deck::origin(self.text(), span.start) {
+            help = [help, format!("this table comes from {origin}")]
+                .into_iter()
+                .filter(|text| !text.is_empty())
+                .collect::<Vec<_>>()
+                .join("; ");
+        }
         CaseDiagnostic {
             code,
             severity,
             message: visible(&message.into()).into_owned(),
             label: String::new(),
-            help: visible(&help.into()).into_owned(),
+            help: visible(&help).into_owned(),
             span,
             line,
             column,

@@ -175,7 +175,8 @@ fn required_keys() {
     let schema = schema();
     let required = |pointer: &str| schema.pointer(pointer).and_then(|table| table["required"].as_array()).cloned();
     for (table, keys) in [
-        ("", &["body", "load_path"][..]),
+        ("/anyOf/0", &["body", "load_path"][..]),
+        ("/anyOf/1", &["deck"]),
         ("/$defs/Body", &["name"]),
         ("/$defs/Contact", &["slave", "master"]),
         ("/$defs/SurfaceSet", &["name"]),

@@ -1,8 +1,8 @@
 //! `slipstick check`: checks a case without running it.
 
-use serde_json::json;
+use serde_json::{Value, json};
 use slipstick::build::Problem;
-use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
+use slipstick::case::{Component, Dimension, KeywordUse, Ledger, LoadKind, Severity, Units};
 use slipstick::check::{Inspection, SectionSummary, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
 use slipstick_service::check::Checked;
@@ -54,13 +54,18 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     let on = &setup.checked.forecast.on_ranks;
     let ranks = args.ranks.map(usize::from);
     let on_ranks = ranks.map(|ranks| json!({ "ranks": ranks, "each": on.of_each(ranks), "kept": on.kept(ranks) }));
+    let of_deck = setup.checked.resolved.deck.as_ref().map(keywords);
     let told = json!({
-        "command": "check", "inspection": setup.checked.facts(), "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
+        "command": "check", "deck": of_deck, "inspection": setup.checked.facts(), "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
     });
     context.console.event("result", told);
     let console = &context.console;
     if !setup.checked.resolved.case.title.is_empty() {
         console.text(&setup.checked.resolved.case.title);
+    }
+    if let Some(ledger) = &setup.checked.resolved.deck {
+        console.text("\ndeck");
+        console.lines(&deck(ledger));
     }
     console.text("\nbodies");
     console.lines(&bodies(&setup.checked.inspection, &setup.checked.resolved.case.units));
@@ -113,6 +118,26 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     console.text(if warnings == 0 { "\nno warnings" } else { "\nsee the warnings" });
     Ok(())
+}
+
+/// What became of the keywords of a deck.
+pub(super) fn deck(ledger: &Ledger) -> Vec<String> {
+    let rows = ledger.table();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let [keyword, word, at] = [0, 1, 2].map(width);
+    let line = |[a, b, c, d]: &[String; 4]| format!("  {a:keyword$}  {b:word$}  {c:at$}  {d}").trim_end().to_owned();
+    let head = ["keyword", "", "lines", ""].map(str::to_owned);
+    std::iter::once(&head).chain(&rows).map(line).collect()
+}
+
+/// The same for programs.
+fn keywords(ledger: &Ledger) -> Vec<Value> {
+    let entry = |entry: &KeywordUse| {
+        json!({
+            "keyword": entry.keyword, "file": entry.file, "line": entry.line, "use": entry.how.word(), "how": entry.how.text(),
+        })
+    };
+    ledger.uses.iter().map(entry).collect()
 }
 
 fn bodies(inspection: &Inspection, units: &Units) -> Vec<String> {
@@ -207,6 +232,7 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
                 LoadKind::Pressure(p) => ("pressure", digits(factor * p), Dimension::STRESS),
                 LoadKind::Traction(t) => ("traction", shown(t.map(|t| factor * t)), Dimension::STRESS),
                 LoadKind::Force(f) => ("force", shown(f.map(|f| factor * f)), Dimension::FORCE),
+                LoadKind::NodalForce(f) => ("force on each node", shown(f.map(|f| factor * f)), Dimension::FORCE),
                 LoadKind::Moment(m) => ("moment", shown(m.map(|m| factor * m)), Dimension::WORK),
             };
             let case = load.load_case.clone().unwrap_or_else(|| "all".into());

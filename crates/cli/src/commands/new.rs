@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use slipstick::case::{TEMPLATES, case_of_mesh, template};
+use slipstick::case::{TEMPLATES, case_of_mesh, design_of_deck, template};
 use slipstick::output::write_atomically;
+use slipstick::run::with_includes;
+use slipstick_service::read::case_or_deck;
 
 use crate::args::New;
 use crate::context::Context;
@@ -22,6 +24,9 @@ const ABOUT_MY_MESH: &str = "your own mesh, with its bodies and surfaces by name
 /// [`Failure::Input`] for an unknown template, a mesh that cannot be used, or an output file that
 /// exists or cannot be written.
 pub fn run(context: &Context, args: &New) -> Outcome {
+    if let Some(deck) = &args.deck {
+        return of_deck(context, args, deck);
+    }
     let name = args.template.as_deref().map(|name| name.replace('_', "-"));
     match (name.as_deref(), &args.mesh) {
         (None, None) => list(context),
@@ -63,7 +68,7 @@ fn list(context: &Context) -> Outcome {
 
 /// Writes a case for a mesh file.
 fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
-    let bytes = std::fs::read(mesh).map_err(|error| {
+    let bytes = with_includes(mesh).map_err(|error| {
         Failure::input(format!("cannot read the mesh file {}: {error}", mesh.display()), "check its name")
     })?;
     let stem = mesh.file_stem().unwrap_or(mesh.as_os_str());
@@ -76,6 +81,18 @@ fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
         case.notices.iter().for_each(|notice| context.console.warning(notice));
     }
     write(context, args, &file, &case.text, MY_MESH, "contact, supports and motion are guesses: correct them")
+}
+
+/// Writes a case for a deck.
+fn of_deck(context: &Context, args: &New, deck: &Path) -> Outcome {
+    let resolved = case_or_deck(deck, &[], &args.ignore).map_err(|error| error.at(deck))?;
+    let stem = deck.file_stem().unwrap_or(deck.as_os_str());
+    let file = args.out.clone().unwrap_or_else(|| Path::new(stem).with_extension("toml"));
+    let text = design_of_deck(&resolved.case, &seen_from(&file, deck), &args.ignore);
+    if let Some(ledger) = resolved.deck.as_ref().filter(|_| file.as_os_str() != "-") {
+        context.console.lines(&super::check::deck(ledger));
+    }
+    write(context, args, &file, &text, "deck", "design and objective are guesses: adapt them")
 }
 
 /// The path of the mesh file from the folder of the case file: relative if it lies in or below that

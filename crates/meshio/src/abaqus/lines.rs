@@ -7,33 +7,45 @@ use crate::cursor::shortened;
 use crate::error::DAMAGED;
 
 /// A line with content.
-pub(super) enum Line<'a> {
+pub enum Line<'a> {
+    /// A keyword with its parameters.
     Keyword(Keyword<'a>),
     /// Its number from 1, and its fields without surrounding white space; at least one. An empty
     /// field after a trailing comma is dropped, unless it is the first.
     Data {
+        /// Number of the line, from 1.
         number: usize,
+        /// Its fields.
         fields: Vec<&'a str>,
     },
 }
 
 /// `*NAME, PARAMETER, PARAMETER=VALUE`; a trailing comma continues it on the next line.
-pub(super) struct Keyword<'a> {
+#[derive(Debug, Clone)]
+pub struct Keyword<'a> {
+    /// Number of its line, from 1.
     pub line: usize,
     /// In capitals.
     pub name: String,
-    parameters: Vec<(String, Option<&'a str>)>,
+    /// Names in capitals, with values as written, without quotes.
+    pub parameters: Vec<(String, Option<&'a str>)>,
 }
 
 impl<'a> Keyword<'a> {
+    /// Whether it has a parameter, with or without value.
     pub fn has(&self, parameter: &str) -> bool {
         self.parameters.iter().any(|(name, _)| name == parameter)
     }
 
+    /// The value of a parameter.
     pub fn parameter(&self, parameter: &str) -> Option<&'a str> {
         self.parameters.iter().find(|(name, _)| name == parameter).and_then(|&(_, value)| value)
     }
 
+    /// The value of a parameter that must be there.
+    ///
+    /// # Errors
+    /// If it is missing or empty.
     pub fn required(&self, parameter: &str) -> Result<String, MeshFileError> {
         let value = self.parameter(parameter).filter(|value| !value.is_empty());
         let value =
@@ -41,6 +53,7 @@ impl<'a> Keyword<'a> {
         Ok(value.to_owned())
     }
 
+    /// An error at this line.
     pub fn error(&self, message: impl Into<String>, cure: impl Into<String>) -> MeshFileError {
         MeshFileError::new(format!("line {}", self.line), message, cure)
     }
@@ -58,7 +71,7 @@ impl<'a> Keyword<'a> {
 
 /// The text of a file, in which lines that are neither comments nor UTF-8 have become UTF-8 from Latin-1, as
 /// European programs write headings and names.
-pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
+pub fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
     let other = |line: &[u8]| !line.starts_with(b"**") && std::str::from_utf8(line).is_err();
     if std::str::from_utf8(bytes).is_ok() || !bytes.split(|&byte| byte == b'\n').any(other) {
         return Cow::Borrowed(bytes);
@@ -74,17 +87,29 @@ pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
 }
 
 /// The lines of a file without comments and empty lines.
-pub(super) struct Lines<'a> {
+pub struct Lines<'a> {
     rest: &'a [u8],
     /// Number of the last line read, from 1.
     number: usize,
 }
 
 impl<'a> Lines<'a> {
+    /// The lines of a file.
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes, number: 0 }
     }
 
+    /// The lines of a part of a file, after so many lines.
+    pub fn after(bytes: &'a [u8], lines: usize) -> Self {
+        Self { rest: bytes, number: lines }
+    }
+
+    /// What is not yet read, and how many lines are.
+    pub(super) fn rest(&self) -> (&'a [u8], usize) {
+        (self.rest, self.number)
+    }
+
+    /// The place of the last line read, for messages.
     pub fn place(&self) -> String {
         format!("line {}", self.number)
     }
@@ -109,6 +134,11 @@ impl<'a> Lines<'a> {
         Ok(None)
     }
 
+    /// The next line with content; `None` at the end.
+    ///
+    /// # Errors
+    /// If it is not UTF-8.
+    #[expect(clippy::should_implement_trait, reason = "a fallible iterator")]
     pub fn next(&mut self) -> Result<Option<Line<'a>>, MeshFileError> {
         let Some(text) = self.text()? else { return Ok(None) };
         let Some(text) = text.strip_prefix('*') else {
@@ -121,8 +151,10 @@ impl<'a> Lines<'a> {
         let name = name.split_whitespace().collect::<Vec<_>>().join(" ").to_ascii_uppercase();
         let mut keyword = Keyword { line: self.number, name, parameters: Vec::new() };
         keyword.add(rest);
-        while rest.ends_with(',') {
+        let mut goes_on = text.ends_with(',');
+        while goes_on {
             rest = self.text()?.unwrap_or_default();
+            goes_on = rest.ends_with(',');
             keyword.add(rest);
         }
         Ok(Some(Line::Keyword(keyword)))

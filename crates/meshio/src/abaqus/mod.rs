@@ -2,25 +2,30 @@
 //! data.
 //!
 //! The reader handles `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE` and the sets of
-//! `*SOLID SECTION` of a flat model. It refuses other keywords that place or generate nodes, skips all remaining keywords with their
-//! data, and stops at the first `*STEP`.
+//! `*SOLID SECTION`. Models of parts and instances are made [`flat`] first, and the caller replaces
+//! `*INCLUDE` by the files, see [`with_includes`]. Sets may be used before they are defined. The reader
+//! refuses other keywords that place or generate nodes, counts elements that are neither solids nor
+//! surfaces, skips all remaining keywords with their data, and stops at the first `*STEP`.
 
+mod assembly;
+mod include;
 mod lines;
 mod sets;
 
+pub use assembly::{Card, cards, flat};
+pub use include::{Places, with_includes};
+pub use lines::{Keyword, Line, Lines, decoded};
+
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use crate::builder::Builder;
 use crate::cursor::{finite, shortened};
 use crate::{CellKind, FileMesh, MeshFileError};
-use lines::{Keyword, Line, Lines};
 use sets::Sets;
 
 /// Keywords that change the meaning of nodes and elements.
 const REFUSED: &[(&str, &str)] = &[
-    ("PART", FLAT),
-    ("INSTANCE", FLAT),
-    ("ASSEMBLY", FLAT),
     ("INCLUDE", "replace it by the text of the included file"),
     ("SYSTEM", "write global Cartesian coordinates"),
     ("NGEN", EXPLICIT),
@@ -30,30 +35,53 @@ const REFUSED: &[(&str, &str)] = &[
     ("ELGEN", EXPLICIT),
     ("ELCOPY", EXPLICIT),
 ];
-const FLAT: &str = "write a flat input file (Abaqus/CAE: Model attributes, \"Do not use parts and assemblies in input \
-                    files\")";
 const EXPLICIT: &str = "write all nodes and elements explicitly";
 
 /// The keyword that the data lines belong to.
 enum Block {
     Skipped,
-    Nodes { set: Option<String> },
-    Elements { kind: CellKind, set: Option<String> },
-    NodeSet { name: String, generate: bool },
-    ElementSet { name: String, generate: bool },
-    Faces { name: String },
-    NodeSurface { name: String },
+    /// Elements of a type that is not read.
+    Others,
+    Nodes {
+        set: Option<String>,
+    },
+    Elements {
+        kind: CellKind,
+        set: Option<String>,
+    },
+    NodeSet {
+        name: String,
+        generate: bool,
+    },
+    ElementSet {
+        name: String,
+        generate: bool,
+    },
+    Faces {
+        name: String,
+    },
+    NodeSurface {
+        name: String,
+    },
 }
 
 /// Reads a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
+    let text = decoded(bytes);
+    let flat = flat(&text).map_err(|error| Places::new(&text).told(error))?;
+    let mut mesh = read(&flat, matches!(text, Cow::Owned(_))).map_err(|error| Places::new(&flat).told(error))?;
+    mesh.notices.extend(Places::new(&text).outside());
+    Ok(mesh)
+}
+
+/// Reads a flat model.
+fn read(text: &[u8], latin: bool) -> Result<FileMesh, MeshFileError> {
     let mut file = Reader::default();
     let mut block = Block::Skipped;
-    let text = lines::decoded(bytes);
-    if let Cow::Owned(_) = text {
+    if latin {
         file.notices.push("lines that are not UTF-8 are read as Latin-1 (ISO 8859-1)".into());
     }
-    let mut lines = Lines::new(&text);
+    let mut lines = Lines::new(text);
     while let Some(line) = lines.next()? {
         match line {
             Line::Keyword(keyword) if keyword.name == "STEP" => break,
@@ -78,6 +106,8 @@ struct Reader {
     notices: Vec<String>,
     /// Element types that are read as another one.
     reduced: Vec<String>,
+    /// Element types that are not read.
+    others: BTreeSet<String>,
 }
 
 impl Reader {
@@ -94,18 +124,16 @@ impl Reader {
         if let Some((name, cure)) = REFUSED.iter().find(|(name, _)| *name == keyword.name) {
             return Err(keyword.error(format!("*{name} is not supported"), *cure));
         }
-        if let Some(instance) = keyword.parameter("INSTANCE") {
-            return Err(
-                keyword.error(format!("references to instances (`{}`) are not supported", shortened(instance)), FLAT)
-            );
-        }
         let optional = |parameter| keyword.parameter(parameter).map(str::to_owned);
         Ok(match keyword.name.as_str() {
             "NODE" if keyword.has("SYSTEM") && optional("SYSTEM").as_deref() != Some("R") => {
                 return Err(keyword.error("nodes are not in Cartesian coordinates", "write SYSTEM=R"));
             }
             "NODE" => Block::Nodes { set: optional("NSET") },
-            "ELEMENT" => Block::Elements { kind: self.element_type(keyword)?, set: optional("ELSET") },
+            "ELEMENT" => match self.element_type(keyword)? {
+                Some(kind) => Block::Elements { kind, set: optional("ELSET") },
+                None => Block::Others,
+            },
             "NSET" => match keyword.parameter("ELSET") {
                 Some(elements) => {
                     self.sets.nodes_of_elements(keyword.required("NSET")?, elements, keyword.line);
@@ -127,25 +155,34 @@ impl Reader {
         })
     }
 
-    fn element_type(&mut self, keyword: &Keyword<'_>) -> Result<CellKind, MeshFileError> {
+    /// The shape of the elements; `None` for elements that are neither solids nor surfaces nor lines.
+    fn element_type(&mut self, keyword: &Keyword<'_>) -> Result<Option<CellKind>, MeshFileError> {
         let name = keyword.required("TYPE")?.to_ascii_uppercase();
-        let kind = kind(&name).ok_or_else(|| {
+        let Some(kind) = kind(&name) else {
+            if !["C3D", "DC3D", "AC3D", "CPS", "CPE", "CAX"].iter().any(|family| name.starts_with(family)) {
+                self.others.insert(name);
+                return Ok(None);
+            }
             let message = format!("elements of type {} are not supported", shortened(&name));
-            keyword.error(
+            return Err(keyword.error(
                 message,
                 "use C3D4, C3D6, C3D8, C3D10, C3D20 or C3D27 for bodies, and S or M3D elements with 3, 4, 6, 8 or 9 nodes \
                  for surfaces, or remove these elements",
-            )
-        })?;
+            ));
+        };
         if kind == CellKind::Hex8 && name != "C3D8" && !self.reduced.contains(&name) {
             self.reduced.push(name);
         }
-        Ok(kind)
+        Ok(Some(kind))
     }
 
     fn data(&mut self, block: &Block, line: usize, fields: &[&str]) -> Result<(), MeshFileError> {
         match block {
             Block::Skipped => Ok(()),
+            Block::Others => {
+                self.sets.skipped.extend(fields[0].parse::<u64>());
+                Ok(())
+            }
             Block::Nodes { set } => self.node(set.as_deref(), line, fields),
             Block::Elements { kind, set } => self.element(*kind, set.as_deref(), line, fields),
             Block::NodeSet { name, generate } => self.sets.nodes(name, line, fields, *generate),
@@ -206,8 +243,15 @@ impl Reader {
 
     fn finish(self) -> Result<FileMesh, MeshFileError> {
         let (mut mesh, nodes) = self.builder.finish()?;
+        let skipped = self.sets.skipped.len();
         self.sets.resolve(&mut mesh, &nodes)?;
         mesh.notices.extend(self.notices);
+        if !self.others.is_empty() {
+            let types = self.others.into_iter().collect::<Vec<_>>().join(", ");
+            let (elements, are) =
+                if skipped == 1 { ("1 element".into(), "is") } else { (format!("{skipped} elements"), "are") };
+            mesh.notices.push(format!("{elements} of type {types} {are} not read"));
+        }
         if !self.reduced.is_empty() {
             let types = self.reduced.join(", ");
             mesh.notices.push(format!("elements of type {types} are read as C3D8: trilinear, fully integrated"));

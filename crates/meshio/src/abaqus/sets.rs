@@ -1,7 +1,7 @@
 //! Sets, given by numbers or by names of other sets, resolved when all nodes and elements are
 //! known.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
 use slipstick_mesh::{HEX_FACES, TET_FACES, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES};
 
@@ -26,8 +26,11 @@ const MESHIO_ENTITIES: &str = "gmsh:bounding_entities";
 /// Members of sets, each with its line, in the order of the file; a name can appear several times.
 #[derive(Default)]
 struct Definitions {
-    members: Vec<(String, Vec<(usize, Member)>)>,
+    members: Vec<Definition>,
 }
+
+/// The name of a set and its members, each with its line.
+type Definition = (String, Vec<(usize, Member)>);
 
 impl Definitions {
     fn add(&mut self, name: &str, line: usize, member: Member) {
@@ -64,6 +67,51 @@ impl Definitions {
     }
 }
 
+impl Definitions {
+    /// The definitions, each after those of the sets that it names.
+    fn in_order(self) -> Result<Vec<Definition>, MeshFileError> {
+        let mut groups: BTreeMap<String, Vec<(usize, Member)>> = BTreeMap::new();
+        let mut order: Vec<String> = Vec::new();
+        for (name, members) in self.members {
+            if !groups.contains_key(&name) {
+                order.push(name.clone());
+            }
+            groups.entry(name).or_default().extend(members);
+        }
+        let lower: HashMap<String, String> =
+            order.iter().rev().map(|name| (name.to_ascii_lowercase(), name.clone())).collect();
+        // the sets that a set names and that are not yet placed
+        let mut wanted: HashMap<&str, HashSet<&str>> = HashMap::new();
+        let mut users: HashMap<&str, Vec<&str>> = HashMap::new();
+        for (name, members) in &groups {
+            let named = members.iter().filter_map(|(_, member)| match member {
+                Member::Set(set) if groups.contains_key(set) => Some(groups.get_key_value(set)?.0.as_str()),
+                Member::Set(set) => lower.get(&set.to_ascii_lowercase()).map(String::as_str),
+                _ => None,
+            });
+            let named: HashSet<&str> = named.filter(|other| other != name).collect();
+            named.iter().for_each(|other| users.entry(other).or_default().push(name));
+            wanted.insert(name, named);
+        }
+        let mut ready: VecDeque<&str> =
+            order.iter().map(String::as_str).filter(|name| wanted[name].is_empty()).collect();
+        let mut placed: Vec<String> = Vec::new();
+        while let Some(name) = ready.pop_front() {
+            placed.push(name.to_owned());
+            for user in users.remove(name).unwrap_or_default() {
+                if wanted.get_mut(user).is_some_and(|wanted| wanted.remove(name) && wanted.is_empty()) {
+                    ready.push_back(user);
+                }
+            }
+        }
+        if let Some(name) = order.iter().find(|name| !wanted[name.as_str()].is_empty()) {
+            let message = format!("the set `{}` contains itself through other sets", shortened(name));
+            return Err(error(groups[name][0].0, message, "remove one of the references"));
+        }
+        Ok(placed.into_iter().filter_map(|name| groups.remove_entry(&name)).collect())
+    }
+}
+
 /// All sets and surfaces of a file.
 #[derive(Default)]
 pub(super) struct Sets {
@@ -72,6 +120,8 @@ pub(super) struct Sets {
     faces: Vec<Faces>,
     /// Sets with a solid section.
     sections: Vec<String>,
+    /// Numbers of elements of types that are not read.
+    pub skipped: HashSet<u64>,
 }
 
 /// One line of a surface.
@@ -149,24 +199,24 @@ impl Sets {
             MeshFileError::new(format!("element {number}"), message, "give each element a unique number")
         })?;
         let mut room = Room(64 * (mesh.points.len() + mesh.cells.len()) + 1000);
-        for (name, members) in self.elements.members {
+        for (name, members) in self.elements.in_order()? {
             if name.eq_ignore_ascii_case(MESHIO_ENTITIES) {
                 continue;
             }
             for (line, member) in members {
-                let found = members_of(&member, line, &elements, &mesh.cell_sets, "element")?;
+                let found = members_of(&member, line, &elements, &mesh.cell_sets, &self.skipped, "element")?;
                 extend(mesh.cell_sets.entry(name.clone()).or_default(), found, &mut room, line)?;
             }
         }
         mesh.cell_sets.values_mut().for_each(sort);
-        for (name, members) in self.nodes.members {
+        for (name, members) in self.nodes.in_order()? {
             for (line, member) in members {
                 let found = match &member {
                     Member::NodesOfElements(set) => {
                         let cells = find(&mesh.cell_sets, set).ok_or_else(|| unknown(line, set))?;
                         cells.iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)).copied().collect()
                     }
-                    _ => members_of(&member, line, nodes, &mesh.node_sets, "node")?,
+                    _ => members_of(&member, line, nodes, &mesh.node_sets, &HashSet::new(), "node")?,
                 };
                 extend(mesh.node_sets.entry(name.clone()).or_default(), found, &mut room, line)?;
             }
@@ -177,7 +227,7 @@ impl Sets {
             if let Member::Set(name) = &of {
                 mesh.sets_of_faces.extend(known(&mesh.cell_sets, name));
             }
-            let found = members_of(&of, line, &elements, &mesh.cell_sets, "element")?;
+            let found = members_of(&of, line, &elements, &mesh.cell_sets, &self.skipped, "element")?;
             match side {
                 Side::Free => {
                     let free = free.get_or_insert_with(|| FreeFaces::new(mesh));
@@ -242,6 +292,22 @@ impl FreeFaces {
     }
 }
 
+impl FileMesh {
+    /// Faces of solids that no other solid shares and whose corners are all among these nodes.
+    pub fn free_faces(&self, nodes: &HashSet<u32>) -> Vec<ElementFace> {
+        let free = FreeFaces::new(self);
+        let touched = self
+            .solid_cells(None)
+            .into_iter()
+            .filter(|&cell| self.cells.nodes(cell as usize).iter().filter(|node| nodes.contains(node)).count() > 2);
+        let inside = |face: &ElementFace| {
+            let corners = &FreeFaces::corners(self, face.cell)[usize::from(face.side)];
+            corners.iter().all(|corner| nodes.contains(corner))
+        };
+        touched.flat_map(|cell| free.of(self, cell).filter(inside).collect::<Vec<_>>()).collect()
+    }
+}
+
 /// Adds faces of elements to a surface: faces of solids to the set of faces, shells to the set of
 /// cells with the same name.
 fn add_faces(
@@ -285,11 +351,13 @@ fn members_of(
     line: usize,
     numbers: &Numbers,
     sets: &BTreeMap<String, Vec<u32>>,
+    skipped: &HashSet<u64>,
     what: &str,
 ) -> Result<Vec<u32>, MeshFileError> {
     match member {
         Member::One(number) => match numbers.position(*number) {
             Some(position) => Ok(vec![position]),
+            None if skipped.contains(number) => Ok(Vec::new()),
             None => Err(error(line, format!("there is no {what} {number}"), "remove it from the set")),
         },
         Member::Range([first, last, step]) => {
@@ -315,8 +383,8 @@ fn known<T>(sets: &BTreeMap<String, T>, name: &str) -> Option<String> {
 }
 
 fn unknown(line: usize, set: &str) -> MeshFileError {
-    let message = format!("there is no set `{}` before this line", shortened(set));
-    error(line, message, "define sets before they are used")
+    let message = format!("there is no set `{}`", shortened(set));
+    error(line, message, "define it, or remove it here")
 }
 
 fn error(line: usize, message: impl Into<String>, cure: impl Into<String>) -> MeshFileError {

@@ -168,16 +168,17 @@ fn latin_1_is_read() {
 #[test]
 fn errors_name_line_and_cure() {
     let cases = [
-        ("*Heading", "*Part, name=P", "line 1", "Do not use parts and assemblies"),
+        ("*Heading", "*Part, name=P", "line 1", "*END PART"),
         ("*Heading", "*Include, input=x.inp", "line 1", "text of the included file"),
-        ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
+        ("*Heading", "*Assembly, name=A\n*Nset, nset=x, instance=P-1", "line 2", "name an *INSTANCE"),
         ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
         ("type=C3D8R", "type=C3D9", "line 18", "use C3D4, C3D6, C3D8, C3D10"),
         (" 2, 1.D0", " 2, 1.F0", "line 6", "finite"),
         (" 2, 1.D0", " 2, inf", "line 6", "finite"),
         ("\n 5, 6, 7, 8", "", "line 21", "all its nodes"),
         ("13, 3, 6, 16, 17, 7", "13, 3, 6, 16, 17, 7, 8", "line 23", "new line"),
-        ("left, 20", "lefty, 20", "line 27", "define sets before"),
+        ("left, 20", "lefty, 20", "line 27", "define it"),
+        ("left, 20", "counted, both\n*Elset, elset=counted\nboth", "line 27", "one of the references"),
         ("left, 20", "left, 21", "line 27", "remove it"),
         ("RIGHT, S4", "RIGHT, S7", "line 39", "S1 to S6"),
         ("RIGHT, S4", "RIGHT, SPOS", "line 39", "SPOS"),
@@ -230,4 +231,99 @@ fn faces_of_wedges_are_those_of_abaqus() {
     }
     let error = refused(&text(6));
     assert!(error.message.contains("a wedge6, has no face S6") && error.cure.contains("wedges S1 to S5"), "{error}");
+}
+
+/// Sets may name sets that the file defines later, also of other sets.
+#[test]
+fn sets_are_defined_after_their_use() {
+    let text = CUBES
+        .replace("*Elset, elset=both\nleft, 20\n", "")
+        .replace("*Material", "*Elset, elset=both\nlater\n*Elset, elset=later\nLEFT, right\n*Material");
+    let mesh = parse(&text);
+    assert_eq!((&mesh.cell_sets["both"], &mesh.cell_sets["later"]), (&vec![0, 1], &vec![0, 1]));
+    assert_eq!(sound(&mesh, "a", Some("both")).mesh.surfaces["a_above"].facets.len(), 2);
+}
+
+/// Elements that are no part of a mesh are counted, in sets too.
+#[test]
+fn springs_and_masses_are_counted() {
+    let others = "*Element, type=SPRINGA, elset=Springs\n71, 1, 12\n72, 2, 13\n*Elset, elset=both\nleft, 71, 20";
+    let mesh = parse(&CUBES.replace("*Elset, elset=both\nleft, 20", others));
+    assert_eq!(mesh.cell_sets["both"], [0, 1]);
+    assert!(mesh.notices.contains(&"2 elements of type SPRINGA are not read".to_owned()), "{:?}", mesh.notices);
+}
+
+/// A part used twice: the second one is moved by 10 along x, then turned by 90° about the line x = 10
+/// along z, so that (1, 0, 0) comes to (10, 1, 0). Sets of the assembly name instances.
+#[test]
+fn instances_are_placed() {
+    let part = &CUBES[CUBES.find("*Node").expect("nodes")..CUBES.find("*Material").expect("material")];
+    let text = format!(
+        "*Heading\n*PART, NAME=Cube\n{part}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=One, PART=cube\n\
+         *END INSTANCE\n*INSTANCE, NAME=Two, PART=CUBE\n10, 0, 0\n10, 0, 0, 10, 0, 1, 90\n*END INSTANCE\n\
+         *NODE\n1, 7, 7, 7\n*NSET, NSET=ref\n1\n*NSET, NSET=tips, INSTANCE=Two\n2, low\n*NSET, NSET=tips, INSTANCE=one\n2\n\
+         *ELSET, ELSET=halves, INSTANCE=TWO\n20\n*ELSET, ELSET=halves, INSTANCE=One\nleft\n\
+         *SURFACE, NAME=ends\nTwo.right, S4\n*END ASSEMBLY\n*STEP\n"
+    );
+    let mesh = parse(&text);
+    assert_eq!((mesh.points.len(), mesh.solid_cells(None).len()), (27, 4));
+    assert_eq!(mesh.points[0], [0.0; 3]);
+    let moved = mesh.points[13 + 1].map(|x| (x * 1e9).round() / 1e9);
+    assert_eq!(moved, [10.0, 1.0, 0.0], "translated, then turned");
+    assert_eq!(mesh.points[26], [7.0; 3]);
+    assert_eq!(mesh.node_sets["ref"], [26], "the node of the assembly");
+    assert_eq!(mesh.node_sets["tips"], [1, 13, 14, 17, 18], "node 2 of both and `low` of the second");
+    let halves = &mesh.cell_sets["halves"];
+    assert_eq!(halves.len(), 2);
+    assert_eq!(mesh.cell_sets["Two_RIGHT"], [halves[1]]);
+    assert_eq!(mesh.face_sets["ends"].len(), 1);
+    for (body, part) in [("a", "One_both"), ("b", "Two_both")] {
+        let read = sound(&mesh, body, Some(part)).mesh;
+        assert_eq!((read.elements.len(), read.nodes.len()), (2, 12));
+        assert_eq!(read.surfaces.contains_key(&format!("{body}_ends")), body == "b");
+    }
+    for (from, to, what) in [
+        ("PART=CUBE", "PART=Cone", "define it with *PART"),
+        ("NAME=Two", "NAME=one", "a name of its own"),
+        ("10, 0, 0, 10, 0, 1, 90", "10, 0, 0, 10, 0, 0, 90", "two different points"),
+        ("INSTANCE=TWO", "INSTANCE=Three", "name an *INSTANCE"),
+        ("2, low", "2, lower", "define it"),
+    ] {
+        let place = format!("line {}", 1 + text.lines().position(|line| line.contains(from)).expect(from));
+        let error = refused(&text.replacen(from, to, 1));
+        assert!(error.place == place && error.cure.contains(what), "{to}: {error}");
+    }
+}
+
+/// Included files are read where they are named; errors name file and line.
+#[test]
+fn includes_are_read() {
+    use slipstick_meshio::abaqus::with_includes;
+    let at = CUBES.find("*Elset, elset=both").expect("sets");
+    let (head, tail) = CUBES.split_at(at);
+    let deck = format!("{head}*INCLUDE, INPUT=\"sub\\sets.inp\"\n*Include,\n input=../free.inp\n");
+    let files = |sets: String| {
+        move |name: &str| match name {
+            "sub/sets.inp" => Ok(sets.clone().into_bytes()),
+            "../free.inp" => Ok(b"*Nset, nset=last\n1".to_vec()),
+            _ => Err(std::io::Error::other("not there")),
+        }
+    };
+    let read = |deck: &str, sets: &str| with_includes(deck.as_bytes().to_vec(), &files(sets.to_owned()));
+    let text = read(&deck, &tail.replace("*Step", "** no step")).expect("included");
+    let mesh = FileMesh::parse(&text).expect("readable");
+    let notices: Vec<&String> = mesh.notices.iter().filter(|notice| notice.contains("includes")).collect();
+    assert_eq!(mesh.node_sets["last"], [0]);
+    assert_eq!((mesh.cell_sets.len(), mesh.face_sets.len()), (6, 2));
+    assert!(notices.len() == 1 && notices[0].contains("../free.inp"), "{notices:?}");
+    assert!(read(CUBES, "").expect("nothing to include") == CUBES.as_bytes());
+    let error = FileMesh::parse(&read(&deck, &tail.replace("left, 20", "lefty, 20")).expect("included"));
+    assert_eq!(error.expect_err("no such set").place, "sub/sets.inp, line 2");
+    let after = deck.clone() + "*Elset, elset=wrong\nnone";
+    let error = FileMesh::parse(&read(&after, &tail.replace("*Step", "**")).expect("included"));
+    assert_eq!(error.expect_err("no such set").place, format!("line {}", after.lines().count()));
+    for (sets, what) in [("*INCLUDE, INPUT=sub/sets.inp", "includes itself"), ("*INCLUDE, INPUT=x", "not there")] {
+        let error = read(&deck, sets).expect_err("refused");
+        assert!(error.place == "sub/sets.inp, line 1" && error.message.contains(what), "{error}");
+    }
 }

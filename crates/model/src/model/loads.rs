@@ -20,6 +20,8 @@ pub enum Loaded {
     Facets(Vec<FaceNodes>),
     /// A rigid body: a force at its reference point, or a moment.
     Body(Rigid),
+    /// Nodes of a set.
+    Nodes(Vec<u32>),
 }
 
 #[derive(Debug, Clone)]
@@ -65,6 +67,9 @@ impl Loads {
                 (LoadKind::Force(force), Loaded::Body(body)) => Action::Dead(vec![(body.reference, force)]),
                 (LoadKind::Moment(moment), Loaded::Body(body)) => {
                     Action::Dead(vec![(body.rotation(), moment.map(|m| m / body.length))])
+                }
+                (LoadKind::NodalForce(force), Loaded::Nodes(nodes)) => {
+                    Action::Dead(nodes.into_iter().map(|node| (node, force)).collect())
                 }
                 // such cases are not built
                 _ => Action::Dead(Vec::new()),

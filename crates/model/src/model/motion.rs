@@ -170,6 +170,8 @@ pub enum LoadKind {
     /// Moment on a rigid body. It is conjugate to the rotation vector θ, its work is ∫ m·dθ: a moment
     /// about a fixed axis while the body turns about this axis. \[F L\]
     Moment([f64; 3]),
+    /// Dead load: this force on each node of a set. \[F\]
+    NodalForce([f64; 3]),
 }
 
 /// A waypoint of a load's amplitude.

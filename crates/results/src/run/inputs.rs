@@ -34,6 +34,17 @@ fn regular(path: &Path) -> io::Result<Vec<u8>> {
     fs::read(path)
 }
 
+/// The bytes of a file, with the files that an Abaqus or CalculiX deck includes in their places.
+pub fn with_includes(path: &Path) -> io::Result<Vec<u8>> {
+    let bytes = regular(path)?;
+    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("inp")) {
+        return Ok(bytes);
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let included = slipstick_meshio::abaqus::with_includes(bytes, &|name| regular(&folder.join(name)));
+    included.map_err(|error| io::Error::other(error.to_string()))
+}
+
 /// A reader for the mesh files that a case file names: from its folder or, if it is the `case.toml`
 /// of a run, from the run's copies, which must not have changed. For
 /// [`parse_case_with`](slipstick_case::file::parse_case_with).
@@ -48,7 +59,7 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
         .map(|input| (input.name, (folder.join(input.stored), input.sha256)))
         .collect();
     move |name| {
-        let Some((copy, expected)) = copies.get(name) else { return regular(&folder.join(name)) };
+        let Some((copy, expected)) = copies.get(name) else { return with_includes(&folder.join(name)) };
         let bytes = fs::read(copy).map_err(|error| {
             let message = format!("the run's copy {}: {error}; restore it, or start a new run", copy.display());
             io::Error::new(error.kind(), message)

@@ -9,6 +9,10 @@ use slipstick::model::Parameter;
 /// Two boxes on top of each other between frictionless walls, with non-matching meshes, the upper
 /// one pressed by `load`.
 fn stack(load: &str, shape: &str, order: usize) -> Problem {
+    problem(&stack_text(load, shape, order))
+}
+
+fn stack_text(load: &str, shape: &str, order: usize) -> String {
     let mut text = String::new();
     for (name, y, elements, modulus) in [("lower", 0, [2, 2, 2], 1000.0), ("upper", 1, [3, 1, 3], 300.0)] {
         text += &format!(
@@ -31,8 +35,7 @@ fn stack(load: &str, shape: &str, order: usize) -> Problem {
     text += &format!(
         "[[load]]\nsurface = 'upper_ymax'\n{load}\n[load_path]\nsteps = 2\ntolerance = {{ relative = 1e-13 }}\n"
     );
-    text += "[design]\nbodies = ['lower']\ninitial = 1.0\n[objective]\ncontact_force = { steps = 'last' }\n";
-    problem(&text)
+    text + "[design]\nbodies = ['lower']\ninitial = 1.0\n[objective]\ncontact_force = { steps = 'last' }\n"
 }
 
 /// Pressure, traction and force of the same size have the same effect between walls, where no area
@@ -70,6 +73,18 @@ fn a_load_arrives_at_the_contact() {
     }
 }
 
+/// The support carries the forces on all 16 nodes of the top.
+#[test]
+fn forces_on_nodes_add_up() {
+    let support = "[[quantity]]\nname = 'support'\nreaction = { set = 'lower_ymin', component = 'y' }\n\
+                   [objective]\nminimise = { quantity = 'support' }\n";
+    let text = stack_text("nodal_force = [0, -5, 0]", "standard", 1);
+    let mut problem = problem(&text.replace("[objective]\ncontact_force = { steps = 'last' }\n", support));
+    let density = problem.initial_density().clone();
+    let value = forward(&mut problem, &density).value;
+    assert!((value / 80.0 - 1.0).abs() < 1e-11, "{value}");
+}
+
 /// All kinds of loads, rising and falling, on a scene with a sliding block.
 const MORE: &str = "
 [[load]]
@@ -86,6 +101,10 @@ pressure = -6.0
 surface = 'block_zmax'
 force = [3.0, -9.0, -5.0]
 amplitude = [{ t = 1.0, factor = 2.0 }]
+[[load]]
+surface = 'slab_zmax'
+nodal_force = [0.02, -0.03, 0.01]
+amplitude = [{ t = 0.5, factor = 1.0 }]
 ";
 
 fn scene(enforcement: &str) -> Scene {

@@ -13,7 +13,10 @@ pub(super) fn loads(root: &Table<'_>, names: &Names, bodies: &[Body], cases: &[L
 fn load(table: Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Load {
     let surface = table.string("surface").required(String::new(), "a surface, for instance \"plate_ymax\"");
     let rigid = bodies.iter().any(|body| body.rigid.is_some() && body.name == surface);
-    if !rigid {
+    let nodal = table.has("nodal_force");
+    if !rigid && nodal {
+        names.check_set(table.reader, &table.path_of("surface"), &surface);
+    } else if !rigid {
         names.check_surface(table.reader, &table.path_of("surface"), &surface);
     }
     let not_zero = "is a load of zero";
@@ -28,10 +31,11 @@ fn load(table: Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], st
             )
             .or([0.0; 3])
     };
-    let kinds: &[&str] = if rigid { &["force", "moment"] } else { &["pressure", "traction", "force"] };
+    let kinds: &[&str] = if rigid { &["force", "moment"] } else { &["pressure", "traction", "force", "nodal_force"] };
     let kind = match table.choose("the value of the load", kinds) {
         Some("traction") => LoadKind::Traction(vector("traction")),
         Some("moment") => LoadKind::Moment(vector("moment")),
+        Some("nodal_force") => LoadKind::NodalForce(vector("nodal_force")),
         Some("force") => LoadKind::Force(vector("force")),
         Some(_) => {
             let pressure = table.number("pressure");

@@ -68,7 +68,9 @@ impl<'f> MeshFiles<'f> {
             let help = "the path is relative to the folder of the case file";
             (format!("cannot read the mesh file {name}: {error}"), help.to_owned())
         })?;
-        let mesh = FileMesh::parse(&bytes).map_err(|error| told(name, error))?;
+        let deck = bytes.trim_ascii_start().starts_with(b"*");
+        let mesh = if deck { slipstick_deck::mesh(&bytes) } else { FileMesh::parse(&bytes) };
+        let mesh = mesh.map_err(|error| told(name, error))?;
         Ok(Rc::new((mesh, sha256(&bytes))))
     }
 }

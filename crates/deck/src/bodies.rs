@@ -1,0 +1,227 @@
+//! The bodies of a deck: its connected components of solid elements.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use slipstick_meshio::{CellKind, FileMesh};
+
+use crate::ledger::Ledger;
+use crate::read::Deck;
+
+/// A connected component of solid elements.
+#[derive(Debug)]
+pub struct Body {
+    /// Its name in the case.
+    pub name: String,
+    /// The set of elements in the file; `None`: all solid elements.
+    pub part: Option<String>,
+    /// Sections of its elements with the number of elements, the largest first; sections are positions in
+    /// [`Deck::sections`].
+    pub sections: Vec<(usize, usize)>,
+    /// Position in [`Deck::rigids`], if it is rigid.
+    pub rigid: Option<usize>,
+    /// Whether it has hexahedra of 8 nodes.
+    pub hexahedra: bool,
+}
+
+/// All bodies.
+#[derive(Debug)]
+pub struct Bodies {
+    pub list: Vec<Body>,
+    /// Body of each node of the file; [`NONE`] if no solid element has the node.
+    of_node: Vec<u32>,
+    /// Nodes by their numbers, ascending.
+    numbers: Vec<(u64, u32)>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Bodies {
+    /// Finds the bodies; those that no set names get one.
+    pub fn new(mesh: &mut FileMesh, deck: &Deck, ledger: &mut Ledger) -> Self {
+        let cells = mesh.solid_cells(None);
+        let component = components(mesh, &cells);
+        let sections = sections(mesh, deck, ledger);
+        let mut numbers: Vec<(u64, u32)> = mesh.point_numbers.iter().copied().zip(0..).collect();
+        numbers.sort_unstable();
+        let mut of_component: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for &cell in &cells {
+            of_component.entry(component[mesh.cells.nodes(cell as usize)[0] as usize]).or_default().push(cell);
+        }
+        let mut groups: Vec<(u32, Vec<u32>)> = of_component.into_iter().collect();
+        groups.sort_by_key(|(_, cells)| cells[0]);
+        let order: HashMap<u32, u32> = groups.iter().map(|(component, _)| *component).zip(0..).collect();
+        let of_node = component.iter().map(|component| order.get(component).copied().unwrap_or(NONE)).collect();
+        let mut bodies = Self { list: Vec::new(), of_node, numbers };
+        let (mut names, all, alone) = (BTreeSet::new(), cells.len(), groups.len() == 1);
+        let mut without = 0;
+        for (_, cells) in groups {
+            let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+            for cell in &cells {
+                match sections.get(cell) {
+                    Some(&section) => *counts.entry(section).or_default() += 1,
+                    None => without += 1,
+                }
+            }
+            let mut counts: Vec<(usize, usize)> = counts.into_iter().collect();
+            counts.sort_by_key(|&(section, count)| (std::cmp::Reverse(count), section));
+            let named = exact_set(mesh, &cells, deck);
+            let base = named.clone().or_else(|| Some(deck.sections[counts.first()?.0].set.clone()));
+            let mut name = proper(base.as_deref().unwrap_or("body"));
+            if named.is_none() && !alone {
+                name = (1..).map(|k| format!("{name}_{k}")).find(|name| !names.contains(name)).unwrap_or(name);
+            }
+            while !names.insert(name.clone()) {
+                name.push('_');
+            }
+            let part = match named {
+                Some(set) if cells.len() < all => Some(set),
+                _ if cells.len() == all => None,
+                _ => {
+                    let mut set = format!("{name}_solids");
+                    while mesh.cell_sets.contains_key(&set) {
+                        set.push('_');
+                    }
+                    mesh.cell_sets.insert(set.clone(), cells.clone());
+                    Some(set)
+                }
+            };
+            let has = |kinds: &[CellKind]| cells.iter().any(|&cell| kinds.contains(&mesh.cells.kind(cell as usize)));
+            let hexahedra = has(&[CellKind::Hex8]);
+            bodies.list.push(Body { name, part, sections: counts, rigid: None, hexahedra });
+        }
+        bodies.find_rigid(mesh, deck, ledger);
+        let line = deck.element_types.first().map_or(1, |(_, line)| *line);
+        if without > 0 {
+            let why = format!("{without} solid elements have no *SOLID SECTION");
+            ledger.wrong("ELEMENT", [line, line], why, "assign a material to every element");
+        }
+        if bodies.list.is_empty() {
+            ledger.wrong("ELEMENT", [line, line], "there are no solid elements", "mesh the parts with solid elements");
+        }
+        bodies
+    }
+
+    /// Marks bodies all of whose nodes a `*RIGID BODY` names.
+    fn find_rigid(&mut self, mesh: &FileMesh, deck: &Deck, ledger: &mut Ledger) {
+        for (index, rigid) in deck.rigids.iter().enumerate() {
+            let nodes = rigid_nodes(mesh, rigid);
+            if self.position(rigid.reference).is_none() {
+                let why = format!("there is no node {}", rigid.reference);
+                ledger.wrong("RIGID BODY", [rigid.line; 2], why, "define the reference node");
+            }
+            let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+            nodes.iter().filter_map(|&node| self.of(node)).for_each(|body| *counts.entry(body).or_default() += 1);
+            if counts.is_empty() {
+                let cure = "name a set of nodes or elements of a body";
+                ledger.wrong("RIGID BODY", [rigid.line; 2], "it has no nodes of solid elements", cure);
+            }
+            let whole = |&(&body, &count): &(&usize, &usize)| {
+                self.of_node.iter().filter(|&&of| of as usize == body).count() == count
+            };
+            let whole: Vec<usize> = counts.iter().filter(whole).map(|(&body, _)| body).collect();
+            match whole[..] {
+                [body] => {
+                    self.list[body].rigid = Some(index);
+                    ledger.translated("RIGID BODY", rigid.line, "`rigid`, with this reference point");
+                }
+                [] => {}
+                _ => ledger.refuse(
+                    "RIGID BODY",
+                    rigid.line,
+                    "it joins bodies that do not touch",
+                    "write one for each body",
+                ),
+            }
+        }
+    }
+
+    /// The body of a node of the file.
+    pub fn of(&self, node: u32) -> Option<usize> {
+        self.of_node.get(node as usize).filter(|&&body| body != NONE).map(|&body| body as usize)
+    }
+
+    /// The position of the node with a number.
+    pub fn position(&self, number: u64) -> Option<u32> {
+        let at = self.numbers.binary_search_by_key(&number, |&(number, _)| number).ok()?;
+        Some(self.numbers[at].1)
+    }
+}
+
+/// The nodes that a rigid body has, ascending.
+pub fn rigid_nodes(mesh: &FileMesh, rigid: &crate::read::Rigid) -> Vec<u32> {
+    let mut nodes: Vec<u32> = Vec::new();
+    if let Some(set) = rigid.nodes.as_ref().and_then(|set| find(&mesh.node_sets, set)) {
+        nodes.extend(&mesh.node_sets[set]);
+    }
+    if let Some(set) = rigid.elements.as_ref().and_then(|set| find(&mesh.cell_sets, set)) {
+        nodes.extend(mesh.cell_sets[set].iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)));
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// For each node, the smallest node that elements connect it to; nodes of no element are alone.
+fn components(mesh: &FileMesh, cells: &[u32]) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..mesh.points.len() as u32).collect();
+    fn root(parent: &mut [u32], mut node: u32) -> u32 {
+        while parent[node as usize] != node {
+            parent[node as usize] = parent[parent[node as usize] as usize];
+            node = parent[node as usize];
+        }
+        node
+    }
+    for &cell in cells {
+        let nodes = mesh.cells.nodes(cell as usize);
+        for &node in &nodes[1..] {
+            let (a, b) = (root(&mut parent, nodes[0]), root(&mut parent, node));
+            let (low, high) = (a.min(b), a.max(b));
+            parent[high as usize] = low;
+        }
+    }
+    let roots: Vec<u32> = (0..parent.len() as u32).map(|node| root(&mut parent, node)).collect();
+    // nodes of no solid element must not share the mark of a body
+    let mut used = vec![false; parent.len()];
+    cells.iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)).for_each(|&node| used[node as usize] = true);
+    roots.into_iter().zip(used).map(|(root, used)| if used { root } else { NONE }).collect()
+}
+
+/// The section of each solid cell; the last one counts.
+fn sections(mesh: &FileMesh, deck: &Deck, ledger: &mut Ledger) -> HashMap<u32, usize> {
+    let mut of_cell = HashMap::new();
+    for (index, section) in deck.sections.iter().enumerate() {
+        match find(&mesh.cell_sets, &section.set) {
+            Some(set) => of_cell.extend(mesh.cell_sets[set].iter().map(|&cell| (cell, index))),
+            None => {
+                let why = format!("there is no set of elements `{}`", section.set);
+                ledger.wrong("SOLID SECTION", [section.line; 2], why, "name an *ELSET");
+            }
+        }
+        if !deck.materials.contains_key(&section.material) {
+            let why = format!("there is no material `{}`", section.material);
+            ledger.wrong("SOLID SECTION", [section.line; 2], why, "name a *MATERIAL");
+        }
+    }
+    of_cell
+}
+
+/// A set with exactly these solid cells: one with a section, otherwise any.
+fn exact_set(mesh: &FileMesh, cells: &[u32], deck: &Deck) -> Option<String> {
+    let of_sections = deck.sections.iter().filter_map(|section| find(&mesh.cell_sets, &section.set));
+    let all = mesh.cell_sets.keys().map(String::as_str);
+    let same = |set: &&str| mesh.cell_sets[*set].len() >= cells.len() && mesh.solid_cells(Some(set)) == cells;
+    of_sections.chain(all).find(same).map(str::to_owned)
+}
+
+/// The name of the set with this name: with the same case, otherwise ignoring case.
+pub fn find<'a, T>(sets: &'a BTreeMap<String, T>, name: &str) -> Option<&'a str> {
+    let same = sets.get_key_value(name).map(|(known, _)| known.as_str());
+    same.or_else(|| sets.keys().map(String::as_str).find(|other| other.eq_ignore_ascii_case(name)))
+}
+
+/// A valid name for a body.
+fn proper(set: &str) -> String {
+    let allowed = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    let name: String = set.chars().map(allowed).collect();
+    if name.is_empty() { "body".into() } else { name }
+}

@@ -1,0 +1,99 @@
+//! Input decks of Abaqus and CalculiX, translated to the tables of a case file.
+//!
+//! ```text
+//! deck ──abaqus::cards──▶ keywords ──read──▶ Deck ──┐
+//!  └────FileMesh::parse──▶ mesh ──bodies────────────┴─write──▶ TOML tables, mesh with further sets, ledger
+//! ```
+//!
+//! [`translate`] gives the text of the tables; in it, the meshes of bodies refer to the deck itself.
+//! [`mesh`] reads the same deck as a mesh, with the sets of elements, faces and nodes that the text names
+//! and the deck does not. Both depend only on the bytes of the deck.
+//!
+//! The [`Ledger`] lists every keyword as used, translated, ignored or refused. What changes the physics
+//! is refused, unless the caller accepts to ignore the keyword.
+//!
+//! ```
+//! let deck = "*NODE, NSET=base\n1, 0,0,0\n2, 1,0,0\n3, 0,1,0\n*NODE\n4, 0,0,1\n\
+//!             *ELEMENT, TYPE=C3D4, ELSET=part\n7, 1,2,3,4\n*MATERIAL, NAME=steel\n*ELASTIC\n210e3, 0.3\n\
+//!             *SOLID SECTION, ELSET=part, MATERIAL=steel\n*BOUNDARY\nbase, 1, 3\n\
+//!             *STEP\n*STATIC\n*CLOAD\n4, 3, -5.0\n*END STEP\n";
+//! let translation = slipstick_deck::translate(deck.as_bytes(), "model.inp", &[]).unwrap();
+//! assert!(translation.errors().is_empty());
+//! assert!(translation.text.contains("linear_elastic = { youngs_modulus = 210000.0, poisson_ratio = 0.3 }"));
+//! assert_eq!(slipstick_deck::mesh(deck.as_bytes()).unwrap().node_sets["base"], [0, 1, 2]);
+//! ```
+
+mod bodies;
+mod history;
+mod ledger;
+mod read;
+mod targets;
+mod write;
+
+use slipstick_meshio::abaqus::{Places, cards, decoded, flat};
+use slipstick_meshio::{FileMesh, MeshFileError};
+
+pub use ledger::{How, KeywordUse, Ledger, Refusal};
+
+use bodies::Bodies;
+use targets::Targets;
+
+/// A deck as the tables of a case.
+#[derive(Debug, Clone)]
+pub struct Translation {
+    /// The deck's heading.
+    pub title: String,
+    /// The tables, in TOML. Comments name the lines of the deck.
+    pub text: String,
+    /// Number of load steps.
+    pub steps: usize,
+    /// What became of every keyword.
+    pub ledger: Ledger,
+}
+
+impl Translation {
+    /// Why the deck cannot be used, in the order of its lines.
+    pub fn errors(&self) -> Vec<Refusal> {
+        self.ledger.refusals()
+    }
+}
+
+/// Translates a deck; `file` is its name in the case, and keywords in `ignored` are left out whatever
+/// they mean.
+///
+/// # Errors
+/// If its mesh cannot be read. What cannot be translated is in the [`Ledger`].
+pub fn translate(bytes: &[u8], file: &str, ignored: &[String]) -> Result<Translation, MeshFileError> {
+    let text = decoded(bytes);
+    let flat = flat(&text).map_err(|error| Places::new(&text).told(error))?;
+    let places = Places::new(&flat);
+    let mut ledger = Ledger::new(file, ignored);
+    let deck = read::deck(&cards(&flat)?, &mut ledger);
+    let mut mesh = FileMesh::parse(&flat)?;
+    let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
+    let targets = Targets::new(&mut mesh, &deck, &bodies, &mut ledger);
+    let text = write::case(&deck, &mesh, &bodies, &targets, file, &places, &mut ledger);
+    ledger.place(&places);
+    Ok(Translation { title: deck.title, text, steps: targets.load_steps, ledger })
+}
+
+/// Reads a deck as a mesh. If it has steps, the mesh has the sets that [`translate`] names in addition to
+/// those of the file.
+///
+/// # Errors
+/// As [`FileMesh::parse`].
+pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
+    let text = decoded(bytes);
+    let flat = flat(&text).map_err(|error| Places::new(&text).told(error))?;
+    let mut mesh = FileMesh::parse(&flat)?;
+    mesh.notices.extend(Places::new(&text).outside());
+    mesh.notices.dedup();
+    let cards = cards(&flat)?;
+    if cards.iter().any(|card| card.keyword.name == "STEP") {
+        let mut ledger = Ledger::new("", &[]);
+        let deck = read::deck(&cards, &mut ledger);
+        let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
+        Targets::new(&mut mesh, &deck, &bodies, &mut ledger);
+    }
+    Ok(mesh)
+}

@@ -1,0 +1,252 @@
+//! Contact pairs, ties, rigid bodies and the laws of surfaces.
+
+use slipstick_meshio::abaqus::{Card, Keyword};
+
+use super::{DAMAGED, Reader, Target};
+
+/// `*SURFACE INTERACTION`.
+#[derive(Debug, Default)]
+pub struct Interaction {
+    pub behavior: Option<(Behavior, usize)>,
+    /// Coefficient, stick slope (force per area and length) and shear limit.
+    pub friction: Option<(f64, Option<f64>, Option<f64>, usize)>,
+}
+
+/// `*SURFACE BEHAVIOR`.
+#[derive(Debug, Clone, Copy)]
+pub enum Behavior {
+    Hard,
+    /// Pressure per penetration.
+    Linear(f64),
+    Tied,
+}
+
+/// What `ADJUST` of a contact pair says.
+#[derive(Debug, Clone, Copy)]
+pub enum Adjust {
+    Distance(f64),
+}
+
+/// `*CONTACT PAIR`: names as written.
+#[derive(Debug)]
+pub struct Pair {
+    pub slave: String,
+    pub master: String,
+    pub interaction: String,
+    pub adjust: Option<Adjust>,
+    /// Steps between which it acts, counted from 0, as `*MODEL CHANGE` says.
+    pub active: [usize; 2],
+    pub line: usize,
+}
+
+/// `*TIE`.
+#[derive(Debug)]
+pub struct Tie {
+    pub slave: String,
+    pub master: String,
+    pub line: usize,
+}
+
+/// `*RIGID BODY`: nodes or elements, reference node and rotation node.
+#[derive(Debug)]
+pub struct Rigid {
+    pub nodes: Option<String>,
+    pub elements: Option<String>,
+    pub reference: u64,
+    pub rotation: Option<u64>,
+    pub line: usize,
+}
+
+const LINEAR: &str = "use HARD, or LINEAR with the slope";
+
+impl Reader<'_> {
+    /// Reads a keyword of contact.
+    pub(super) fn of_contact(&mut self, card: &Card<'_>) -> bool {
+        match card.keyword.name.as_str() {
+            "SURFACE INTERACTION" => self.surface_interaction(&card.keyword),
+            "SURFACE BEHAVIOR" => self.surface_behavior(card),
+            "FRICTION" => self.friction(card),
+            "CONTACT PAIR" => self.contact_pair(card),
+            "TIE" => self.tie(card),
+            "RIGID BODY" => self.rigid_body(card),
+            "MODEL CHANGE" => self.model_change(card),
+            _ => return false,
+        }
+        true
+    }
+
+    fn surface_interaction(&mut self, keyword: &Keyword<'_>) {
+        let name = keyword.parameter("NAME").unwrap_or_default().to_ascii_uppercase();
+        self.ledger.used("SURFACE INTERACTION", keyword.line);
+        self.deck.interactions.insert(name.clone(), Interaction::default());
+        self.interaction = Some(name);
+    }
+
+    fn own_interaction(&mut self, keyword: &Keyword<'_>) -> Option<&mut Interaction> {
+        let own = self.interaction.as_ref().and_then(|name| self.deck.interactions.get_mut(name));
+        if own.is_none() {
+            let cure = "write *SURFACE INTERACTION before it";
+            self.ledger.wrong(&keyword.name, [keyword.line; 2], "it belongs to no surface interaction", cure);
+        }
+        own
+    }
+
+    fn surface_behavior(&mut self, card: &Card<'_>) {
+        self.allow(card, &["PRESSURE-OVERCLOSURE", "AUGMENTED LAGRANGE", "PENALTY", "DIRECT"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let law = keyword.parameter("PRESSURE-OVERCLOSURE").unwrap_or("HARD").to_ascii_uppercase();
+        let behavior = match law.as_str() {
+            "HARD" => {
+                self.ledger.translated("SURFACE BEHAVIOR", line, "hard contact: `lagrange`, without penetration");
+                Behavior::Hard
+            }
+            "LINEAR" => {
+                let slope = self.numbers(card).first().map_or(0.0, |row| row[0]);
+                if !(slope > 0.0) {
+                    return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], "the slope must be positive", DAMAGED);
+                }
+                self.ledger.translated("SURFACE BEHAVIOR", line, "`penalty` with this pressure per penetration");
+                Behavior::Linear(slope)
+            }
+            "TIED" => {
+                self.ledger.translated("SURFACE BEHAVIOR", line, "`tied`: rigid, whatever the stiffness");
+                Behavior::Tied
+            }
+            _ => {
+                let why = format!("PRESSURE-OVERCLOSURE={law} is not supported; ignored, contact is hard");
+                return self.ledger.refuse("SURFACE BEHAVIOR", line, why, LINEAR);
+            }
+        };
+        if let Some(own) = self.own_interaction(keyword) {
+            own.behavior = Some((behavior, line));
+        }
+    }
+
+    fn friction(&mut self, card: &Card<'_>) {
+        self.allow(card, &["TAUMAX", "SLIP TOLERANCE", "ELASTIC SLIP", "LAGRANGE", "ROUGH"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        if keyword.has("ROUGH") {
+            let cure = "use a large coefficient, or *TIE";
+            return self.ledger.refuse("FRICTION", line, "rough friction is not supported", cure);
+        }
+        if self.in_step {
+            let cure = "use one coefficient for all steps";
+            return self.ledger.refuse("FRICTION", line, "friction that changes between steps is not supported", cure);
+        }
+        let rows = self.numbers(card);
+        let row = rows.first().cloned().unwrap_or_default();
+        let (coefficient, slope) =
+            (row.first().copied().unwrap_or(0.0), row.get(1).copied().filter(|&slope| slope > 0.0));
+        let limit = keyword.parameter("TAUMAX").and_then(|limit| limit.parse().ok());
+        self.ledger.translated(
+            "FRICTION",
+            line,
+            "Coulomb's law; a stick slope is the tangential stiffness of `penalty`, with hard contact sticking is rigid",
+        );
+        if let Some(own) = self.own_interaction(keyword) {
+            own.friction = Some((coefficient, slope, limit, line));
+        }
+    }
+
+    fn contact_pair(&mut self, card: &Card<'_>) {
+        self.allow(card, &["INTERACTION", "TYPE", "ADJUST", "SMALL SLIDING", "MECHANICAL CONSTRAINT", "CPSET"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let adjust = match keyword.parameter("ADJUST").map(str::parse::<f64>) {
+            Some(Ok(distance)) => Some(Adjust::Distance(distance)),
+            Some(Err(_)) => {
+                let cure = "write the distance, ADJUST=0.01";
+                self.ledger.refuse("CONTACT PAIR", line, "ADJUST with a set is not supported", cure);
+                None
+            }
+            None => None,
+        };
+        let interaction = keyword.parameter("INTERACTION").unwrap_or_default().to_ascii_uppercase();
+        self.ledger.translated(
+            "CONTACT PAIR",
+            line,
+            "mortar contact between the facets, with finite sliding, whatever TYPE",
+        );
+        for (data, fields) in card.data() {
+            let [slave, master, ..] = fields[..] else {
+                self.ledger.wrong("CONTACT PAIR", [line, data], "it needs a slave and a master", DAMAGED);
+                continue;
+            };
+            let (slave, master) = (plain(slave), plain(master));
+            let interaction = interaction.clone();
+            self.deck.pairs.push(Pair { slave, master, interaction, adjust, active: [0, usize::MAX], line });
+        }
+    }
+
+    fn tie(&mut self, card: &Card<'_>) {
+        self.allow(card, &["NAME", "POSITION TOLERANCE", "ADJUST", "TYPE", "NO ROTATION"]);
+        let line = card.keyword.line;
+        self.ledger.translated("TIE", line, "`tied`: the surfaces move together on average");
+        for (data, fields) in card.data() {
+            let [slave, master, ..] = fields[..] else {
+                self.ledger.wrong("TIE", [line, data], "it needs a slave and a master", DAMAGED);
+                continue;
+            };
+            self.deck.ties.push(Tie { slave: plain(slave), master: plain(master), line });
+        }
+    }
+
+    fn rigid_body(&mut self, card: &Card<'_>) {
+        self.allow(card, &["NSET", "ELSET", "REF NODE", "ROT NODE", "POSITION"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let node = |name: &str| keyword.parameter(name).map(str::parse::<u64>);
+        let value = |name: &str| keyword.parameter(name).map(str::to_owned);
+        let (reference, rotation) = (node("REF NODE"), node("ROT NODE"));
+        let (Some(Ok(reference)), None | Some(Ok(_))) = (&reference, &rotation) else {
+            let cure = "write REF NODE=… with the number of a node";
+            return self.ledger.refuse("RIGID BODY", line, "it needs the number of a reference node", cure);
+        };
+        let rotation = rotation.and_then(Result::ok);
+        let (nodes, elements) = (value("NSET"), value("ELSET"));
+        self.ledger.used("RIGID BODY", line);
+        self.deck.rigids.push(Rigid { nodes, elements, reference: *reference, rotation, line });
+    }
+
+    /// `REMOVE` or `ADD` of contact pairs, at the start of a step.
+    fn model_change(&mut self, card: &Card<'_>) {
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let pairs = keyword.parameter("TYPE").is_some_and(|of| of.eq_ignore_ascii_case("CONTACT PAIR"));
+        if !pairs || !self.in_step {
+            let cure = "only TYPE=CONTACT PAIR within a step";
+            return self.ledger.refuse("MODEL CHANGE", line, "this change is not supported", cure);
+        }
+        let (step, adds) = (self.deck.steps.len() - 1, keyword.has("ADD"));
+        for (data, fields) in card.data() {
+            let is = |pair: &&mut Pair| {
+                pair.slave.eq_ignore_ascii_case(fields[0].trim_matches('"'))
+                    && fields.get(1).is_none_or(|master| pair.master.eq_ignore_ascii_case(master.trim_matches('"')))
+            };
+            match (self.deck.pairs.iter_mut().find(is), adds) {
+                (Some(pair), true) if pair.active[0] >= pair.active[1] => pair.active = [step, usize::MAX],
+                (Some(pair), false) if pair.active[1] == usize::MAX => pair.active[1] = step,
+                _ => {
+                    let why = "there is no such pair that could be added or removed, or it changes twice";
+                    self.ledger.refuse_at(
+                        "MODEL CHANGE",
+                        [line, data],
+                        why,
+                        "name slave and master of a *CONTACT PAIR",
+                    );
+                    continue;
+                }
+            }
+        }
+        self.ledger.translated("MODEL CHANGE", line, "`active`");
+    }
+}
+
+/// A name without quotes.
+fn plain(name: &str) -> String {
+    name.trim_matches('"').to_owned()
+}
+
+impl Target {
+    /// A node by number or a set by name.
+    pub(super) fn new(field: &str) -> Self {
+        field.parse().map_or_else(|_| Self::Set(plain(field)), Self::Node)
+    }
+}

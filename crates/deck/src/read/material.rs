@@ -1,0 +1,201 @@
+//! Materials.
+
+use slipstick_meshio::abaqus::Card;
+
+use super::Reader;
+
+/// `*MATERIAL`, with the lines of its options.
+#[derive(Debug, Default)]
+pub struct Material {
+    pub elastic: Option<(Elastic, usize)>,
+    pub hyperelastic: Option<(Hyperelastic, usize)>,
+    /// Yield stresses and plastic strains.
+    pub plastic: Option<(Vec<[f64; 2]>, usize)>,
+    /// Whether an option is refused, which has its own message.
+    pub refused: bool,
+    pub line: usize,
+}
+
+/// Constants of `*ELASTIC`.
+#[derive(Debug)]
+pub struct Elastic {
+    pub youngs_modulus: f64,
+    pub poisson_ratio: f64,
+}
+
+/// Constants of `*HYPERELASTIC`; D is 2/K.
+#[derive(Debug)]
+pub enum Hyperelastic {
+    NeoHooke { c10: f64, d1: f64 },
+    MooneyRivlin { c10: f64, c01: f64, d1: f64 },
+    Yeoh { c: [f64; 3], d1: f64 },
+    Ogden { terms: Vec<[f64; 2]>, d1: f64 },
+}
+
+/// Options of a material that mean nothing without temperatures, inertia or gravity, and those.
+const IDLE: &[(&str, &str)] = &[
+    ("DENSITY", "no load depends on it"),
+    ("EXPANSION", "no temperature changes"),
+    ("CONDUCTIVITY", "no temperature changes"),
+    ("SPECIFIC HEAT", "no temperature changes"),
+    ("DAMPING", "steps are static"),
+];
+
+const LAWS: &str = "write ELASTIC (isotropic), HYPERELASTIC or PLASTIC";
+
+impl Reader<'_> {
+    /// Reads a material or one of its options.
+    pub(super) fn of_material(&mut self, card: &Card<'_>) -> bool {
+        let keyword = &card.keyword;
+        let (name, line) = (keyword.name.as_str(), keyword.line);
+        if name == "MATERIAL" {
+            let material = keyword.parameter("NAME").unwrap_or_default().to_ascii_uppercase();
+            if material.is_empty() {
+                self.ledger.wrong(name, [line, line], "the material has no name", "add NAME=…");
+            } else if self.deck.materials.contains_key(&material) {
+                self.ledger.wrong(
+                    name,
+                    [line, line],
+                    "the material is defined twice",
+                    "give each material a name of its own",
+                );
+            }
+            self.ledger.used(name, line);
+            self.deck.materials.insert(material.clone(), Material { line, ..Material::default() });
+            self.material = Some(material);
+            return true;
+        }
+        if let Some((_, why)) = IDLE.iter().find(|(idle, _)| *idle == name) {
+            self.ledger.ignored(name, line, *why);
+            return true;
+        }
+        let before = self.ledger.count();
+        match name {
+            "ELASTIC" => self.elastic(card),
+            "HYPERELASTIC" => self.hyperelastic(card),
+            "PLASTIC" => self.plastic(card),
+            _ => return false,
+        }
+        if self.ledger.count() > before {
+            self.own(card).into_iter().for_each(|material| material.refused = true);
+        }
+        true
+    }
+
+    /// The material that an option belongs to.
+    fn own(&mut self, card: &Card<'_>) -> Option<&mut Material> {
+        let material = self.material.as_ref().and_then(|name| self.deck.materials.get_mut(name));
+        if material.is_none() {
+            let line = card.keyword.line;
+            self.ledger.wrong(
+                &card.keyword.name,
+                [line, line],
+                "it belongs to no material",
+                "write *MATERIAL before it",
+            );
+        }
+        material
+    }
+
+    /// The only row of constants: one that depends on temperature has several.
+    fn constants(&mut self, card: &Card<'_>, count: usize) -> Option<Vec<f64>> {
+        let (name, line) = (card.keyword.name.clone(), card.keyword.line);
+        let rows = self.numbers(card);
+        if rows.len() > 1 && rows[0].len() >= count {
+            let why = "constants that depend on temperature are not supported";
+            self.ledger.refuse(&name, line, why, "keep the row for the temperature of the analysis");
+        }
+        let mut all: Vec<f64> = if rows.first().is_some_and(|row| row.len() >= count) {
+            rows.into_iter().next().unwrap_or_default()
+        } else {
+            rows.into_iter().flatten().collect()
+        };
+        if all.is_empty() {
+            self.ledger.wrong(&name, [line, line], "it has no constants", "add a line of data");
+            return None;
+        }
+        all.resize(all.len().max(count), 0.0);
+        Some(all)
+    }
+
+    fn elastic(&mut self, card: &Card<'_>) {
+        self.allow(card, &["TYPE"]);
+        let (line, of) =
+            (card.keyword.line, card.keyword.parameter("TYPE").unwrap_or("ISOTROPIC").to_ascii_uppercase());
+        if !of.starts_with("ISO") {
+            return self.ledger.refuse("ELASTIC", line, format!("TYPE={of} is not supported"), LAWS);
+        }
+        let Some(row) = self.constants(card, 2) else { return };
+        let elastic = Elastic { youngs_modulus: row[0], poisson_ratio: row[1] };
+        self.ledger.used("ELASTIC", line);
+        if let Some(material) = self.own(card) {
+            material.elastic = Some((elastic, line));
+        }
+    }
+
+    fn plastic(&mut self, card: &Card<'_>) {
+        self.allow(card, &["HARDENING"]);
+        let line = card.keyword.line;
+        let hardening = card.keyword.parameter("HARDENING").unwrap_or("ISOTROPIC").to_ascii_uppercase();
+        if hardening != "ISOTROPIC" {
+            return self.ledger.refuse(
+                "PLASTIC",
+                line,
+                format!("HARDENING={hardening} is not supported"),
+                "use isotropic hardening",
+            );
+        }
+        let rows = self.numbers(card);
+        let table: Vec<[f64; 2]> = rows.iter().map(|row| [row[0], row.get(1).copied().unwrap_or(0.0)]).collect();
+        let rises = table.windows(2).all(|rows| rows[0][1] < rows[1][1]);
+        if table.first().is_none_or(|row| row[1] != 0.0) || !rises {
+            let why = "plastic strains must start from 0 and rise, for one temperature";
+            return self.ledger.wrong(
+                "PLASTIC",
+                [line, line],
+                why,
+                "keep the rows for the temperature of the analysis",
+            );
+        }
+        self.ledger.translated("PLASTIC", line, "`j2_table`: J2 plasticity at finite strains, isotropic hardening");
+        if let Some(material) = self.own(card) {
+            material.plastic = Some((table, line));
+        }
+    }
+
+    fn hyperelastic(&mut self, card: &Card<'_>) {
+        self.allow(card, &["NEO HOOKE", "MOONEY-RIVLIN", "YEOH", "OGDEN", "N", "MODULI"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let terms = keyword.parameter("N").and_then(|n| n.parse().ok()).unwrap_or(1_usize);
+        let law = if keyword.has("NEO HOOKE") {
+            self.constants(card, 2).map(|c| Hyperelastic::NeoHooke { c10: c[0], d1: c[1] })
+        } else if keyword.has("MOONEY-RIVLIN") {
+            self.constants(card, 3).map(|c| Hyperelastic::MooneyRivlin { c10: c[0], c01: c[1], d1: c[2] })
+        } else if keyword.has("YEOH") {
+            let constants = self.constants(card, 6);
+            if constants.as_ref().is_some_and(|c| c[4] != 0.0 || c[5] != 0.0) {
+                self.ledger.refuse("HYPERELASTIC", line, "D2 and D3 are not supported", "set them to 0");
+            }
+            constants.map(|c| Hyperelastic::Yeoh { c: [c[0], c[1], c[2]], d1: c[3] })
+        } else if keyword.has("OGDEN") && (1..=4).contains(&terms) {
+            let constants = self.constants(card, 3 * terms);
+            if constants.as_ref().is_some_and(|c| c[2 * terms + 1..3 * terms].iter().any(|&d| d != 0.0)) {
+                self.ledger.refuse("HYPERELASTIC", line, "only D1 is supported", "set the other D to 0");
+            }
+            constants.map(|c| Hyperelastic::Ogden {
+                // the energy is 2μ/α² (λ₁^α + …) there and μ/α (λ₁^α + …) here
+                terms: (0..terms).map(|i| [2.0 * c[2 * i] / c[2 * i + 1], c[2 * i + 1]]).collect(),
+                d1: c[2 * terms],
+            })
+        } else {
+            let cure = "use NEO HOOKE, MOONEY-RIVLIN, YEOH or OGDEN with N up to 4";
+            self.ledger.refuse("HYPERELASTIC", line, "this form of the energy is not supported", cure);
+            None
+        };
+        let Some(law) = law else { return };
+        self.ledger.used("HYPERELASTIC", line);
+        if let Some(material) = self.own(card) {
+            material.hyperelastic = Some((law, line));
+        }
+    }
+}

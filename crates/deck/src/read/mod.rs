@@ -1,0 +1,206 @@
+//! Reads the keywords of a deck: what it says, before it meets a mesh.
+
+mod contact;
+mod material;
+mod refused;
+mod step;
+
+use std::collections::BTreeMap;
+
+use slipstick_meshio::abaqus::Card;
+
+use crate::ledger::Ledger;
+
+pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
+pub use material::{Hyperelastic, Material};
+#[cfg(test)]
+pub use step::Change;
+pub use step::{Condition, On, Step, Target};
+
+/// A deck without its mesh. Names are in capitals where other keywords refer to them.
+#[derive(Debug, Default)]
+pub struct Deck {
+    /// The first line of `*HEADING`.
+    pub title: String,
+    pub materials: BTreeMap<String, Material>,
+    pub sections: Vec<Section>,
+    /// By name; amplitudes by time in a step or in total.
+    pub amplitudes: BTreeMap<String, Amplitude>,
+    pub interactions: BTreeMap<String, Interaction>,
+    pub pairs: Vec<Pair>,
+    pub ties: Vec<Tie>,
+    pub rigids: Vec<Rigid>,
+    /// Conditions before the first step.
+    pub conditions: Vec<Condition>,
+    pub steps: Vec<Step>,
+    /// Whether there are hexahedra of 8 nodes.
+    pub element_types: Vec<(String, usize)>,
+}
+
+/// `*SOLID SECTION`.
+#[derive(Debug)]
+pub struct Section {
+    pub set: String,
+    pub material: String,
+    pub line: usize,
+}
+
+/// `*AMPLITUDE`: times and factors.
+#[derive(Debug)]
+pub struct Amplitude {
+    pub points: Vec<[f64; 2]>,
+    /// Whether times count from the start of the first step.
+    pub total: bool,
+}
+
+/// Reads all keywords, each with an entry in the ledger.
+pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
+    let mut reader = Reader { deck: Deck::default(), ledger, material: None, interaction: None, in_step: false };
+    for card in cards {
+        reader.card(card);
+    }
+    reader.deck
+}
+
+struct Reader<'l> {
+    deck: Deck,
+    ledger: &'l mut Ledger,
+    /// The material that options belong to.
+    material: Option<String>,
+    interaction: Option<String>,
+    in_step: bool,
+}
+
+const DAMAGED: &str = "correct the line";
+
+impl Reader<'_> {
+    fn card(&mut self, card: &Card<'_>) {
+        let (name, line) = (card.keyword.name.as_str(), card.keyword.line);
+        if self.ledger.ignores(name) {
+            return self.ledger.ignored(name, line, "as requested");
+        }
+        match name {
+            "HEADING" => {
+                self.deck.title = card.first_line().unwrap_or_default().to_owned();
+                self.ledger.translated(name, line, "`title`");
+            }
+            "NODE" | "NSET" | "ELSET" | "SURFACE" => self.ledger.used(name, line),
+            "ELEMENT" => self.element(card),
+            "SOLID SECTION" | "SOLIDSECTION" => self.section(card),
+            "AMPLITUDE" => self.amplitude(card),
+            _ => {
+                if !(self.of_material(card) || self.of_contact(card) || self.of_step(card)) {
+                    self.refused(card);
+                }
+            }
+        }
+    }
+
+    fn element(&mut self, card: &Card<'_>) {
+        let keyword = &card.keyword;
+        let kind = keyword.parameter("TYPE").unwrap_or_default().to_ascii_uppercase();
+        self.deck.element_types.push((kind.clone(), keyword.line));
+        let digits: String = kind.chars().skip(3).take_while(char::is_ascii_digit).collect();
+        let how = match (kind.starts_with("C3D"), digits.as_str(), &kind[(3 + digits.len()).min(kind.len())..]) {
+            (true, "8", _) => Some("8-node hexahedra: full integration, mean dilatation (F̄)"),
+            (true, "20", _) => Some("27-node hexahedra: nodes are added at the centres of faces and elements"),
+            (true, "10", rest) if !rest.is_empty() => Some("10-node tetrahedra, fully integrated"),
+            (true, "15", _) => {
+                let cure = "mesh the part with C3D6, C3D8, C3D20 or C3D10";
+                return self.ledger.wrong("ELEMENT", [keyword.line; 2], "15-node wedges are not supported", cure);
+            }
+            _ => None,
+        };
+        match how {
+            _ if kind.starts_with("R3D") => {
+                let why = format!("{kind}: a rigid surface without solid elements is not supported");
+                self.ledger.refuse(
+                    "ELEMENT",
+                    keyword.line,
+                    why,
+                    "mesh the tool with solid elements and name it in *RIGID BODY",
+                );
+            }
+            Some(how) => self.ledger.translated("ELEMENT", keyword.line, how),
+            None => self.ledger.used("ELEMENT", keyword.line),
+        }
+    }
+
+    fn section(&mut self, card: &Card<'_>) {
+        let keyword = &card.keyword;
+        self.allow(card, &["ELSET", "MATERIAL", "CONTROLS"]);
+        let value = |name: &str| keyword.parameter(name).map(str::to_owned);
+        let (Some(set), Some(material)) = (value("ELSET"), value("MATERIAL")) else {
+            let why = "the section needs ELSET=… and MATERIAL=…";
+            return self.ledger.wrong(&keyword.name, [keyword.line; 2], why, "add the parameter");
+        };
+        self.ledger.used(&keyword.name, keyword.line);
+        self.deck.sections.push(Section { set, material: material.to_ascii_uppercase(), line: keyword.line });
+    }
+
+    fn amplitude(&mut self, card: &Card<'_>) {
+        let keyword = &card.keyword;
+        self.allow(card, &["NAME", "TIME", "VALUE", "DEFINITION", "SMOOTH"]);
+        let definition = keyword.parameter("DEFINITION").unwrap_or("TABULAR");
+        let absolute = keyword.parameter("VALUE").is_some_and(|value| value.eq_ignore_ascii_case("ABSOLUTE"));
+        if !definition.eq_ignore_ascii_case("TABULAR") || absolute {
+            let why = "only tables of relative values are supported";
+            self.ledger.refuse("AMPLITUDE", keyword.line, why, "write the amplitude as a table of times and factors");
+        }
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for (line, fields) in card.data() {
+            let numbers: Vec<f64> = (0..fields.len()).filter_map(|at| self.number(card, line, &fields, at)).collect();
+            for pair in numbers.chunks(2) {
+                match (pair, points.last()) {
+                    (&[t, _], Some(&[last, _])) if t <= last => {
+                        let why = "the times of an amplitude must rise";
+                        self.ledger.wrong("AMPLITUDE", [keyword.line, line], why, DAMAGED);
+                    }
+                    (&[t, value], _) => points.push([t, value]),
+                    _ => self.ledger.wrong("AMPLITUDE", [keyword.line, line], "a time has no value", DAMAGED),
+                }
+            }
+        }
+        let total = keyword.parameter("TIME").is_some_and(|time| time.to_ascii_uppercase().starts_with("TOTAL"));
+        let name = keyword.parameter("NAME").unwrap_or_default().to_ascii_uppercase();
+        if points.is_empty() {
+            self.ledger.wrong("AMPLITUDE", [keyword.line; 2], "the amplitude has no points", DAMAGED);
+            points.push([0.0, 1.0]);
+        }
+        self.ledger.translated("AMPLITUDE", keyword.line, "waypoints of the motions and loads that name it");
+        self.deck.amplitudes.insert(name, Amplitude { points, total });
+    }
+
+    /// Refuses parameters of a keyword other than these.
+    fn allow(&mut self, card: &Card<'_>, known: &[&str]) {
+        let keyword = &card.keyword;
+        for (name, _) in keyword.parameters.iter().filter(|(name, _)| !known.contains(&name.as_str())) {
+            let why = format!("the parameter {name} is not supported");
+            self.ledger.refuse(&keyword.name, keyword.line, why, "remove the parameter if it does not matter");
+        }
+    }
+
+    /// A number of a line of data; zero if the field is empty, `None` after an error.
+    fn number(&mut self, card: &Card<'_>, line: usize, fields: &[&str], at: usize) -> Option<f64> {
+        let field = fields.get(at).copied().unwrap_or_default();
+        if field.is_empty() {
+            return Some(0.0);
+        }
+        let value = field.replace(['d', 'D'], "e").parse().ok().filter(|x: &f64| x.is_finite());
+        if value.is_none() {
+            let shown: String = field.chars().take(30).collect();
+            let why = format!("`{shown}` is not a number");
+            self.ledger.wrong(&card.keyword.name, [card.keyword.line, line], why, DAMAGED);
+        }
+        value
+    }
+
+    /// All numbers of the data of a keyword, line after line.
+    fn numbers(&mut self, card: &Card<'_>) -> Vec<Vec<f64>> {
+        let rows = card.data().collect::<Vec<_>>();
+        let row = |(line, fields): &(usize, Vec<&str>)| {
+            (0..fields.len()).map(|at| self.number(card, *line, fields, at).unwrap_or(0.0)).collect()
+        };
+        rows.iter().map(row).collect()
+    }
+}

@@ -1,0 +1,92 @@
+//! Keywords that are not translated: those that do not matter, and those that would change the physics.
+
+use slipstick_meshio::abaqus::Card;
+
+use super::Reader;
+
+/// Requests for output.
+const OUTPUT: &[&str] = &[
+    "CONTACT FILE",
+    "CONTACT OUTPUT",
+    "CONTACT PRINT",
+    "EL FILE",
+    "EL PRINT",
+    "ELEMENT OUTPUT",
+    "ENERGY FILE",
+    "ENERGY OUTPUT",
+    "ENERGY PRINT",
+    "FACE PRINT",
+    "FILE FORMAT",
+    "FILE OUTPUT",
+    "INTEGRATED OUTPUT",
+    "MONITOR",
+    "NODE FILE",
+    "NODE OUTPUT",
+    "NODE PRINT",
+    "OUTPUT",
+    "PREPRINT",
+    "PRINT",
+    "RESTART",
+    "SECTION FILE",
+    "SECTION PRINT",
+];
+
+/// Settings of solvers, and data that static steps at one temperature do not use.
+const CONTROLS: &[(&str, &str)] = &[
+    ("CONTACT CONTROLS", "a control"),
+    ("CONTROLS", "a control"),
+    ("GAP CONDUCTANCE", "no temperature changes"),
+    ("MASS", "steps are static"),
+    ("NO ANALYSIS", "a control"),
+    ("PHYSICAL CONSTANTS", "no temperature changes"),
+    ("SECTION CONTROLS", "elements are fully integrated"),
+    ("SOLUTION TECHNIQUE", "a control"),
+    ("TIME POINTS", "a control"),
+];
+
+/// What to do about others.
+const CURES: &[(&str, &str)] = &[
+    ("CHANGE FRICTION", "use one coefficient for all steps"),
+    ("CLEARANCE", "set `offset` of the pair in a case file"),
+    ("CONTACT", "name the surfaces that may touch with *CONTACT PAIR"),
+    ("CONTACT INTERFERENCE", "set `offset` of the pair in a case file"),
+    ("COUPLING", "make the loaded part a rigid body, or load its surface with *DSLOAD"),
+    ("DISTRIBUTING COUPLING", "load the surface with *DSLOAD"),
+    ("DYNAMIC", "use *STATIC"),
+    ("EQUATION", "use *TIE or *BOUNDARY"),
+    ("INITIAL CONDITIONS", "start from the undeformed, unstressed state"),
+    ("MPC", "use *TIE or *BOUNDARY"),
+    ("ORIENTATION", "give isotropic materials, in global axes"),
+    ("PRE-TENSION SECTION", "press the parts together by a motion or an `offset`"),
+    ("SHELL SECTION", "mesh the part with solid elements"),
+    ("MEMBRANE SECTION", "remove the section: surfaces need none"),
+    ("BEAM SECTION", "mesh the part with solid elements"),
+    ("SPRING", "model the support as a part of solid elements"),
+    ("TEMPERATURE", "keep the temperature"),
+    ("TRANSFORM", "give boundary conditions and loads in global axes"),
+];
+
+impl Reader<'_> {
+    /// A keyword that is not translated.
+    pub(super) fn refused(&mut self, card: &Card<'_>) {
+        let (name, line) = (card.keyword.name.as_str(), card.keyword.line);
+        if OUTPUT.contains(&name) {
+            return self.ledger.ignored(name, line, "a request for output");
+        }
+        if let Some((_, why)) = CONTROLS.iter().find(|(control, _)| *control == name) {
+            return self.ledger.ignored(name, line, *why);
+        }
+        if name == "INITIAL CONDITIONS"
+            && card.keyword.parameter("TYPE").is_some_and(|of| of.eq_ignore_ascii_case("TEMPERATURE"))
+        {
+            return self.ledger.ignored(name, line, "no temperature changes");
+        }
+        let cure = CURES.iter().find(|(keyword, _)| *keyword == name).map(|(_, cure)| *cure);
+        self.ledger.refuse(
+            name,
+            line,
+            "this keyword is not supported",
+            cure.unwrap_or("remove it if it does not matter"),
+        );
+    }
+}

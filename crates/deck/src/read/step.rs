@@ -1,0 +1,263 @@
+//! Steps, boundary conditions and loads.
+
+use slipstick_meshio::abaqus::Card;
+
+use super::{DAMAGED, Reader};
+
+/// A step.
+#[derive(Debug)]
+pub struct Step {
+    pub nlgeom: bool,
+    pub period: f64,
+    /// First increment, which a step without `DIRECT` may change.
+    pub increment: f64,
+    pub conditions: Change<Condition>,
+    pub loads: Change<Load>,
+}
+
+/// What a step changes.
+#[derive(Debug)]
+pub struct Change<T> {
+    /// Whether everything that is not named ends (`OP=NEW`).
+    pub anew: bool,
+    pub items: Vec<T>,
+}
+
+/// A node or a set.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Target {
+    Node(u64),
+    Set(String),
+}
+
+/// A line of `*BOUNDARY`: component from 0, 0 … 2 of the displacement, 3 … 5 of the rotation.
+#[derive(Debug)]
+pub struct Condition {
+    pub target: Target,
+    pub component: u8,
+    pub value: f64,
+    pub amplitude: Option<String>,
+    /// Of the keyword and of the data.
+    pub lines: [usize; 2],
+}
+
+/// What a load acts on.
+#[derive(Debug)]
+pub enum On {
+    /// A component of the force on nodes.
+    Nodes(Target, u8),
+    /// A face of elements, from 0.
+    Face(Target, u8),
+    /// A surface.
+    Surface(String),
+}
+
+/// A line of `*CLOAD`, `*DLOAD` or `*DSLOAD`: a force or a pressure.
+#[derive(Debug)]
+pub struct Load {
+    pub on: On,
+    pub value: f64,
+    pub amplitude: Option<String>,
+    pub keyword: &'static str,
+    pub lines: [usize; 2],
+}
+
+/// Boundary conditions by name: the components from 0.
+const NAMED: &[(&str, &[u8])] = &[
+    ("ENCASTRE", &[0, 1, 2, 3, 4, 5]),
+    ("PINNED", &[0, 1, 2]),
+    ("XSYMM", &[0, 4, 5]),
+    ("YSYMM", &[1, 3, 5]),
+    ("ZSYMM", &[2, 3, 4]),
+    ("XASYMM", &[1, 2, 3]),
+    ("YASYMM", &[0, 2, 4]),
+    ("ZASYMM", &[0, 1, 5]),
+];
+
+impl Reader<'_> {
+    /// Reads a keyword of a step.
+    pub(super) fn of_step(&mut self, card: &Card<'_>) -> bool {
+        let line = card.keyword.line;
+        match card.keyword.name.as_str() {
+            "STEP" => self.step(card),
+            "END STEP" => {
+                self.in_step = false;
+                self.ledger.used("END STEP", line);
+            }
+            "STATIC" => self.fixed(card),
+            "BOUNDARY" => self.boundary(card),
+            "CLOAD" => self.cload(card),
+            "DLOAD" => self.dload(card),
+            "DSLOAD" => self.dsload(card),
+            _ => return false,
+        }
+        true
+    }
+
+    fn step(&mut self, card: &Card<'_>) {
+        self.allow(card, &["NLGEOM", "INC", "NAME", "AMPLITUDE", "UNSYMM", "EXTRAPOLATION", "SOLVER"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let off = keyword.parameter("NLGEOM").is_some_and(|value| value.eq_ignore_ascii_case("NO"));
+        // once on, it stays on
+        let before = self.deck.steps.last().is_some_and(|step| step.nlgeom);
+        let nlgeom = (keyword.has("NLGEOM") || before) && !off;
+        if keyword.parameter("AMPLITUDE").is_some_and(|of| of.eq_ignore_ascii_case("STEP")) {
+            let why = "loads that jump at the start of the step are not supported";
+            self.ledger.refuse("STEP", line, why, "remove AMPLITUDE=STEP: loads then grow over the step");
+        }
+        self.ledger.translated("STEP", line, "a part of the load path; loads and motions grow linearly over it");
+        let (conditions, loads) = (Change { anew: false, items: vec![] }, Change { anew: false, items: vec![] });
+        self.deck.steps.push(Step { nlgeom, period: 1.0, increment: 1.0, conditions, loads });
+        self.in_step = true;
+    }
+
+    fn fixed(&mut self, card: &Card<'_>) {
+        self.allow(card, &["DIRECT", "SOLVER", "STABILIZE", "TIME RESET", "TOTAL TIME AT START"]);
+        let line = card.keyword.line;
+        if card.keyword.has("STABILIZE") {
+            let why = "it is not needed for contact; for snap-through, see `viscosity`";
+            self.ledger.refuse("STATIC", line, format!("STABILIZE is not supported: {why}"), "remove the parameter");
+        }
+        let rows = self.numbers(card);
+        let row = rows.first().cloned().unwrap_or_default();
+        let value = |at: usize| row.get(at).copied().filter(|&x| x > 0.0);
+        let period = value(1).unwrap_or(1.0);
+        let increment = value(0).unwrap_or(period).min(period);
+        self.ledger.translated("STATIC", line, "load steps of the size of the first increment, halved where needed");
+        match self.deck.steps.last_mut() {
+            Some(step) if self.in_step => (step.period, step.increment) = (period, increment),
+            _ => self.ledger.wrong("STATIC", [line, line], "it is outside of a step", "write *STEP before it"),
+        }
+    }
+
+    /// Whether the keyword ends what its predecessors said.
+    fn anew(&mut self, card: &Card<'_>) -> bool {
+        card.keyword.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW"))
+    }
+
+    fn boundary(&mut self, card: &Card<'_>) {
+        self.allow(card, &["OP", "AMPLITUDE", "TYPE"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        if keyword.parameter("TYPE").is_some_and(|of| !of.eq_ignore_ascii_case("DISPLACEMENT")) {
+            self.ledger.refuse("BOUNDARY", line, "only displacements can be prescribed", "write TYPE=DISPLACEMENT");
+        }
+        self.ledger.translated(
+            "BOUNDARY",
+            line,
+            "`[[dirichlet]]`, the motion linear over each step or along its amplitude",
+        );
+        let amplitude = keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        let mut found = Vec::new();
+        for (data, fields) in card.data() {
+            let target = Target::new(fields[0]);
+            let word = fields.get(1).copied().unwrap_or_default().to_ascii_uppercase();
+            let (components, value): (Vec<u8>, f64) = match NAMED.iter().find(|(name, _)| *name == word) {
+                Some((_, components)) => (components.to_vec(), 0.0),
+                None => {
+                    let last = fields.get(2).copied().filter(|field| !field.is_empty()).unwrap_or(&word);
+                    let (Ok(first), Ok(last)) = (word.parse::<u8>(), last.parse::<u8>()) else {
+                        let why = "a line has a node or set, the first and last component and a value";
+                        self.ledger.wrong("BOUNDARY", [line, data], why, DAMAGED);
+                        continue;
+                    };
+                    if first == 0 || last > 6 {
+                        let why = format!("component {} is not one of a displacement or rotation", first.max(last));
+                        self.ledger.refuse_at("BOUNDARY", [line, data], why, "use components 1 to 6");
+                        continue;
+                    }
+                    ((first - 1..last).collect(), self.number(card, data, &fields, 3).unwrap_or(0.0))
+                }
+            };
+            for component in components {
+                let (target, amplitude) = (target.clone(), amplitude.clone());
+                found.push(Condition { target, component, value, amplitude, lines: [line, data] });
+            }
+        }
+        let anew = self.anew(card);
+        match self.deck.steps.last_mut() {
+            Some(step) => {
+                step.conditions.anew |= anew;
+                step.conditions.items.extend(found);
+            }
+            None => self.deck.conditions.extend(found),
+        }
+    }
+
+    /// Adds the loads of a keyword to its step.
+    fn loads(&mut self, card: &Card<'_>, found: Vec<Load>) {
+        let anew = self.anew(card);
+        let (name, line) = (&card.keyword.name, card.keyword.line);
+        match self.deck.steps.last_mut() {
+            Some(step) if self.in_step => {
+                step.loads.anew |= anew;
+                step.loads.items.extend(found);
+            }
+            _ => self.ledger.wrong(name, [line, line], "it is outside of a step", "move it into a step"),
+        }
+    }
+
+    fn cload(&mut self, card: &Card<'_>) {
+        self.allow(card, &["OP", "AMPLITUDE"]);
+        let line = card.keyword.line;
+        self.ledger.translated("CLOAD", line, "`[[load]]` with `nodal_force`, or a load on a rigid body");
+        let amplitude = card.keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        let mut found = Vec::new();
+        for (data, fields) in card.data() {
+            let component = fields.get(1).and_then(|field| field.parse::<u8>().ok()).filter(|c| (1..=6).contains(c));
+            let Some(component) = component else {
+                let why = "a line has a node or set, a component from 1 to 6 and a force";
+                self.ledger.wrong("CLOAD", [line, data], why, DAMAGED);
+                continue;
+            };
+            let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
+            let (on, amplitude) = (On::Nodes(Target::new(fields[0]), component - 1), amplitude.clone());
+            found.push(Load { on, value, amplitude, keyword: "CLOAD", lines: [line, data] });
+        }
+        self.loads(card, found);
+    }
+
+    fn dload(&mut self, card: &Card<'_>) {
+        self.allow(card, &["OP", "AMPLITUDE"]);
+        let line = card.keyword.line;
+        self.ledger.translated("DLOAD", line, "`pressure` on the deformed faces");
+        let amplitude = card.keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        let mut found = Vec::new();
+        for (data, fields) in card.data() {
+            let kind = fields.get(1).copied().unwrap_or_default().to_ascii_uppercase();
+            let Some(face) =
+                kind.strip_prefix('P').and_then(|face| face.parse::<u8>().ok()).filter(|f| (1..=6).contains(f))
+            else {
+                let why = match kind.as_str() {
+                    "GRAV" => "gravity is not supported".to_owned(),
+                    "CENTRIF" | "CENTRIFUGAL" => "centrifugal loads are not supported".to_owned(),
+                    _ => format!("the load `{kind}` is not supported"),
+                };
+                self.ledger.refuse_at("DLOAD", [line, data], why, "use a pressure P1 to P6 on faces, or forces");
+                continue;
+            };
+            let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
+            let (on, amplitude) = (On::Face(Target::new(fields[0]), face - 1), amplitude.clone());
+            found.push(Load { on, value, amplitude, keyword: "DLOAD", lines: [line, data] });
+        }
+        self.loads(card, found);
+    }
+
+    fn dsload(&mut self, card: &Card<'_>) {
+        self.allow(card, &["OP", "AMPLITUDE"]);
+        let line = card.keyword.line;
+        self.ledger.translated("DSLOAD", line, "`pressure` on the deformed surface");
+        let amplitude = card.keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        let mut found = Vec::new();
+        for (data, fields) in card.data() {
+            if !fields.get(1).is_some_and(|kind| kind.eq_ignore_ascii_case("P")) {
+                let why = "only pressures P are supported";
+                self.ledger.refuse_at("DSLOAD", [line, data], why, "use P, or forces on nodes");
+                continue;
+            }
+            let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
+            let (on, amplitude) = (On::Surface(fields[0].trim_matches('"').to_owned()), amplitude.clone());
+            found.push(Load { on, value, amplitude, keyword: "DSLOAD", lines: [line, data] });
+        }
+        self.loads(card, found);
+    }
+}

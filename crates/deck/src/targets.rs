@@ -1,0 +1,489 @@
+//! What motions, forces, pressures and contact act on: nodes and faces, grouped into sets of the file.
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+
+use slipstick_meshio::{ElementFace, FileMesh};
+
+use crate::bodies::{Bodies, find, rigid_nodes};
+use crate::history::{Curve, Timeline, Track, Tracks};
+use crate::ledger::Ledger;
+use crate::read::{Deck, On, Target};
+
+/// Nodes whose motion is prescribed alike.
+#[derive(Debug)]
+pub struct Held {
+    /// The set of the file; `None`: the rigid body itself.
+    pub set: Option<String>,
+    pub bodies: Vec<usize>,
+    /// Components from 0 with their curves: displacements, then rotations.
+    pub components: Vec<(u8, Curve)>,
+    pub line: usize,
+}
+
+/// Forces on each node of a set, or on a rigid body.
+#[derive(Debug)]
+pub struct Forces {
+    pub set: Option<String>,
+    pub bodies: Vec<usize>,
+    /// A component from 0: forces, then moments.
+    pub component: u8,
+    pub curve: Curve,
+    pub line: usize,
+}
+
+/// A pressure on a surface of the file.
+#[derive(Debug)]
+pub struct Pressure {
+    pub surface: String,
+    pub bodies: Vec<usize>,
+    pub curve: Curve,
+    pub line: usize,
+}
+
+/// All of them.
+#[derive(Debug, Default)]
+pub struct Targets {
+    pub held: Vec<Held>,
+    pub forces: Vec<Forces>,
+    pub pressures: Vec<Pressure>,
+    /// Number of load steps of the case, and those of each step.
+    pub load_steps: usize,
+    pub counts: Vec<usize>,
+}
+
+struct Finder<'a> {
+    mesh: &'a mut FileMesh,
+    deck: &'a Deck,
+    bodies: &'a Bodies,
+    ledger: &'a mut Ledger,
+}
+
+type OfNode = (u32, u8);
+
+/// A curve that can be compared.
+type Bits = Vec<[u64; 2]>;
+
+/// Nodes with the same component and curve.
+type Groups<'t> = BTreeMap<(u8, Bits), Vec<(u32, &'t Track)>>;
+
+impl Targets {
+    /// Groups nodes and faces; groups that are no set of the file become one.
+    pub fn new(mesh: &mut FileMesh, deck: &Deck, bodies: &Bodies, ledger: &mut Ledger) -> Self {
+        let timeline = Timeline::new(deck);
+        let mut finder = Finder { mesh, deck, bodies, ledger };
+        finder.faces_of_nodes();
+        let mut targets = Self { load_steps: timeline.total(), counts: timeline.counts.clone(), ..Self::default() };
+        if deck.steps.is_empty() {
+            finder.ledger.wrong("STEP", [1, 1], "the deck has no step", "add a *STEP with *STATIC");
+            return targets;
+        }
+        let motions = finder.motions(&timeline);
+        targets.held = finder.held(motions);
+        let forces = finder.forces(&timeline);
+        targets.forces = finder.loaded(forces);
+        targets.pressures = finder.pressures(&timeline);
+        targets
+    }
+}
+
+impl Finder<'_> {
+    /// The nodes of a target; empty after an error.
+    fn nodes(&mut self, target: &Target, keyword: &str, lines: [usize; 2]) -> Vec<u32> {
+        match target {
+            Target::Node(number) => match self.bodies.position(*number) {
+                Some(node) => vec![node],
+                None => {
+                    let why = format!("there is no node {number}");
+                    self.ledger.wrong(keyword, lines, why, "name a node or a set of nodes");
+                    vec![]
+                }
+            },
+            Target::Set(name) => match find(&self.mesh.node_sets, name) {
+                Some(set) => self.mesh.node_sets[set].clone(),
+                None => {
+                    let why = format!("there is no set of nodes `{name}`");
+                    self.ledger.wrong(keyword, lines, why, "define it with *NSET");
+                    vec![]
+                }
+            },
+        }
+    }
+
+    fn amplitude<'d>(
+        &mut self,
+        deck: &'d Deck,
+        name: &Option<String>,
+        keyword: &str,
+        lines: [usize; 2],
+    ) -> Option<&'d crate::read::Amplitude> {
+        let name = name.as_ref()?;
+        let found = deck.amplitudes.get(name);
+        if found.is_none() {
+            let why = format!("there is no amplitude `{name}`");
+            self.ledger.wrong(keyword, lines, why, "define it with *AMPLITUDE");
+        }
+        found
+    }
+
+    /// The prescribed components of all nodes, with the lines of their keywords.
+    fn motions(&mut self, timeline: &Timeline) -> BTreeMap<OfNode, Track> {
+        let deck = self.deck;
+        let mut tracks = Tracks::new(timeline, deck, false);
+        for (k, step) in deck.steps.iter().enumerate() {
+            let initial = if k == 0 { &deck.conditions[..] } else { &[] };
+            for condition in initial.iter().chain(&step.conditions.items) {
+                let amplitude = self.amplitude(deck, &condition.amplitude, "BOUNDARY", condition.lines);
+                let set = match &condition.target {
+                    Target::Set(name) => find(&self.mesh.node_sets, name).map(str::to_owned),
+                    Target::Node(_) => None,
+                };
+                for node in self.nodes(&condition.target, "BOUNDARY", condition.lines) {
+                    let key = (node, condition.component);
+                    tracks.say(key, condition.value, amplitude, condition.lines[0], set.as_deref());
+                }
+            }
+            tracks.step(k, step.conditions.anew);
+        }
+        let mut tracks = tracks.tracks;
+        for track in tracks.values() {
+            let cure = "prescribe the same components in all steps";
+            if track.first > 0 {
+                let why = "a motion that begins after the first step is not supported";
+                self.ledger.refuse("BOUNDARY", track.line, why, cure);
+            }
+            if track.ended.is_some() {
+                let why = "a condition that a later step removes is not supported";
+                self.ledger.refuse("BOUNDARY", track.line, why, cure);
+            }
+        }
+        self.rigid_faces(&mut tracks);
+        tracks
+    }
+
+    /// Rigid bodies that are faces of deformable ones: their nodes move as the reference node does, if it
+    /// does not turn.
+    fn rigid_faces(&mut self, tracks: &mut BTreeMap<OfNode, Track>) {
+        for (index, rigid) in self.deck.rigids.iter().enumerate() {
+            if self.bodies.list.iter().any(|body| body.rigid == Some(index)) {
+                continue;
+            }
+            let Some(reference) = self.bodies.position(rigid.reference) else { continue };
+            let rotation = rigid.rotation.and_then(|number| self.bodies.position(number));
+            let known = |component: u8| match (rotation, component) {
+                (Some(node), 3..) => tracks.get(&(node, component - 3)),
+                _ => tracks.get(&(reference, component)),
+            };
+            let held: Option<Vec<Track>> = (0..6).map(|component| known(component).cloned()).collect();
+            let turns =
+                |held: &Vec<Track>| held[3..].iter().any(|track| track.curve.iter().any(|point| point[1] != 0.0));
+            let Some(held) = held.filter(|held| !turns(held)) else {
+                let why = "a face of a deformable body can only be rigid if its motion is prescribed, without rotation";
+                let cure = "prescribe all components of reference and rotation node, or make the whole body rigid";
+                self.ledger.refuse("RIGID BODY", rigid.line, why, cure);
+                continue;
+            };
+            self.ledger.translated("RIGID BODY", rigid.line, "its nodes move as prescribed for the reference node");
+            for node in rigid_nodes(self.mesh, rigid) {
+                for (component, track) in (0..3).zip(&held) {
+                    tracks.insert((node, component), Track { set: rigid.nodes.clone(), ..track.clone() });
+                }
+            }
+        }
+    }
+
+    /// The rigid body of which a node is the reference or rotation node, and the first of its components.
+    fn reference(&self, node: u32) -> Option<(usize, u8)> {
+        self.bodies.list.iter().enumerate().find_map(|(index, body)| {
+            let rigid = &self.deck.rigids[body.rigid?];
+            let is = |number: u64| self.bodies.position(number) == Some(node);
+            if is(rigid.reference) { Some((index, 0)) } else { rigid.rotation.filter(|&n| is(n)).map(|_| (index, 3)) }
+        })
+    }
+
+    /// Groups nodes with the same motion.
+    fn held(&mut self, tracks: BTreeMap<OfNode, Track>) -> Vec<Held> {
+        let mut rigid: BTreeMap<usize, (Vec<(u8, Curve)>, usize)> = BTreeMap::new();
+        let mut of_node: BTreeMap<u32, Vec<(u8, &Track)>> = BTreeMap::new();
+        for ((node, component), track) in &tracks {
+            match self.reference(*node) {
+                Some((body, first)) if *component < 3 || first == 0 => {
+                    let entry = rigid.entry(body).or_insert_with(|| (Vec::new(), track.line));
+                    entry.0.push((first + component, track.simple()));
+                }
+                Some(_) => {}
+                None if *component < 3 && self.bodies.of(*node).is_some() => {
+                    of_node.entry(*node).or_default().push((*component, track));
+                }
+                None => {}
+            }
+        }
+        let whole = |body: usize| self.bodies.list[body].rigid.is_some();
+        of_node.retain(|&node, _| self.bodies.of(node).is_none_or(|body| !whole(body)));
+        let mut held = self.held_sets(&mut of_node);
+        let mut groups: BTreeMap<Vec<(u8, Bits)>, Vec<u32>> = BTreeMap::new();
+        for (node, components) in &of_node {
+            let key = components.iter().map(|(component, track)| (*component, bits(&track.simple()))).collect();
+            groups.entry(key).or_default().push(*node);
+        }
+        for nodes in groups.into_values() {
+            let components = &of_node[&nodes[0]];
+            let line = components.iter().map(|(_, track)| track.line).max().unwrap_or(1);
+            let sets: BTreeSet<&str> = components.iter().filter_map(|(_, track)| track.set.as_deref()).collect();
+            let curves = components.iter().map(|(component, track)| (*component, track.simple())).collect();
+            let sets: Vec<String> = sets.into_iter().map(str::to_owned).collect();
+            held.push(Held { set: Some(String::new()), bodies: vec![], components: curves, line });
+            let (set, bodies) = self.set_of(&nodes, &sets, "held");
+            let last = held.len() - 1;
+            (held[last].set, held[last].bodies) = (Some(set), bodies);
+        }
+        for (body, (components, line)) in rigid {
+            held.push(Held { set: None, bodies: vec![body], components, line });
+        }
+        held.sort_by_key(|held| held.line);
+        held
+    }
+
+    /// Sets of the deck whose nodes all move as the deck says of the set; their components are taken from
+    /// `of_node`.
+    fn held_sets(&mut self, of_node: &mut BTreeMap<u32, Vec<(u8, &Track)>>) -> Vec<Held> {
+        let mut said: Vec<(String, BTreeSet<u8>, usize)> = Vec::new();
+        let steps = self.deck.steps.iter().flat_map(|step| &step.conditions.items);
+        for condition in self.deck.conditions.iter().chain(steps) {
+            let Target::Set(name) = &condition.target else { continue };
+            let Some(set) = find(&self.mesh.node_sets, name).map(str::to_owned) else { continue };
+            match said.iter_mut().find(|(known, ..)| *known == set) {
+                Some((_, components, _)) => components.extend([condition.component]),
+                None => said.push((set, BTreeSet::from([condition.component]), condition.lines[0])),
+            }
+        }
+        let (mut held, mut taken): (Vec<Held>, Vec<OfNode>) = (Vec::new(), Vec::new());
+        for (set, components, line) in said {
+            if find(&self.mesh.face_sets, &set).is_some() || find(&self.mesh.cell_sets, &set).is_some() {
+                continue;
+            }
+            let nodes: Vec<u32> =
+                self.mesh.node_sets[&set].iter().copied().filter(|node| of_node.contains_key(node)).collect();
+            let solid = self.mesh.node_sets[&set].iter().filter(|&&node| self.bodies.of(node).is_some()).count();
+            let Some(&first) = nodes.first().filter(|_| nodes.len() == solid) else { continue };
+            let curve = |node: u32, component: u8| {
+                let (_, track) = of_node[&node].iter().find(|(own, _)| *own == component)?;
+                Some(track.simple())
+            };
+            let alike = |component: &u8| {
+                let curve_of_first = curve(first, *component)?;
+                let alike = nodes.iter().all(|&node| curve(node, *component).as_ref() == Some(&curve_of_first));
+                alike.then_some((*component, curve_of_first))
+            };
+            let components: Vec<(u8, Curve)> = components.iter().filter_map(alike).collect();
+            if components.is_empty() {
+                continue;
+            }
+            let bodies: BTreeSet<usize> = nodes.iter().filter_map(|&node| self.bodies.of(node)).collect();
+            taken
+                .extend(nodes.iter().flat_map(|&node| components.iter().map(move |(component, _)| (node, *component))));
+            held.push(Held { set: Some(set), bodies: bodies.into_iter().collect(), components, line });
+        }
+        let taken: HashSet<OfNode> = taken.into_iter().collect();
+        for (node, components) in of_node.iter_mut() {
+            components.retain(|(component, _)| !taken.contains(&(*node, *component)));
+        }
+        of_node.retain(|_, components| !components.is_empty());
+        held
+    }
+
+    /// The set with exactly these nodes of bodies, one of `named` or a new one, and their bodies.
+    fn set_of(&mut self, nodes: &[u32], named: &[String], prefix: &str) -> (String, Vec<usize>) {
+        let bodies: BTreeSet<usize> = nodes.iter().filter_map(|&node| self.bodies.of(node)).collect();
+        let taken = |set: &str| find(&self.mesh.face_sets, set).is_some() || find(&self.mesh.cell_sets, set).is_some();
+        let same = |set: &&String| {
+            let solid =
+                self.mesh.node_sets.get(*set).into_iter().flatten().filter(|&&node| self.bodies.of(node).is_some());
+            !taken(set) && solid.eq(nodes)
+        };
+        let known = named.iter().find(same).cloned();
+        let set = known.unwrap_or_else(|| {
+            let fresh = |name: &String| !taken(name) && find(&self.mesh.node_sets, name).is_none();
+            let name = (1..).map(|k| format!("{prefix}_{k}")).find(fresh).unwrap_or_default();
+            self.mesh.node_sets.insert(name.clone(), nodes.to_vec());
+            name
+        });
+        (set, bodies.into_iter().collect())
+    }
+
+    /// Forces on nodes over the steps.
+    fn forces(&mut self, timeline: &Timeline) -> BTreeMap<OfNode, Track> {
+        let deck = self.deck;
+        let mut tracks = Tracks::new(timeline, deck, true);
+        for (k, step) in deck.steps.iter().enumerate() {
+            for load in &step.loads.items {
+                let On::Nodes(target, component) = &load.on else { continue };
+                let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
+                let set = match target {
+                    Target::Set(name) => find(&self.mesh.node_sets, name).map(str::to_owned),
+                    Target::Node(_) => None,
+                };
+                for node in self.nodes(target, load.keyword, load.lines) {
+                    tracks.say((node, *component), load.value, amplitude, load.lines[0], set.as_deref());
+                }
+            }
+            tracks.step(k, step.loads.anew);
+        }
+        tracks.tracks
+    }
+
+    fn loaded(&mut self, tracks: BTreeMap<OfNode, Track>) -> Vec<Forces> {
+        let mut forces: Vec<Forces> = Vec::new();
+        let mut groups = Groups::new();
+        for ((node, component), track) in &tracks {
+            let curve = track.simple();
+            if curve.iter().all(|point| point[1] == 0.0) {
+                continue;
+            }
+            if let Some((body, first)) = self.reference(*node) {
+                let component = first + component;
+                forces.push(Forces { set: None, bodies: vec![body], component, curve, line: track.line });
+                continue;
+            }
+            if self.bodies.of(*node).is_none() || *component > 2 {
+                let why = match component {
+                    0..=2 => "a force acts on a node of no body",
+                    _ => "moments act only on the reference nodes of rigid bodies",
+                };
+                self.ledger.refuse("CLOAD", track.line, why, "load nodes of solid elements or a rigid body");
+                continue;
+            }
+            groups.entry((*component, bits(&curve))).or_default().push((*node, track));
+        }
+        for ((component, _), group) in groups {
+            let nodes: Vec<u32> = group.iter().map(|(node, _)| *node).collect();
+            let line = group[0].1.line;
+            let sets: Vec<String> = group[0].1.set.iter().cloned().collect();
+            let (set, bodies) = self.set_of(&nodes, &sets, "loaded");
+            forces.push(Forces { set: Some(set), bodies, component, curve: group[0].1.simple(), line });
+        }
+        forces.sort_by_key(|force| force.line);
+        forces
+    }
+
+    /// Pressures over the steps, on surfaces and on faces of elements.
+    fn pressures(&mut self, timeline: &Timeline) -> Vec<Pressure> {
+        let deck = self.deck;
+        let mut surfaces = Tracks::new(timeline, deck, true);
+        let mut faces = Tracks::new(timeline, deck, true);
+        for (k, step) in deck.steps.iter().enumerate() {
+            for load in &step.loads.items {
+                let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
+                match &load.on {
+                    On::Nodes(..) => {}
+                    On::Surface(name) => match self.surface(name) {
+                        Some(surface) => surfaces.say(surface, load.value, amplitude, load.lines[0], None),
+                        None => {
+                            let why = format!("there is no surface `{name}`");
+                            self.ledger.wrong(load.keyword, load.lines, why, "define it with *SURFACE");
+                        }
+                    },
+                    On::Face(target, side) => {
+                        for cell in self.cells(target, load.keyword, load.lines) {
+                            faces.say((cell, *side), load.value, amplitude, load.lines[0], None);
+                        }
+                    }
+                }
+            }
+            surfaces.step(k, step.loads.anew);
+            faces.step(k, step.loads.anew);
+        }
+        let mut found: Vec<(String, Track)> = surfaces.tracks.into_iter().collect();
+        let mut groups: BTreeMap<Bits, (Vec<ElementFace>, Track)> = BTreeMap::new();
+        for ((cell, side), track) in faces.tracks {
+            let group = groups.entry(bits(&track.simple())).or_insert_with(|| (Vec::new(), track));
+            group.0.push(ElementFace { cell, side });
+        }
+        for (faces, track) in groups.into_values() {
+            let fresh = |name: &String| {
+                find(&self.mesh.face_sets, name).is_none() && find(&self.mesh.node_sets, name).is_none()
+            };
+            let name = (1..).map(|k| format!("pressed_{k}")).find(fresh).unwrap_or_default();
+            self.mesh.face_sets.insert(name.clone(), faces);
+            found.push((name, track));
+        }
+        let pressure = |(surface, track): (String, Track)| {
+            let (bodies, curve) = (self.bodies_of(&surface), track.simple());
+            Pressure { surface, bodies, curve, line: track.line }
+        };
+        let mut pressures: Vec<Pressure> = found.into_iter().map(pressure).collect();
+        pressures.retain(|pressure| pressure.curve.iter().any(|point| point[1] != 0.0));
+        pressures.sort_by_key(|pressure| pressure.line);
+        pressures
+    }
+
+    fn cells(&mut self, target: &Target, keyword: &str, lines: [usize; 2]) -> Vec<u32> {
+        let cells = match target {
+            Target::Node(number) => (0..self.mesh.cells.len() as u32)
+                .find(|&c| self.mesh.cells.number(c as usize) == *number)
+                .map(|c| vec![c]),
+            Target::Set(name) => find(&self.mesh.cell_sets, name).map(|set| self.mesh.cell_sets[set].clone()),
+        };
+        cells.unwrap_or_else(|| {
+            self.ledger.wrong(
+                keyword,
+                lines,
+                "there is no such element or set of elements",
+                "name an element or an *ELSET",
+            );
+            vec![]
+        })
+    }
+
+    /// The surface of the file with this name.
+    fn surface(&self, name: &str) -> Option<String> {
+        find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name)).map(str::to_owned)
+    }
+
+    fn bodies_of(&self, surface: &str) -> Vec<usize> {
+        bodies_of(self.mesh, self.bodies, surface)
+    }
+
+    /// Makes surfaces of the sets of nodes that contact pairs and ties name: the free faces between them.
+    fn faces_of_nodes(&mut self) {
+        let pairs = self.deck.pairs.iter().map(|pair| ([&pair.slave, &pair.master], pair.line, "CONTACT PAIR"));
+        let ties = self.deck.ties.iter().map(|tie| ([&tie.slave, &tie.master], tie.line, "TIE"));
+        for (names, line, keyword) in pairs.chain(ties) {
+            for name in names {
+                if self.surface(name).is_some() {
+                    continue;
+                }
+                let Some(set) = find(&self.mesh.node_sets, name).map(str::to_owned) else {
+                    let why = format!("there is no surface `{name}`");
+                    self.ledger.wrong(keyword, [line, line], why, "define it with *SURFACE");
+                    continue;
+                };
+                let nodes: HashSet<u32> = self.mesh.node_sets[&set].iter().copied().collect();
+                let faces = self.mesh.free_faces(&nodes);
+                if faces.is_empty() {
+                    let why = format!("no face of an element has all its nodes in `{name}`");
+                    self.ledger.refuse(
+                        keyword,
+                        line,
+                        why,
+                        "name a surface of faces: mortar contact integrates over faces",
+                    );
+                    continue;
+                }
+                self.mesh.face_sets.insert(set, faces);
+            }
+        }
+    }
+}
+
+/// The bodies on which a surface of the file lies.
+pub fn bodies_of(mesh: &FileMesh, bodies: &Bodies, surface: &str) -> Vec<usize> {
+    let faces = mesh.face_sets.get(surface).into_iter().flatten().map(|face| face.cell);
+    let facets = mesh.cell_sets.get(surface).into_iter().flatten().copied();
+    let facets = facets.filter(|&cell| mesh.cells.kind(cell as usize).dimension() == 2);
+    let nodes = faces.chain(facets).map(|cell| mesh.cells.nodes(cell as usize)[0]);
+    nodes.filter_map(|node| bodies.of(node)).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+fn bits(curve: &Curve) -> Bits {
+    curve.iter().map(|point| point.map(f64::to_bits)).collect()
+}

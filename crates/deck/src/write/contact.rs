@@ -1,0 +1,81 @@
+//! Contact pairs and ties.
+
+use std::fmt::Write as _;
+
+use super::{Writer, quoted};
+use crate::read::{Adjust, Behavior, Interaction};
+
+impl Writer<'_> {
+    pub(super) fn contact(&mut self) {
+        let deck = self.deck;
+        for pair in &deck.pairs {
+            let nothing = Interaction::default();
+            let interaction = deck.interactions.get(&pair.interaction).unwrap_or_else(|| {
+                let why = format!("there is no surface interaction `{}`", pair.interaction);
+                self.ledger.wrong(
+                    "CONTACT PAIR",
+                    [pair.line; 2],
+                    why,
+                    "name a *SURFACE INTERACTION with INTERACTION=…",
+                );
+                &nothing
+            });
+            let Some([slave, master]) = self.sides([&pair.slave, &pair.master], "CONTACT PAIR", pair.line) else {
+                continue;
+            };
+            self.table("contact", "CONTACT PAIR", pair.line);
+            self.line(format!("slave = {slave}\nmaster = {master}"));
+            let start = |step: usize| {
+                self.targets.counts.iter().take(step).sum::<usize>() as f64 / self.targets.load_steps as f64
+            };
+            let active = [start(pair.active[0]), start(pair.active[1])];
+            if active != [0.0, 1.0] {
+                self.line(format!("active = [{:?}, {:?}]", active[0], active[1]));
+            }
+            if let Some((Behavior::Tied, _)) = interaction.behavior {
+                self.line("tied = true");
+                continue;
+            }
+            let mut text = String::new();
+            text.push_str("surfaces = \"faceted\"\n");
+            let (coefficient, slope) = interaction.friction.map_or((0.0, None), |(mu, slope, ..)| (mu, slope));
+            let _ = writeln!(text, "friction = {coefficient:?}");
+            if let Some((.., Some(limit), _)) = interaction.friction {
+                let _ = writeln!(text, "shear_limit = {limit:?}");
+            }
+            if let Some(Adjust::Distance(distance)) = pair.adjust.filter(|Adjust::Distance(distance)| *distance > 0.0) {
+                let _ = writeln!(text, "adjust = {distance:?}");
+            }
+            if let Some((Behavior::Linear(normal), _)) = interaction.behavior {
+                let stiffness = match slope {
+                    Some(tangential) => format!("{{ normal = {normal:?}, tangential = {tangential:?} }}"),
+                    None => format!("{normal:?}"),
+                };
+                let _ = writeln!(text, "enforcement = {{ penalty = {{ stiffness = {stiffness} }} }}");
+            }
+            self.text.push_str(&text);
+        }
+        for tie in &deck.ties {
+            let Some([slave, master]) = self.sides([&tie.slave, &tie.master], "TIE", tie.line) else { continue };
+            self.table("contact", "TIE", tie.line);
+            self.line(format!("slave = {slave}\nmaster = {master}\ntied = true"));
+        }
+    }
+
+    /// Both surfaces as TOML strings; a slave of an earlier pair gets another name.
+    fn sides(&mut self, names: [&str; 2], keyword: &str, line: usize) -> Option<[String; 2]> {
+        let slave = self.surface(names[0], keyword, line)?;
+        let master = self.surface(names[1], keyword, line)?;
+        let mut name = slave.clone();
+        let mut k = 1;
+        while !self.names.insert(format!("slave {name}")) {
+            k += 1;
+            name = format!("{slave}_{k}");
+        }
+        if k > 1 {
+            self.table("surface", keyword, line);
+            self.line(format!("name = {}\nof = [{}]", quoted(&name), quoted(&slave)));
+        }
+        Some([quoted(&name), quoted(&master)])
+    }
+}

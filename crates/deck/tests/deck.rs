@@ -1,0 +1,306 @@
+//! Decks and the tables that they become: one rung after the other. Expected tables follow from the
+//! keywords reference of CalculiX.
+
+use slipstick_deck::{Translation, mesh, translate};
+
+/// Two unit cubes, one on the other, 0.01 apart; a reference node.
+const CUBES: &str = "*HEADING\nTwo cubes\n*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\
+    11,0,0,1.01\n12,1,0,1.01\n13,1,1,1.01\n14,0,1,1.01\n15,0,0,2.01\n16,1,0,2.01\n17,1,1,2.01\n18,0,1,2.01\n\
+    *NODE, NSET=REF\n99, 0.5, 0.5, 2.01\n*NODE, NSET=ROT\n100, 0.5, 0.5, 2.01\n\
+    *ELEMENT, TYPE=C3D8, ELSET=LOW\n1, 1,2,3,4,5,6,7,8\n*ELEMENT, TYPE=C3D8, ELSET=HIGH\n2, 11,12,13,14,15,16,17,18\n\
+    *NSET, NSET=BASE\n1,2,3,4\n*NSET, NSET=TOP\n15,16,17,18\n*NSET, NSET=ALL_HIGH, GENERATE\n11,18\n\
+    *SURFACE, NAME=UP\nLOW, S2\n*SURFACE, NAME=DOWN\nHIGH, S1\n*SURFACE, NAME=LID\nHIGH, S2\n\
+    *MATERIAL, NAME=STEEL\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=LOW, MATERIAL=steel\n*SOLID SECTION, ELSET=HIGH, MATERIAL=STEEL\n\
+    *SURFACE INTERACTION, NAME=DRY\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n*FRICTION\n0.3\n\
+    *CONTACT PAIR, INTERACTION=dry, ADJUST=0.02\nDOWN, UP\n\
+    *STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nBASE, 1, 3\nTOP, 1, 2\nTOP, 3, 3, -0.1\n*END STEP\n";
+
+fn translated(deck: &str) -> Translation {
+    translate(deck.as_bytes(), "cubes.inp", &[]).unwrap_or_else(|error| panic!("{error}\n{deck}"))
+}
+
+/// The tables without comments, one line each.
+fn tables(deck: &str) -> Vec<String> {
+    let translation = translated(deck);
+    assert_eq!(translation.errors(), [], "{deck}");
+    let tables = translation.text.split("\n\n").map(|table| {
+        let lines = table.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+        lines.collect::<Vec<_>>().join("; ")
+    });
+    tables.filter(|table| !table.is_empty()).collect()
+}
+
+/// The tables that are not those of [`CUBES`].
+fn new_tables(deck: &str) -> Vec<String> {
+    let known = tables(CUBES);
+    tables(deck).into_iter().filter(|table| !known.contains(table)).collect()
+}
+
+/// Messages with their lines.
+fn refused(deck: &str) -> Vec<String> {
+    let line = |error: &slipstick_deck::Refusal| format!("{}: {}; {}", error.line, error.message, error.cure);
+    translated(deck).errors().iter().map(line).collect()
+}
+
+/// The line of the deck on which `text` begins.
+fn line_of(deck: &str, text: &str) -> usize {
+    deck[..deck.find(text).expect(text)].lines().count().max(1)
+        + usize::from(deck[..deck.find(text).expect(text)].ends_with('\n'))
+}
+
+#[test]
+fn bodies_contact_and_motions() {
+    let expected = [
+        "[[body]]; name = \"LOW\"; mesh = { file = \"cubes.inp\", part = \"LOW\" }; \
+         material = { linear_elastic = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }; element = \"f_bar\"",
+        "[[body]]; name = \"HIGH\"; mesh = { file = \"cubes.inp\", part = \"HIGH\" }; \
+         material = { linear_elastic = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }; element = \"f_bar\"",
+        "[[contact]]; slave = \"HIGH_DOWN\"; master = \"LOW_UP\"; surfaces = \"faceted\"; friction = 0.3; adjust = 0.02",
+        "[[dirichlet]]; set = \"LOW_BASE\"",
+        "[[dirichlet]]; set = \"HIGH_TOP\"; motion = [{ t = 1.0, u = [0.0, 0.0, -0.1] }]",
+    ];
+    assert_eq!(tables(CUBES), expected);
+    let translation = translated(CUBES);
+    assert_eq!((translation.title.as_str(), translation.steps), ("Two cubes", 2));
+    let place = format!("# cubes.inp:{} *CONTACT PAIR\n[[contact]]", line_of(CUBES, "*CONTACT PAIR"));
+    assert!(translation.text.contains(&place), "{}", translation.text);
+}
+
+#[test]
+fn bodies_are_connected_components() {
+    // one section for both, none of the sets is a body
+    let one = CUBES
+        .replace("*SOLID SECTION, ELSET=HIGH, MATERIAL=STEEL\n", "")
+        .replace("ELSET=LOW, MATERIAL", "ELSET=BOTH, MATERIAL");
+    let one = one.replace("ELSET=LOW\n1,", "ELSET=BOTH\n1,").replace("ELSET=HIGH\n2,", "ELSET=BOTH\n2,");
+    let one = one.replace("\nLOW, S2", "\n1, S2").replace("\nHIGH, ", "\n2, ");
+    let tables = tables(&one);
+    assert!(
+        tables[0].contains("name = \"BOTH_1\"; mesh = { file = \"cubes.inp\", part = \"BOTH_1_solids\" }"),
+        "{tables:?}"
+    );
+    assert!(tables[2].contains("slave = \"BOTH_2_DOWN\"; master = \"BOTH_1_UP\""), "{tables:?}");
+    assert_eq!(mesh(one.as_bytes()).expect("a mesh").cell_sets["BOTH_2_solids"], [1]);
+    // connected: one body of two sections
+    let joined = CUBES
+        .replace("2, 11,12,13,14,", "2, 5,6,7,8,")
+        .replace("*CONTACT PAIR, INTERACTION=dry, ADJUST=0.02\nDOWN, UP\n", "");
+    let joined = joined.replace(
+        "*SURFACE INTER",
+        "*MATERIAL, NAME=RUBBER\n*HYPERELASTIC, MOONEY-RIVLIN\n0.4, 0.1, 0.05\n*SURFACE INTER",
+    );
+    let joined = joined.replace("ELSET=HIGH, MATERIAL=STEEL", "ELSET=HIGH, MATERIAL=Rubber");
+    let found = new_tables(&joined);
+    assert!(
+        found[0].starts_with("[[body]]; name = \"LOW_\"") || found[0].contains("mesh = { file = \"cubes.inp\" }"),
+        "{found:?}"
+    );
+    assert!(
+        found[1].ends_with("_HIGH\" }; material = { mooney_rivlin = { c10 = 0.4, c01 = 0.1, bulk_modulus = 40.0 } }"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn materials() {
+    let law = |options: &str| {
+        let deck = CUBES.replace("*ELASTIC\n1000, 0.3\n", options);
+        let table = tables(&deck).remove(0);
+        table.split("material = ").nth(1).expect("a material").split("; element").next().expect("a material").to_owned()
+    };
+    // μ = 2, K = 2/D1 = 4: E = 9Kμ/(3K + μ) = 72/14, ν = (3K − 2μ)/(2(3K + μ)) = 8/28
+    let neo_hooke = law("*HYPERELASTIC, NEO HOOKE\n1.0, 0.5\n");
+    assert!(
+        neo_hooke.contains("youngs_modulus = 5.142857142857143, poisson_ratio = 0.2857142857142857"),
+        "{neo_hooke}"
+    );
+    assert!(neo_hooke.contains("form = \"isochoric\""));
+    assert_eq!(
+        law("*HYPERELASTIC, YEOH\n1, 0.1, 0.01, 0.1\n"),
+        "{ yeoh = { c10 = 1.0, c20 = 0.1, c30 = 0.01, bulk_modulus = 20.0 } }"
+    );
+    // 2μ/α² there is μ/α here, and D1 = 0 is K = 20 μ₀ with μ₀ = ½ Σ μ α = 1.5 + 0.5
+    assert_eq!(
+        law("*HYPERELASTIC, OGDEN, N=2\n1.5, 2, 0.5, -2, 0, 0\n"),
+        "{ ogden = { mu = [1.5, -0.5], alpha = [2.0, -2.0], bulk_modulus = 40.0 } }"
+    );
+    assert_eq!(
+        law("*ELASTIC\n1000, 0.3\n*PLASTIC\n10, 0\n12, 0.1\n"),
+        "{ j2_table = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = [10.0, 12.0], plastic_strain = [0.0, 0.1] } }"
+    );
+    let large = tables(&CUBES.replace("*STEP", "*STEP, NLGEOM"));
+    assert!(large[0].contains("{ st_venant_kirchhoff = {"), "{large:?}");
+}
+
+#[test]
+fn laws_of_surfaces() {
+    let pair = |law: &str| {
+        let deck = CUBES.replace("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n*FRICTION\n0.3\n", law);
+        tables(&deck).into_iter().find(|table| table.starts_with("[[contact]]")).expect("a pair")
+    };
+    let linear = pair("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n5e4\n*FRICTION, TAUMAX=7\n0.2, 1e4\n");
+    assert!(linear.ends_with("friction = 0.2; shear_limit = 7.0; adjust = 0.02; enforcement = { penalty = { stiffness = { normal = 50000.0, tangential = 10000.0 } } }"), "{linear}");
+    assert!(pair("").ends_with("friction = 0.0; adjust = 0.02"));
+    assert!(pair("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1e5\n").ends_with("tied = true"));
+    let tie = new_tables(&CUBES.replace("*STEP", "*TIE, NAME=glue, POSITION TOLERANCE=0.1\nDOWN, UP\n*STEP"));
+    assert_eq!(tie[0], "[[surface]]; name = \"HIGH_DOWN_2\"; of = [\"HIGH_DOWN\"]", "the slave of two pairs");
+    assert_eq!(tie[1], "[[contact]]; slave = \"HIGH_DOWN_2\"; master = \"LOW_UP\"; tied = true");
+    let nodes = CUBES.replace("*SURFACE, NAME=DOWN\nHIGH, S1", "*SURFACE, NAME=DOWN, TYPE=NODE\n11\n12\n13\n14");
+    assert_eq!(tables(&nodes), tables(CUBES), "the faces between the nodes");
+    assert_eq!(mesh(nodes.as_bytes()).expect("a mesh").face_sets["DOWN"].len(), 1);
+}
+
+#[test]
+fn nodes_are_grouped_by_their_motion() {
+    let deck = CUBES.replace("BASE, 1, 3\n", "1, 1, 3\n2, 1, 3\n3, 3\n4, 3, 3, 0.0\nTOP, 1\n");
+    let found = new_tables(&deck);
+    assert_eq!(
+        found,
+        ["[[dirichlet]]; set = \"LOW_held_1\"", "[[dirichlet]]; set = \"LOW_held_2\"; components = [\"z\"]"]
+    );
+    let mesh = mesh(deck.as_bytes()).expect("a mesh");
+    assert_eq!((&mesh.node_sets["held_1"], &mesh.node_sets["held_2"]), (&vec![0, 1], &vec![2, 3]));
+    let named = CUBES.replace("BASE, 1, 3\n", "BASE, ENCASTRE\nALL_HIGH, XSYMM\n");
+    assert!(
+        new_tables(&named).iter().any(|table| table == "[[dirichlet]]; set = \"HIGH_ALL_HIGH\"; components = [\"x\"]")
+    );
+}
+
+/// Two steps: 2 + 4 load steps. The motion of the first stays; forces end with `OP=NEW`.
+#[test]
+fn steps_are_one_path() {
+    let second =
+        "*END STEP\n*STEP\n*STATIC\n0.25, 1.\n*BOUNDARY\nTOP, 1, 1, 0.03\n*DSLOAD, OP=NEW\nLID, P, -2\n*END STEP\n";
+    let deck = CUBES.replace("*END STEP\n", second).replacen("*BOUNDARY", "*DLOAD\nLOW, P2, 3.\n*BOUNDARY", 1);
+    assert_eq!(
+        new_tables(&deck),
+        [
+            "[[dirichlet]]; set = \"HIGH_TOP\"; motion = [{ t = 0.3333333333333333, u = [0.0, 0.0, -0.1] }, { t = 1.0, u = [0.03, 0.0, -0.1] }]",
+            "[[load]]; surface = \"LOW_pressed_1\"; pressure = 3.0; amplitude = [{ t = 0.3333333333333333, factor = 1.0 }, { t = 1.0, factor = 0.0 }]",
+            "[[load]]; surface = \"HIGH_LID\"; pressure = -2.0; amplitude = [{ t = 0.3333333333333333, factor = -0.0 }, { t = 1.0, factor = 1.0 }]",
+        ]
+        .map(|table| table.replace("-0.0 }", "0.0 }"))
+    );
+    assert_eq!(translated(&deck).steps, 6);
+}
+
+#[test]
+fn amplitudes_are_waypoints() {
+    let deck = CUBES.replace("*STEP\n", "*AMPLITUDE, NAME=SAW\n0, 0, 0.5, 1.0,\n1.0, 0.5\n*STEP\n");
+    let deck = deck.replace("TOP, 3, 3, -0.1\n", "*BOUNDARY, AMPLITUDE=Saw\nTOP, 3, 3, -0.1\n");
+    assert_eq!(
+        new_tables(&deck),
+        [
+            "[[dirichlet]]; set = \"HIGH_TOP\"; motion = [{ t = 0.5, u = [0.0, 0.0, -0.1] }, { t = 1.0, u = [0.0, 0.0, -0.05] }]"
+        ]
+    );
+}
+
+#[test]
+fn rigid_bodies_have_a_reference_point() {
+    let deck = CUBES.replace("*STEP\n", "*RIGID BODY, NSET=ALL_HIGH, REF NODE=99, ROT NODE=100\n*STEP\n");
+    let deck =
+        deck.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "99, 1, 2\n100, 1, 2\n100, 3, 3, 0.5\n*CLOAD\n99, 3, -20\n");
+    assert_eq!(
+        new_tables(&deck),
+        [
+            "[[body]]; name = \"HIGH\"; mesh = { file = \"cubes.inp\", part = \"HIGH\" }; rigid = { reference = [0.5, 0.5, 2.01] }",
+            "[[dirichlet]]; set = \"HIGH\"; components = [\"x\", \"y\", \"rx\", \"ry\", \"rz\"]; \
+             rotation = { point = [0.5, 0.5, 2.01], direction = [0.0, 0.0, 1.0] }; \
+             motion = [{ t = 1.0, u = [0.0, 0.0, 0.0], angle = 28.64788975654116 }]",
+            "[[load]]; surface = \"HIGH\"; force = [0.0, 0.0, -20.0]",
+        ]
+    );
+    // a face: its nodes move with the reference node
+    let face = CUBES.replace("*STEP\n", "*RIGID BODY, NSET=TOP, REF NODE=99\n*STEP\n");
+    let held = face.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "99, 1, 2\n99, 3, 3, -0.1\n99, 4, 6\n");
+    assert_eq!(new_tables(&held), [""; 0], "as in the deck without it");
+    let free = refused(&face.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "99, 3, 3, -0.1\n"));
+    assert!(free[0].contains("only be rigid if its motion is prescribed"), "{free:?}");
+}
+
+#[test]
+fn forces_on_nodes() {
+    let deck = CUBES.replace("TOP, 3, 3, -0.1\n", "*CLOAD\nTOP, 3, -2.\nTOP, 1, 1.\n15, 1, 0.5\n");
+    let found = new_tables(&deck);
+    let loads: Vec<&String> = found.iter().filter(|table| table.starts_with("[[load]]")).collect();
+    assert_eq!(loads.len(), 3, "{found:?}");
+    assert!(
+        loads.iter().any(|load| load.contains("surface = \"HIGH_TOP\"; nodal_force = [0.0, 0.0, -2.0]")),
+        "{loads:?}"
+    );
+    assert!(loads.iter().any(|load| load.ends_with("nodal_force = [1.5, 0.0, 0.0]")), "node 15 has both: {loads:?}");
+}
+
+/// What changes the physics is refused with its line and a remedy, all at once, unless it is ignored.
+#[test]
+fn what_is_not_supported_is_refused() {
+    for (from, to, what, cure) in [
+        (
+            "*STEP",
+            "*EQUATION\n2\n1,1,1.,2,1,-1.\n*STEP",
+            "*EQUATION: this keyword is not supported",
+            "--ignore \"EQUATION\"",
+        ),
+        ("*STATIC\n0.5, 1", "*DYNAMIC\n0.5, 1", "*DYNAMIC", "use *STATIC"),
+        ("*BOUNDARY", "*DLOAD\nLOW, GRAV, 9.81, 0., 0., -1.\n*BOUNDARY", "*DLOAD: gravity", "pressure"),
+        ("*ELASTIC\n", "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n", "*ELASTIC: TYPE=ENGINEERING CONSTANTS", "isotropic"),
+        ("=HARD", "=EXPONENTIAL\n1e-3, 10.", "PRESSURE-OVERCLOSURE=EXPONENTIAL", "LINEAR"),
+        ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: the parameter FIXED", "remove the parameter"),
+        ("*BOUNDARY", "*TEMPERATURE\nBASE, 100.\n*BOUNDARY", "*TEMPERATURE", "keep the temperature"),
+        ("*FRICTION\n0.3\n", "*FRICTION, ROUGH\n", "*FRICTION: rough", "*TIE"),
+    ] {
+        let deck = CUBES.replacen(from, to, 1);
+        let found = refused(&deck);
+        assert!(found.len() == 1 && found[0].contains(what) && found[0].contains(cure), "{to}: {found:?}");
+        let keyword = what.trim_start_matches('*').split(':').next().expect("a keyword");
+        let keyword = if what.starts_with('*') { keyword } else { "SURFACE BEHAVIOR" };
+        let ignored = translate(deck.as_bytes(), "cubes.inp", &[keyword.to_lowercase()]).expect("a mesh");
+        assert!(ignored.errors().is_empty() || keyword == "ELASTIC", "{keyword}: {:?}", ignored.errors());
+        assert!(ignored.ledger.uses.iter().any(|entry| entry.keyword == keyword && entry.how.word() == "ignored"));
+    }
+}
+
+#[test]
+fn mistakes_are_told_at_their_lines() {
+    for (from, to, what) in [
+        ("BASE, 1, 3", "BASES, 1, 3", "there is no set of nodes `BASES`"),
+        ("BASE, 1, 3", "77, 1, 3", "there is no node 77"),
+        ("BASE, 1, 3", "BASE, one", "first and last component"),
+        ("TOP, 3, 3, -0.1", "TOP, 3, 3, -0.1x", "`-0.1x` is not a number"),
+        ("DOWN, UP", "DOWN, OVER", "there is no surface `OVER`"),
+        ("DOWN, UP", "DOWN", "a slave and a master"),
+        ("INTERACTION=dry", "INTERACTION=wet", "there is no surface interaction `WET`"),
+        ("MATERIAL=steel", "MATERIAL=iron", "there is no material `IRON`"),
+        ("ELSET=LOW, MATERIAL", "ELSET=LOWER, MATERIAL", "there is no set of elements `LOWER`"),
+        ("1000, 0.3", "", "it has no constants"),
+        ("*SOLID SECTION, ELSET=HIGH, MATERIAL=STEEL\n", "", "1 solid elements have no *SOLID SECTION"),
+    ] {
+        let deck = CUBES.replacen(from, to, 1);
+        let found = refused(&deck);
+        assert!(found.iter().any(|error| error.contains(what)), "{to}: {found:?}");
+    }
+    let both = refused(&CUBES.replace("BASE, 1, 3", "BASES, 1, 3").replace("DOWN, UP", "DOWN, OVER"));
+    assert_eq!(both.len(), 2, "{both:?}");
+    let line = line_of(CUBES, "BASE, 1, 3");
+    assert!(both.iter().any(|error| error.starts_with(&format!("{line}: *BOUNDARY"))), "{both:?}");
+    let end = CUBES.find("*STEP").expect("a step");
+    assert!(refused(&CUBES[..end])[0].contains("the deck has no step"));
+}
+
+/// Lines end and keywords are written as on other systems; tables are the same.
+#[test]
+fn other_ways_to_write() {
+    assert_eq!(tables(&CUBES.replace('\n', "\r\n")), tables(CUBES));
+    let lower: String = CUBES
+        .lines()
+        .map(|line| if line.starts_with('*') { line.to_lowercase() } else { line.to_owned() } + "\n")
+        .collect();
+    let lower =
+        lower.replace("elset=low", "elset=LOW").replace("elset=high", "elset=HIGH").replace("nset=base", "nset=BASE");
+    let lower = lower.replace("name=up", "name=UP").replace("name=down", "name=DOWN").replace("nset=top", "nset=TOP");
+    assert_eq!(tables(&lower), tables(CUBES));
+    let continued =
+        CUBES.replace("*CONTACT PAIR, INTERACTION=dry, ADJUST=0.02", "*CONTACT PAIR, INTERACTION=dry,\n ADJUST=0.02");
+    assert_eq!(tables(&continued), tables(CUBES));
+}
