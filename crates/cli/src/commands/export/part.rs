@@ -187,11 +187,14 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         let rows: Vec<Vec<String>> = body.faces.iter().map(row).collect();
         console.lines(&lines(&["face", "solid", "area", "distance"], &rows));
         for face in body.faces.iter().filter(|face| !body.keeps(face)) {
+            let away = match face.distance < 0.02 * body.size {
+                true => String::new(),
+                false => format!(" lies up to {} from that of the design and", digits(face.distance)),
+            };
             console.warning(&format!(
-                "`{}` of the part lies up to {} from that of the design, and its area differs by {:+.2} %: contact and \
-                 supports there may differ; a smaller --size follows the face more closely",
+                "`{}` of the part{away} differs by {:+.2} % in area: contact and supports there may differ; a smaller \
+                 --size follows the face more closely",
                 face.name,
-                digits(face.distance),
                 100.0 * face.area_change
             ));
         }
