@@ -240,8 +240,8 @@ fn march_options(case: &Case) -> MarchOptions {
             file::StartValues::PreviousDesign | file::StartValues::Extrapolated => StartValues::Extrapolated,
             file::StartValues::LastState => StartValues::Previous,
         },
-        factor_memory: case.adjoint.memory.0,
-        history_memory: case.adjoint.memory.0,
+        memory: case.adjoint.memory.0,
+        keeps_factors: true,
     }
 }
 

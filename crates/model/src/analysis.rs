@@ -169,8 +169,8 @@ impl Analysis {
         observer: &mut dyn MarchObserver,
     ) -> Result<Forward, AnalysisError> {
         // without an objective there is no gradient to keep factors for
-        let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
-        self.forward_keeping(factor_memory, density, observer)
+        let keeps_factors = self.march.keeps_factors && self.objective.is_some();
+        self.forward_keeping(keeps_factors, density, observer)
     }
 
     /// As [`forward`](Self::forward), if no gradient follows: no factors are kept for it.
@@ -182,17 +182,17 @@ impl Analysis {
         density: &ElementValues,
         observer: &mut dyn MarchObserver,
     ) -> Result<Forward, AnalysisError> {
-        self.forward_keeping(0, density, observer)
+        self.forward_keeping(false, density, observer)
     }
 
     fn forward_keeping(
         &mut self,
-        factor_memory: usize,
+        keeps_factors: bool,
         density: &ElementValues,
         observer: &mut dyn MarchObserver,
     ) -> Result<Forward, AnalysisError> {
         self.set_density(density);
-        let options = MarchOptions { factor_memory, ..self.march };
+        let options = MarchOptions { keeps_factors, ..self.march };
         let path = self.march_all(&options, observer)?;
         let steps = self.times.len();
         let responses = self.responses();

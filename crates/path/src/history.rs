@@ -160,7 +160,7 @@ mod tests {
         };
         let mut linear = LinearSystem::new(SolverChoice::Auto);
         let mut solver = Solver { problem: &spring, linear: &mut linear, workspace: &mut Spring::workspace() };
-        let options = MarchOptions { history_memory: 24 * histories, ..MarchOptions::default() };
+        let options = MarchOptions { memory: 24 * histories, ..MarchOptions::default() };
         let path = march(&mut solver, &load_path, &options, &mut Silent).unwrap();
         assert_eq!(count.load(Ordering::Relaxed), 0, "the march needs only the last state");
         let options = SweepOptions { parameters: true, ..SweepOptions::default() };

@@ -24,14 +24,14 @@ pub struct MarchOptions {
     pub max_cutbacks: u32,
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
-    /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that
-    /// its Newton iteration used last, as long as they fit; the sweep factorizes again if a step
-    /// has none or if they no longer work well. The gradient is the same in both cases, to the
-    /// tolerance of its linear solves.
-    pub factor_memory: usize,
-    /// Memory for the histories of a path whose [`LoadPath::histories`] can compute them again, but at
-    /// least that of eight. \[bytes\] The results are the same, bit for bit.
-    pub history_memory: usize,
+    /// Memory for what a path could compute again. \[bytes\] Histories come first, if
+    /// [`LoadPath::histories`] can compute them; at least eight are kept, and the results are the same, bit
+    /// for bit. Factors get the rest.
+    pub memory: usize,
+    /// Whether each step keeps the factors that its Newton iteration used last for the sweep, as long as
+    /// they fit. The sweep factorizes again if a step has none or if they no longer work well; the
+    /// gradient is the same in both cases, to the tolerance of its linear solves.
+    pub keeps_factors: bool,
 }
 
 impl Default for MarchOptions {
@@ -40,8 +40,8 @@ impl Default for MarchOptions {
             newton: NewtonOptions::default(),
             max_cutbacks: 0,
             start: StartValues::default(),
-            factor_memory: 0,
-            history_memory: usize::MAX,
+            memory: usize::MAX,
+            keeps_factors: false,
         }
     }
 }
@@ -197,7 +197,9 @@ pub fn march<P: StepProblem>(
     };
     let length = start.history.len();
     let thinned = histories.as_ref().filter(|_| length > 0);
-    let mut thinning = thinned.map(|update| Thinning::new(update.clone(), length, options.history_memory));
+    let mut thinning = thinned.map(|update| Thinning::new(update.clone(), length, options.memory));
+    let of_histories = if thinning.is_some() { 8 * length * (times.len() + 1) } else { 0 };
+    let for_factors = if options.keeps_factors { options.memory.saturating_sub(of_histories) } else { 0 };
     let mut path = Path { states: vec![rest], steps: steps_before, factor_bytes: 0 };
     solver.linear.forget();
     // geometry of the last state
@@ -230,7 +232,7 @@ pub fn march<P: StepProblem>(
                     report.failed_iterations = iterations_of(&tried[counted..]);
                     counted = tried.len();
                     let fixed = solver.problem.unknowns().fixed(Held::None);
-                    let factors = path.keep(solver.linear.latest(fixed), options.factor_memory);
+                    let factors = path.keep(solver.linear.latest(fixed), for_factors);
                     let completes = last.then_some(step);
                     let (rest, divided, active_set) = (false, false, at.active_set);
                     let (time, histories) = (target, None);

@@ -106,9 +106,9 @@ impl PathResponses<Spring> for Responses<'_> {
 /// that are kept and reused.
 #[test]
 fn the_gradient_of_a_spring_matches_differences() {
-    for (unseen, longest_step, factor_memory) in [(0, f64::INFINITY, 0), (3, 0.12, 0), (2, 0.12, 1 << 20)] {
+    for (unseen, longest_step, keeps_factors) in [(0, f64::INFINITY, false), (3, 0.12, false), (2, 0.12, true)] {
         let times = [0.7, 1.0, 1.9];
-        let options = MarchOptions { factor_memory, max_cutbacks: 5, ..options() };
+        let options = MarchOptions { keeps_factors, max_cutbacks: 5, ..options() };
         let spring = |design: usize, h: f64| {
             let mut spring = Spring { longest_step, load: |time| 0.3 * time * time, ..Spring::default() };
             match design {
@@ -121,7 +121,7 @@ fn the_gradient_of_a_spring_matches_differences() {
         let objectives = objectives.map(|(unseen, increments)| Weights { unseen, increments });
         let base = spring(0, 0.0);
         let mut linear = linear();
-        if factor_memory > 0 {
+        if keeps_factors {
             linear.set_budget(Some(30));
         }
         let (rest, mut workspace) = (Spring::rest(), Spring::workspace());
@@ -129,7 +129,7 @@ fn the_gradient_of_a_spring_matches_differences() {
         let marched = march(&mut solver, &LoadPath::new(rest, &times), &options, &mut Silent).unwrap();
         let cut = marched.states.len() > 4;
         assert_eq!((marched.steps, cut), (3, longest_step < 1.0));
-        assert_eq!(marched.states_with_factors() > 0, factor_memory > 0);
+        assert_eq!(marched.states_with_factors() > 0, keeps_factors);
         let options_of_sweep = SweepOptions { linear_tolerance: 1e-13, parameters: true };
         let found = sweep(&mut solver, &marched, &mut Responses::of(&objectives, &marched), &options_of_sweep).unwrap();
         for (objective, PathGradient { design, parameters }) in objectives.iter().zip(&found) {
@@ -282,11 +282,11 @@ fn earlier_factors_serve_again() {
 #[test]
 fn kept_factors_are_counted_and_dropped() {
     let times = [0.5, 1.0, 1.5];
-    let mut kept = path(&Spring::default(), &times, &MarchOptions { factor_memory: 1 << 20, ..options() });
+    let mut kept = path(&Spring::default(), &times, &MarchOptions { keeps_factors: true, ..options() });
     assert_eq!(kept.states_with_factors(), 3);
     let one = kept.factor_bytes / 3;
     assert!(one > 0);
-    let room = MarchOptions { factor_memory: 2 * one, ..options() };
+    let room = MarchOptions { memory: 2 * one, keeps_factors: true, ..options() };
     let part = path(&Spring::default(), &times, &room);
     assert_eq!((part.states_with_factors(), part.factor_bytes), (2, 2 * one));
     kept.forget_factors();

@@ -188,11 +188,7 @@ impl Analysis {
     ) -> Result<Path, Box<MarchFailure>> {
         let steps = self.cases.steps(&self.times);
         let count = steps.len();
-        let options = MarchOptions {
-            factor_memory: options.factor_memory / count,
-            history_memory: options.history_memory / count,
-            ..*options
-        };
+        let options = MarchOptions { memory: options.memory / count, ..*options };
         let mut lanes = self.lanes();
         let one_by_one = lanes.is_empty();
         let stop = Stop::new(count);

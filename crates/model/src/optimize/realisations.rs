@@ -27,7 +27,7 @@ const NAMES: [&str; 3] = ["nominal", "eroded", "dilated"];
 
 impl Realisations {
     /// Only the nominal design; with a margin, also designs with the thresholds η + `margin` and η −
-    /// `margin`. The memory for factors is divided among the analyses.
+    /// `margin`. The memory for factors and histories is divided among the analyses.
     pub fn new(
         problem: &mut Problem,
         map: DensityMap,
@@ -41,7 +41,7 @@ impl Realisations {
             let map = map.with_threshold(threshold).map_err(PrepareError::Margin)?;
             maps.push(Maps::new(map, schedule)?);
         }
-        problem.analysis.march.factor_memory /= maps.len();
+        problem.analysis.march.memory /= maps.len();
         let others = [(); 2].map(|()| problem.analysis.another());
         Ok(Self { maps, others: others.into() })
     }

@@ -155,7 +155,7 @@ impl RankMemory {
             whole: PROGRAM_ON_RANKS + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
             factors: systems.on_ranks.bytes,
             contact_zone: systems.on_ranks.contact_zone,
-            keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
+            keeps: if problem.analysis.objective.is_some() { for_factors(case, problem) } else { 0.0 },
             steps: case.steps(),
         }
     }
@@ -230,16 +230,24 @@ fn states(case: &Case, problem: &Problem) -> f64 {
     let steps = case.steps();
     let (mesh, model) = (&problem.mesh, problem.analysis.model());
     let displacements = 3.0 * mesh.nodes.len() as f64;
-    // Multipliers, and the same amount for the history of contact and statuses. Histories of elements are
-    // computed again where memory is short.
-    let history = model.solid().history() as f64;
+    // Multipliers, and the same amount for the history of contact and statuses.
     let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);
     // The previous design's path in single precision, and the path of the current design that
     // replaces it.
     let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
     let copies = if follows { 2.0 } else { 1.0 };
-    let histories = ((steps + 1) as f64 * 8.0 * history).min(problem.analysis.march.history_memory as f64);
-    ((steps + 1) as f64 * copies * state + histories) * realisations(case) as f64
+    ((steps + 1) as f64 * copies * state + histories(case, problem)) * realisations(case) as f64
+}
+
+/// The histories of elements with memory that the path keeps.
+fn histories(case: &Case, problem: &Problem) -> f64 {
+    let all = (case.steps() + 1) as f64 * 8.0 * problem.analysis.model().solid().history() as f64;
+    all.min(problem.analysis.march.memory as f64)
+}
+
+/// Memory that is left for factors.
+fn for_factors(case: &Case, problem: &Problem) -> f64 {
+    problem.analysis.march.memory as f64 - histories(case, problem)
 }
 
 /// Number of sample elements from which the number of neighbours is estimated.

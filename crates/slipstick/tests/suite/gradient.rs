@@ -393,14 +393,14 @@ fn the_gradient_is_the_same_with_any_memory_for_factors() {
         let (mut gradients, mut kept) = (Vec::new(), Vec::new());
         let mut memory = 0;
         for part in [0.0, 0.5, 2.0] {
-            problem.analysis.march.factor_memory = (part * memory as f64) as usize;
+            problem.analysis.march.memory = (part * memory as f64) as usize;
             if part == 0.0 {
-                problem.analysis.march.factor_memory = usize::MAX;
+                problem.analysis.march.memory = usize::MAX;
                 memory = forward(&mut problem, &density).path.factor_bytes;
-                problem.analysis.march.factor_memory = 0;
+                problem.analysis.march.memory = 0;
             }
             let base = forward(&mut problem, &density);
-            assert!(base.path.factor_bytes <= problem.analysis.march.factor_memory);
+            assert!(base.path.factor_bytes <= problem.analysis.march.memory);
             kept.push(base.path.states_with_factors());
             gradients.push(problem.analysis.gradient(&base).unwrap());
         }
@@ -422,7 +422,7 @@ fn the_gradient_is_the_same_with_earlier_factors() {
         let density = random_density(&problem, 6);
         let mut gradients = Vec::new();
         for (budget, memory) in [(None, 0), (Some(60), 0), (Some(60), usize::MAX)] {
-            problem.analysis.march.factor_memory = memory;
+            problem.analysis.march.memory = memory;
             problem.analysis.linear.set_budget(None);
             let base = forward(&mut problem, &density);
             problem.analysis.linear.set_budget(budget);

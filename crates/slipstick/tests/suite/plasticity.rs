@@ -125,7 +125,7 @@ fn histories_are_the_same_when_computed_again() {
     for text in [plastic, free] {
         let run = |memory: usize| {
             let mut problem = problem(&text);
-            problem.analysis.march.history_memory = memory;
+            problem.analysis.march.memory = memory;
             let density = crate::common::random_density(&problem, 3);
             let run = forward(&mut problem, &density);
             let gradients = problem.analysis.response_gradients(&run, true).expect("gradients");
@@ -162,7 +162,7 @@ fn observers_see_histories_that_are_not_kept() {
     let run = |threads: usize, memory: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut problem = problem(&text);
-        problem.analysis.march.history_memory = memory;
+        problem.analysis.march.memory = memory;
         let (density, mut seen) = (problem.initial_density().clone(), Seen::default());
         let run = pool.install(|| problem.analysis.forward(&density, &mut seen)).expect("a path");
         let kept = run.path.states.iter().filter(|state| !state.state.history.is_empty()).count();

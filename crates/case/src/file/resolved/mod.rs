@@ -205,7 +205,7 @@ pub enum PetscPreconditioner {
 /// How the gradient is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Adjoint {
-    /// Memory for factors that the load path keeps for the gradient; matrices whose factors do not
-    /// fit are factorized again.
+    /// Memory for what the load path keeps for the gradient: histories first, which are computed again if
+    /// they do not fit, then factors; matrices whose factors do not fit are factorized again.
     pub memory: Memory,
 }
