@@ -38,7 +38,7 @@ memory() {
 }
 
 hard() {
-    tests -p slipstick --test suite newton::table_of -- --ignored
+    tests -p slipstick --test suite jumps::table_of -- --ignored
     put docs/robustness.md jumps "$tables/jumps.md"
     put docs/robustness.md onset "$tables/onset.md"
 }

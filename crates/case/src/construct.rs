@@ -30,7 +30,7 @@ use slipstick_contact::{ContactInterface, InterfaceError, InterfaceOptions};
 use slipstick_linalg::Ranks;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
-use slipstick_model::model::course;
+use slipstick_model::model::LoadTime;
 use slipstick_model::model::prescribed::{Moved, Prescribed};
 use slipstick_model::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loaded, Loads,
@@ -91,7 +91,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         let help = "move them only within the plane, or omit the plane";
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
-    let times = course::times(load_cases.len().max(1), case.load_path.steps);
+    let times = LoadTime::ends(load_cases.len().max(1), case.load_path.steps);
     let sections = sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, platform.ranks());

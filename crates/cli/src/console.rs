@@ -60,7 +60,7 @@ impl Console {
     }
 
     /// Whether this level is printed: 0 always (unless quiet), 1 load steps, 2 Newton iterations.
-    pub fn tells(&self, level: u8) -> bool {
+    pub fn shows(&self, level: u8) -> bool {
         !self.quiet && self.verbose >= level
     }
 

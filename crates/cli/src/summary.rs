@@ -167,7 +167,7 @@ pub(crate) fn warn_of_fallbacks(context: &Context, analysis: &Analysis) {
 
 /// Prints the time by phase if verbose.
 pub(crate) fn print_phases(context: &Context, what: &str, spent: &Timings) {
-    if context.console.tells(1) {
+    if context.console.shows(1) {
         let part = |phase: Phase| format!("{} {:.2} s", phase.name().replace('_', " "), spent.seconds(phase));
         context.console.text(&format!("{what}: {}", Phase::ALL.map(part).join(", ")));
     }

@@ -4,7 +4,7 @@ use serde_json::json;
 use slipstick::analysis::ForwardNotice;
 use slipstick::build::Problem;
 use slipstick::drive::{DesignEvaluated, DriveObserver};
-use slipstick::model::course;
+use slipstick::model::LoadTime;
 use slipstick::optimize::IterationRecord;
 use slipstick::path::{FailedAttempt, MarchEvent, MarchObserver, PathState, Remedy};
 use slipstick::run::{NewtonTable, RunError};
@@ -94,7 +94,7 @@ impl<'a> Watch<'a> {
 
     /// A pseudo-time, preceded by the load case if it has a name.
     fn place(&self, time: f64) -> String {
-        match course::named(&self.load_cases, time) {
+        match LoadTime::named(&self.load_cases, time) {
             (Some(name), own) => format!("{name} t = {own:.5}"),
             (None, time) => format!("t = {time:.5}"),
         }
@@ -116,12 +116,12 @@ impl<'a> Watch<'a> {
             "step",
             json!({
                 "iteration": self.iteration, "step": state.completes, "time": state.time,
-                "load_case": course::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
+                "load_case": LoadTime::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
                 "rescued": state.report.rescued, "left_free": state.report.left_free, "holding": state.report.holding, "holding_work": state.report.holding_work,
                 "open": open, "stick": stick, "slip": slip,
             }),
         );
-        if self.console.tells(self.level) && !self.console.has_bar() {
+        if self.console.shows(self.level) && !self.console.has_bar() {
             let at = self.place(state.time);
             let rounded = state.report.rounded.map_or(String::new(), |left| format!("; round-off left {left:.1e}"));
             let rescued = if state.report.rescued { "; found with held multipliers" } else { "" };
@@ -138,7 +138,7 @@ impl<'a> Watch<'a> {
                 "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}{rescued}{free}"
             ));
         }
-        if self.console.tells(2) {
+        if self.console.shows(2) {
             for at in &state.report.iterations {
                 self.console.text(&format!(
                     "      {:>3}  |R| {:.3e}  |H| {:.3e}  |Δd| {:.3e}  |Δζ| {:.3e}  length {:<6}  {:?}",
@@ -171,10 +171,10 @@ impl MarchObserver for Watch<'_> {
                     "retry",
                     json!({
                         "iteration": self.iteration, "step": step, "time": time,
-                        "load_case": course::named(&self.load_cases, *time).0, "message": kind.to_string(), "rung": rung.to_string(), "newton_iterations": iterations, "next": next,
+                        "load_case": LoadTime::named(&self.load_cases, *time).0, "message": kind.to_string(), "rung": rung.to_string(), "newton_iterations": iterations, "next": next,
                     }),
                 );
-                if self.console.tells(self.level.max(1)) {
+                if self.console.shows(self.level.max(1)) {
                     let to = self.place(*time);
                     self.console.text(&format!(
                         "  step {step:>3}  to {to} {rung} failed after Newton {iterations}: {kind}; next, {next}"

@@ -32,7 +32,7 @@ pub struct Analysis {
     pub workspace: Workspace,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
-    /// The load cases, which follow each other on the [axis](crate::model::course) of pseudo-time.
+    /// The load cases, which follow each other on the [axis](crate::model::LoadTime) of pseudo-time.
     pub cases: LoadCases,
     /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
     pub objective: Option<Response>,

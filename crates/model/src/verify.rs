@@ -166,8 +166,8 @@ fn compare(
     for (name, direction, stencil) in varied.directions(density, options) {
         directions.push(along(function, &at, name, &direction, stencil, options, observer)?);
     }
-    let tells = |d: &&DirectionCheck| matches!(d.verdict, Verdict::Right | Verdict::Off);
-    let worst = directions.iter().filter(tells).filter_map(|d| d.best).reduce(f64::max);
+    let is_conclusive = |d: &&DirectionCheck| matches!(d.verdict, Verdict::Right | Verdict::Off);
+    let worst = directions.iter().filter(is_conclusive).filter_map(|d| d.best).reduce(f64::max);
     Ok(GradientCheck { objective: base.value, round_off, notice: base.notice, gradient_norm, directions, worst })
 }
 

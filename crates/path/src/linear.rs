@@ -343,7 +343,7 @@ impl LinearSystem {
         tolerance: SolveTolerance,
     ) -> Result<(Vec<Vec<f64>>, bool), StepFailureKind> {
         let mut unsolved = vec![true; rhs.len()];
-        if let Some(in_use) = at_hand.as_mut().filter(|f| f.factors.fixed == system.fixed && !f.worn) {
+        if let Some(in_use) = at_hand.as_mut().filter(|f| f.factors.fixed == system.fixed && !f.outdated) {
             let tolerance = tolerance.with(&*in_use.factors.factors);
             unsolved = self.solve_nearby(system, in_use, &mut x, rhs, tolerance);
         }

@@ -64,12 +64,12 @@ pub(crate) struct InUse {
     /// Solves and digits of the last use.
     last: [f64; 2],
     /// Whether new factors are expected to cost less.
-    pub worn: bool,
+    pub outdated: bool,
 }
 
 impl InUse {
     pub fn new(factors: Arc<KeptFactors>) -> Self {
-        Self { factors, solves: 0.0, digits: 0.0, last: [0.0; 2], worn: false }
+        Self { factors, solves: 0.0, digits: 0.0, last: [0.0; 2], outdated: false }
     }
 
     /// What new factors of a system, transposed or not, would cost instead of these, for `count`
@@ -82,7 +82,7 @@ impl InUse {
         Some(Alternative { preparation, per_digit: cost.solves_per_digit })
     }
 
-    /// Counts a solve with these reports, and decides whether the factors are worn.
+    /// Counts a solve with these reports, and decides whether the factors are outdated.
     pub fn count(&mut self, matrix: &dyn Operator, reports: &[SolveReport], tolerance: f64) {
         let Some(cost) = self.factors.factors.cost() else { return };
         let weight = together(cost, reports.len());
@@ -94,7 +94,7 @@ impl InUse {
         // Newton's method alternates between few digits, which cost more each, and many
         let [recent, recent_digits] = [self.last[0] + solves, self.last[1] + digits];
         self.last = [solves, digits];
-        self.worn = recent * self.digits > (factorization(cost, matrix) + self.solves) * recent_digits;
+        self.outdated = recent * self.digits > (factorization(cost, matrix) + self.solves) * recent_digits;
     }
 }
 
@@ -182,7 +182,7 @@ mod tests {
         let uses = |reports: usize| {
             let mut in_use = in_use(Some(cost));
             let mut solves = 6;
-            while !in_use.worn {
+            while !in_use.outdated {
                 solves += 2;
                 let [relative_residual, initial_residual] = [1e-10, 1e-6];
                 let report =

@@ -331,13 +331,13 @@ impl<P: StepProblem> Run<'_, '_, P> {
 }
 
 /// The factors for the solve at the state `index`, with the index of the state that they belong to:
-/// those used last, unless they are worn, or those of the march, whichever is nearer. Those of the march
+/// those used last, unless they are outdated, or those of the march, whichever is nearer. Those of the march
 /// count as new at each state, even if they are the same: back to the state where they were made, they
 /// get better.
 fn nearest(path: &Path, index: usize, last: Option<(usize, InUse)>) -> Option<(usize, InUse)> {
     let here = &path.states[index];
     let kept = here.factors.as_ref().map(|f| (made_at(path, index, f), InUse::new(f.clone())));
-    let last = last.filter(|(_, in_use)| !in_use.worn);
+    let last = last.filter(|(_, in_use)| !in_use.outdated);
     let far = |(made, in_use): &(usize, InUse)| {
         in_use.factors.changed_nodes(&here.active_set).saturating_add(made.abs_diff(index))
     };

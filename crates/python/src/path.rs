@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipstick::analysis::LoadCases;
 use slipstick::linalg::Alone;
-use slipstick::model::{ContactResults, Design, course};
+use slipstick::model::{ContactResults, Design, LoadTime};
 use slipstick::path::PathState;
 use slipstick::quantities::{Quantities, quantities};
 
@@ -49,7 +49,7 @@ impl Path {
             increments += 1;
             iterations += state.report.iterations.len();
             if state.completes.is_some() {
-                let (case, time) = course::named(&names, state.time);
+                let (case, time) = LoadTime::named(&names, state.time);
                 steps.push((case.map(str::to_owned), time, increments, iterations));
                 (increments, iterations) = (0, 0);
             }

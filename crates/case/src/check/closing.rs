@@ -14,7 +14,7 @@ use crate::construct::Problem;
 use crate::file::{Case, Contact};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{FacetNodes, Mesh};
-use slipstick_model::model::course;
+use slipstick_model::model::LoadTime;
 use slipstick_model::words::quantity;
 
 /// Surfaces that come closer than this fraction of the smallest facet may touch.
@@ -128,7 +128,7 @@ fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: 
     let (mut closest, mut known, mut largest) = (gap, gap, 0.0f64);
     let mut prescribed = vec![0.0; reference.len()];
     for &time in &problem.analysis.times {
-        let (load_case, own) = course::place(time);
+        let LoadTime { case: load_case, t: own } = LoadTime::on_path(time);
         if own <= problem.analysis.times[0] * (1.0 + 1e-9) {
             // each load case starts at rest
             last.copy_from_slice(&reference);

@@ -2,7 +2,7 @@
 
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
-use slipstick_model::model::{NodalContact, course};
+use slipstick_model::model::{LoadTime, NodalContact};
 use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
 use slipstick_path::StateError;
@@ -145,7 +145,7 @@ fn gaps_of_load_cases(case: &Case, problem: &Problem) -> Result<Vec<(String, Vec
         return Ok(Vec::new());
     }
     let of = |(number, load_case): (usize, &LoadCase)| {
-        let time = course::start(number);
+        let time = LoadTime::start(number).of_path();
         let design = problem.analysis.design_at(time);
         let rest = design.model().rest();
         Ok((load_case.name.clone(), design.contact_results(&rest, &rest, time)?.nodes))

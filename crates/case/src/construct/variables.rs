@@ -64,7 +64,7 @@ fn ties(design: &Design, mesh: &Mesh, domain: &[u32]) -> Result<Option<Ties>, Bu
         let places = Places::new((0..members.len()).map(|position| centroids[global(position) as usize]).collect());
         let mut part = Ties::new(places.len());
         tie(&mut part, &places).map_err(|error| {
-            let (message, help) = told(&error, &|position| element(mesh, global(position), &centroids));
+            let (message, help) = explained(&error, &|position| element(mesh, global(position), &centroids));
             BuildError::new(path, message, help)
         })?;
         ties.add(&members, part);
@@ -112,7 +112,7 @@ fn point(x: [f64; 3]) -> String {
 }
 
 /// What is wrong, and the cure.
-fn told(error: &TieError, element: &dyn Fn(usize) -> String) -> (String, &'static str) {
+fn explained(error: &TieError, element: &dyn Fn(usize) -> String) -> (String, &'static str) {
     match *error {
         TieError::NoImage { element: of, image, nearest, distance, ratio, count } => (
             format!(

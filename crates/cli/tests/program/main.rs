@@ -4,6 +4,7 @@
 mod abaqus;
 mod bad_input;
 mod bench;
+mod browser;
 mod commands;
 mod curve;
 mod designs;
@@ -26,6 +27,7 @@ mod stop;
 mod study;
 #[path = "../../../slipstick/tests/common/table.rs"]
 mod table;
+mod warnings;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

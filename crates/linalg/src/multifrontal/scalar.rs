@@ -1,8 +1,10 @@
 //! The number formats of the factors.
 
-use super::trapezoid::SIDE;
 use faer::traits::RealField;
 use pulp::Simd;
+
+/// Rows and columns of a tile.
+pub(super) const SIDE: usize = 8;
 
 /// Single or double precision.
 pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {

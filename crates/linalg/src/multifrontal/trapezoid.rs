@@ -19,12 +19,11 @@
 
 mod tile;
 
-use super::scalar::Scalar;
+use super::scalar::{SIDE, Scalar};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::ops::Range;
-pub(super) use tile::SIDE;
 use tile::{PackedTile, Stored, Tile, add_product, first, inverse, tile_of, transposed_products};
 
 /// Number of tiles from which threads share a trapezoid, and from which they share the products with

@@ -19,7 +19,7 @@ use slipstick_solid::MaterialError;
 
 use super::Analysis;
 use super::chain::{Adapter, add_density_derivative};
-use crate::model::{ContactModel, Design, Variation, Workspace, course};
+use crate::model::{ContactModel, Design, LoadTime, Variation, Workspace};
 use crate::side_by_side::{Stop, side_by_side};
 
 /// The number of load cases, and the models of those that differ.
@@ -91,7 +91,7 @@ impl LoadCases {
     /// The discrete problem of the load case at a pseudo-time; `shared` is that of the load cases
     /// that do not differ.
     pub fn design_at<'a>(&'a self, shared: &'a Design, time: f64) -> &'a Design {
-        self.design(shared, if self.count() > 1 { course::place(time).0 } else { 0 })
+        self.design(shared, if self.count() > 1 { LoadTime::on_path(time).case } else { 0 })
     }
 
     /// Follows a change of the model that all load cases share.
@@ -110,7 +110,7 @@ impl LoadCases {
 
     /// The user's steps of each load case among the ends `times` of all of them.
     fn steps(&self, times: &[f64]) -> Vec<Range<usize>> {
-        let start = |case: usize| times.partition_point(|&time| course::place(time).0 < case);
+        let start = |case: usize| times.partition_point(|&time| LoadTime::on_path(time).case < case);
         let ends = (1..self.count()).map(start).chain([times.len()]);
         let mut begin = 0;
         ends.map(|end| std::mem::replace(&mut begin, end)..end).collect()
@@ -142,7 +142,7 @@ impl<'a> Designs<'a> {
 }
 
 /// The solver and the buffers of one load case at a time.
-struct Lane {
+struct Worker {
     linear: LinearSystem,
     workspace: Workspace,
 }
@@ -167,16 +167,16 @@ impl Analysis {
 
     /// Further solvers and buffers: one for each load case that can run at the same time, except
     /// the first.
-    fn lanes(&self) -> Vec<Lane> {
+    fn workers(&self) -> Vec<Worker> {
         let wanted = if self.cases.one_by_one { 1 } else { self.cases.count().min(self.at_once()) };
-        let lane = |_| Lane { linear: self.linear.another(), workspace: self.workspace.another() };
-        (1..wanted).map(lane).collect()
+        let worker = |_| Worker { linear: self.linear.another(), workspace: self.workspace.another() };
+        (1..wanted).map(worker).collect()
     }
 
-    fn absorb(&mut self, lanes: Vec<Lane>) {
-        for mut lane in lanes {
-            self.linear.absorb(&mut lane.linear);
-            self.workspace.timings = self.workspace.timings + lane.workspace.timings;
+    fn absorb(&mut self, workers: Vec<Worker>) {
+        for mut worker in workers {
+            self.linear.absorb(&mut worker.linear);
+            self.workspace.timings = self.workspace.timings + worker.workspace.timings;
         }
     }
 
@@ -189,8 +189,8 @@ impl Analysis {
         let steps = self.cases.steps(&self.times);
         let count = steps.len();
         let options = MarchOptions { memory: options.memory / count, ..*options };
-        let mut lanes = self.lanes();
-        let one_by_one = lanes.is_empty();
+        let mut workers = self.workers();
+        let one_by_one = workers.is_empty();
         let stop = Stop::new(count);
         let Self { design, cases, linear, workspace, times, guide, .. } = self;
         let (design, guide, times) = (&*design, guide.as_ref(), &times[..]);
@@ -199,7 +199,7 @@ impl Analysis {
                 workspace.forget();
                 let problem = cases.design(design, case);
                 let load_path = LoadPath {
-                    begin: course::start(case),
+                    begin: LoadTime::start(case).of_path(),
                     start: problem.model().rest(),
                     times: &times[steps[case].clone()],
                     steps_before: steps[case].start,
@@ -212,9 +212,9 @@ impl Analysis {
                 }
                 marched
             };
-        let of_lane = |case: usize, lane: &mut Lane| {
+        let of_worker = |case: usize, worker: &mut Worker| {
             let mut events = Buffered { case, stop: &stop, accepted: 0, retries: Vec::new() };
-            let marched = one(case, &mut lane.linear, &mut lane.workspace, &mut events);
+            let marched = one(case, &mut worker.linear, &mut worker.workspace, &mut events);
             (marched, events.retries)
         };
         let watched = Mutex::new(&mut *observer);
@@ -235,8 +235,8 @@ impl Analysis {
                 stop.requested.store(true, Ordering::Relaxed);
             }
         };
-        let marched = side_by_side(count, &mut lanes, own, of_lane, wait);
-        self.absorb(lanes);
+        let marched = side_by_side(count, &mut workers, own, of_worker, wait);
+        self.absorb(workers);
         let steps = self.cases.steps(&self.times);
         let mut path = Path::default();
         for ((case, (marched, retries)), steps) in marched.into_iter().enumerate().zip(steps) {
@@ -244,7 +244,7 @@ impl Analysis {
             match marched {
                 Ok(next) => {
                     if !told {
-                        tell(&next, &retries, observer);
+                        replay(&next, &retries, observer);
                     }
                     let unfinished = next.steps < steps.end;
                     path.append(next);
@@ -254,7 +254,7 @@ impl Analysis {
                 }
                 Err(mut failure) => {
                     if !told {
-                        tell(&failure.path, &retries, observer);
+                        replay(&failure.path, &retries, observer);
                     }
                     failure.failed_iterations += path.failed_iterations();
                     path.append(std::mem::take(&mut failure.path));
@@ -277,7 +277,7 @@ impl Analysis {
     ) -> Result<Vec<PathGradient>, SweepError> {
         let steps = self.times.len();
         let states = path.load_cases();
-        let mut lanes = self.lanes();
+        let mut workers = self.workers();
         let Self { design, cases, linear, workspace, .. } = self;
         let design = &*design;
         let one = |case: usize, linear: &mut LinearSystem, workspace: &mut Workspace| {
@@ -291,9 +291,9 @@ impl Analysis {
             sweep_states(&mut solver, path, states[case].clone(), &mut adapter, options)
         };
         let own = |case: usize| one(case, linear, workspace);
-        let of_lane = |case: usize, lane: &mut Lane| one(case, &mut lane.linear, &mut lane.workspace);
-        let swept = side_by_side(states.len(), &mut lanes, own, of_lane, || ());
-        self.absorb(lanes);
+        let of_worker = |case: usize, worker: &mut Worker| one(case, &mut worker.linear, &mut worker.workspace);
+        let swept = side_by_side(states.len(), &mut workers, own, of_worker, || ());
+        self.absorb(workers);
         let names = self.model().all_parameters();
         let mut gradients: Vec<PathGradient> = Vec::new();
         for (case, part) in swept.into_iter().enumerate() {
@@ -391,7 +391,7 @@ impl MarchObserver for Buffered<'_> {
 }
 
 /// Passes the events of a load case on, in their order.
-fn tell(path: &Path, retries: &[Retry], observer: &mut dyn MarchObserver) {
+fn replay(path: &Path, retries: &[Retry], observer: &mut dyn MarchObserver) {
     let mut retries = retries.iter().peekable();
     let mut retry = |accepted: usize, observer: &mut dyn MarchObserver| {
         while let Some(Retry { step, failed, remedy, .. }) = retries.next_if(|retry| retry.after <= accepted) {

@@ -54,7 +54,7 @@ impl Design {
         let model = &*self.model;
         let at = self.evaluate(step, y, None, Iteration::default(), Wanted::Residual, workspace)?;
         let mut nearest = f64::INFINITY;
-        for (j, now, node) in at.state.own() {
+        for (j, now, node) in at.state.nodes_here() {
             let Some(&master) = now.support.get(now.ring).filter(|_| node.measures.covered()) else { continue };
             let relative = model.velocity_of(now.node, velocities) - model.velocity_of(master, velocities);
             let closing = now.frame.vector(0).dot(&relative);

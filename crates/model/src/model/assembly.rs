@@ -35,7 +35,7 @@ enum Term {
 /// Test: `tangent_matches_finite_differences` (tests/suite/derivatives.rs).
 pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: &mut BlockMatrix) {
     let nodes = model.displacement_count() / 3;
-    let own: Vec<_> = contact.own().collect();
+    let own: Vec<_> = contact.nodes_here().collect();
     let prepare = |&(j, now, node): &(usize, &'_ NodeKinematics, &'_ NodeState)| {
         let contributes = node.law.contributes();
         (contributes || model.method_of(j).has_multipliers()).then(|| {

@@ -1,6 +1,6 @@
 //! The fixed data of a load step, and the contact data of an evaluation of its equations.
 
-use super::law::{LawWeights, NodeLaw, Steering};
+use super::law::{IterationSettings, LawWeights, NodeLaw};
 use super::loose::FreeMotions;
 use super::node::{self, NodeStep};
 use super::{ContactModel, Design, ModelInterface, SlaveData};
@@ -109,7 +109,7 @@ pub struct ContactState {
     pub(super) kinematics: Arc<Kinematics>,
     /// Slave nodes, in the order of [`ContactModel::slave_nodes`]; `None` for those of other ranks.
     pub(super) nodes: Vec<Option<NodeState>>,
-    pub(super) steering: Steering,
+    pub(super) settings: IterationSettings,
     /// The free motions, if the step holds them.
     pub(super) free: FreeMotions,
 }
@@ -120,7 +120,7 @@ impl ContactState {
     }
 
     /// Slave nodes of this rank: number, kinematics, state.
-    pub(super) fn own(&self) -> impl Iterator<Item = (usize, &NodeKinematics, &NodeState)> {
+    pub(super) fn nodes_here(&self) -> impl Iterator<Item = (usize, &NodeKinematics, &NodeState)> {
         let nodes = self.nodes.iter().zip(&self.kinematics.nodes).enumerate();
         nodes.filter_map(|(j, (node, now))| node.as_ref().map(|node| (j, now, node)))
     }
@@ -247,7 +247,7 @@ impl Design {
     ) -> ContactState {
         let model = &*self.model;
         let (x, fixed) = (model.contact_positions(y), model.contact_fixed());
-        let steering = self.steering(iteration);
+        let settings = self.iteration_settings(iteration);
         let of = |(j, (now, previous)): (usize, (&NodeKinematics, &PreviousRow))| {
             own[j].then(|| {
                 let slave = &model.slaves[j];
@@ -256,12 +256,12 @@ impl Design {
                 let mut at = NodeStep::of(pair.is_active(step.time), offset);
                 at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
                 let measures = at.measures(now, &model.start.settings[j]);
-                let law = self.law(step, j, &measures, y, &steering);
+                let law = self.law(step, j, &measures, y, &settings);
                 NodeState { step: at, measures, law }
             })
         };
         let nodes = kinematics.nodes.par_iter().zip(&step.rows).enumerate().map(of).collect();
-        ContactState { kinematics, nodes, steering, free: FreeMotions::default() }
+        ContactState { kinematics, nodes, settings, free: FreeMotions::default() }
     }
 
     /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it

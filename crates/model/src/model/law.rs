@@ -28,12 +28,12 @@ const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64,
 
 /// How the laws interpret an [`Iteration`]. None of this changes a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Steering {
+pub(super) struct IterationSettings {
     /// Factor on c of the Lagrange method.
     variation: f64,
     /// Whether nodes that slid in the last step are assumed at the start to keep sliding (1) or to
     /// stick (−1).
-    onward: f64,
+    slide_sense: f64,
     /// While a step is rescued, ε and c of the Lagrange method relative to the bodies' own
     /// stiffness.
     rescue: Option<f64>,
@@ -41,7 +41,7 @@ pub(super) struct Steering {
     at_start: bool,
 }
 
-impl Steering {
+impl IterationSettings {
     /// The multipliers that are held fixed.
     pub fn held(&self) -> Held {
         self.held
@@ -148,32 +148,35 @@ impl LawWeights {
 
 impl Design {
     /// The settings of attempt `attempt` at a step; `None` if there is no such attempt.
-    fn settings(&self, attempt: Attempt) -> Option<Steering> {
+    fn settings(&self, attempt: Attempt) -> Option<IterationSettings> {
         let model = &*self.model;
         let lagrange = model.has(Method::Lagrange);
         let others = model.has(Method::Penalty) || model.has(Method::Augmented);
-        let own = Steering { variation: 1.0, onward: 1.0, rescue: None, held: Held::None, at_start: false };
+        let own =
+            IterationSettings { variation: 1.0, slide_sense: 1.0, rescue: None, held: Held::None, at_start: false };
         match attempt {
             Attempt::Setting(0) => Some(own),
             // a smaller c ends most cycles; beside other methods, nodes that slip also start by sticking
-            Attempt::Setting(1) => (lagrange || others).then_some(Steering {
+            Attempt::Setting(1) => (lagrange || others).then_some(IterationSettings {
                 variation: match (lagrange, others) {
                     (true, true) => 10.0,
                     (true, false) => 0.1,
                     (false, _) => 1.0,
                 },
-                onward: if others { -1.0 } else { 1.0 },
+                slide_sense: if others { -1.0 } else { 1.0 },
                 ..own
             }),
-            Attempt::Setting(2) => lagrange.then_some(Steering { variation: if others { 0.1 } else { 10.0 }, ..own }),
+            Attempt::Setting(2) => {
+                lagrange.then_some(IterationSettings { variation: if others { 0.1 } else { 10.0 }, ..own })
+            }
             Attempt::Setting(_) => None,
             Attempt::Penalty(stage) => {
                 let factor = STAGES.get(stage).filter(|_| lagrange);
-                factor.map(|&factor| Steering { rescue: Some(factor), ..own })
+                factor.map(|&factor| IterationSettings { rescue: Some(factor), ..own })
             }
             Attempt::Rescue(number) => {
                 let factor = RESCUE_FACTORS.get(number).filter(|_| lagrange);
-                factor.map(|&factor| Steering { rescue: Some(factor), ..own })
+                factor.map(|&factor| IterationSettings { rescue: Some(factor), ..own })
             }
         }
     }
@@ -181,7 +184,7 @@ impl Design {
     /// The method that solves a step in attempt `attempt`.
     pub(super) fn solution(&self, attempt: Attempt) -> Option<slipstick_path::Method> {
         use slipstick_path::Method as Solution;
-        let Steering { rescue, .. } = self.settings(attempt)?;
+        let IterationSettings { rescue, .. } = self.settings(attempt)?;
         let uzawa = self.model.uzawa.map(|uzawa| uzawa.options);
         if matches!(attempt, Attempt::Penalty(_)) {
             return Some(Solution::Newton);
@@ -190,10 +193,10 @@ impl Design {
         Some(options.map_or(Solution::Newton, Solution::Uzawa))
     }
 
-    pub(super) fn steering(&self, iteration: Iteration) -> Steering {
+    pub(super) fn iteration_settings(&self, iteration: Iteration) -> IterationSettings {
         let Iteration { attempt, held, at_start } = iteration;
         let own = self.settings(attempt).or_else(|| self.settings(Attempt::Setting(0)));
-        Steering { held, at_start, ..own.expect("a problem has its own settings") }
+        IterationSettings { held, at_start, ..own.expect("a problem has its own settings") }
     }
 
     /// The measures that determine the branches of the contact law for a node with the given
@@ -209,15 +212,15 @@ impl Design {
         j: usize,
         measures: &NodeMeasures,
         tangential: Vector2<f64>,
-        steering: &Steering,
+        settings: &IterationSettings,
     ) -> NodeMeasures {
         let mut at = *measures;
-        if steering.at_start {
+        if settings.at_start {
             let nudge = NUDGE * self.model.slaves[j].size * at.area;
             at.gap -= nudge;
             let size = tangential.norm();
             if size > 0.0 {
-                at.slip += tangential * (steering.onward * nudge / size);
+                at.slip += tangential * (settings.slide_sense * nudge / size);
             }
         }
         at
@@ -240,20 +243,20 @@ impl Design {
         j: usize,
         measures: &NodeMeasures,
         y: &[f64],
-        steering: &Steering,
+        settings: &IterationSettings,
     ) -> NodeLaw {
         let around = match self.model.method_of(j) {
             Method::Penalty => step.previous_traction(j),
-            Method::Lagrange | Method::Augmented if self.is_held(j, steering.held) => self.model.multiplier(y, j),
+            Method::Lagrange | Method::Augmented if self.is_held(j, settings.held) => self.model.multiplier(y, j),
             Method::Lagrange | Method::Augmented => {
                 let value = self.model.multiplier(y, j);
                 return NodeLaw::Multiplier {
                     value,
-                    equation: self.complementarity(step, j, measures, value, steering),
+                    equation: self.complementarity(step, j, measures, value, settings),
                 };
             }
         };
-        NodeLaw::Regularised(self.regularised(step, j, measures, around, steering))
+        NodeLaw::Regularised(self.regularised(step, j, measures, around, settings))
     }
 
     /// C of node j for multiplier ζ. The augmented Lagrangian needs it when its multipliers are
@@ -265,13 +268,13 @@ impl Design {
         j: usize,
         measures: &NodeMeasures,
         zeta: Vector3<f64>,
-        steering: &Steering,
+        settings: &IterationSettings,
     ) -> Complementarity {
-        let at = self.deciding(j, measures, zeta.fixed_rows::<2>(1).into(), steering);
+        let at = self.deciding(j, measures, zeta.fixed_rows::<2>(1).into(), settings);
         let c = match self.model.method_of(j) {
-            Method::Lagrange if steering.rescue.is_some() => self.augmentation(j, steering),
+            Method::Lagrange if settings.rescue.is_some() => self.augmentation(j, settings),
             Method::Augmented => self.own_stiffness(j, UPDATE_STIFFNESS),
-            Method::Lagrange | Method::Penalty => self.stiffness[j].times(steering.variation),
+            Method::Lagrange | Method::Penalty => self.stiffness[j].times(settings.variation),
         };
         match self.model.pair(&self.model.slaves[j]).is_bonded() {
             true => bond(zeta, measures, &c),
@@ -286,21 +289,21 @@ impl Design {
         j: usize,
         measures: &NodeMeasures,
         around: Vector3<f64>,
-        steering: &Steering,
+        settings: &IterationSettings,
     ) -> Traction {
-        let epsilon = self.augmentation(j, steering);
+        let epsilon = self.augmentation(j, settings);
         if self.model.pair(&self.model.slaves[j]).is_bonded() {
             return bonded_traction(around, measures, &epsilon);
         }
-        let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), steering);
+        let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), settings);
         traction(around, &at, self.friction(step, j).0, &epsilon)
     }
 
     /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a
     /// step is rescued.
-    pub(super) fn augmentation(&self, j: usize, steering: &Steering) -> Stiffness {
+    pub(super) fn augmentation(&self, j: usize, settings: &IterationSettings) -> Stiffness {
         match self.model.method_of(j) {
-            Method::Lagrange => self.own_stiffness(j, steering.rescue.unwrap_or(UPDATE_STIFFNESS)),
+            Method::Lagrange => self.own_stiffness(j, settings.rescue.unwrap_or(UPDATE_STIFFNESS)),
             Method::Penalty | Method::Augmented => self.stiffness[j],
         }
     }

@@ -2,7 +2,7 @@
 
 use super::motion::{Load, LoadKind};
 use super::rigid::RigidBodies;
-use super::{Share, course};
+use super::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{FaceNodes, Rigid};
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
@@ -35,7 +35,7 @@ struct Applied {
 impl Applied {
     /// The factor on the load at a pseudo-time.
     fn factor(&self, time: f64) -> f64 {
-        let (case, time) = course::place(time);
+        let LoadTime { case, t: time } = LoadTime::on_path(time);
         if self.case.is_none_or(|own| own == case) { self.load.factor(time) } else { 0.0 }
     }
 }
@@ -179,7 +179,7 @@ impl Loads {
             force.iter().map(|f| f * f).sum::<f64>().sqrt()
         };
         let times = self.loads.iter().flat_map(|applied| {
-            let start = course::start(applied.case.unwrap_or(0));
+            let start = LoadTime::start(applied.case.unwrap_or(0)).of_path();
             applied.load.amplitude.iter().map(move |point| start + point.t)
         });
         times.map(norm).fold(0.0, f64::max)

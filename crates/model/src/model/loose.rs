@@ -211,7 +211,7 @@ impl ContactModel {
         let modes = self.rigid_motions(y);
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let at_points: Vec<_> = modes.iter().map(|mode| self.contact_vector(mode)).collect();
-        for (_, now, node) in contact.own() {
+        for (_, now, node) in contact.nodes_here() {
             for direction in self.restrained(now.frame.vector(0), |b| now.frame.vector(b), node) {
                 let along = |mode: &[f64]| -> f64 {
                     let terms = now.support.iter().zip(&now.coefficient);

@@ -23,12 +23,13 @@
 
 mod approach;
 mod assembly;
-pub mod course;
+mod conditions;
 mod design;
 mod element_fields;
 mod enforcement;
 mod evaluated;
 mod law;
+mod load_time;
 mod loads;
 mod loose;
 pub mod motion;
@@ -38,7 +39,6 @@ mod pair;
 mod parameters;
 mod partition;
 pub mod pattern;
-mod place;
 mod points;
 pub mod prescribed;
 mod pull_back;
@@ -51,19 +51,20 @@ mod step;
 mod variation;
 mod viscosity;
 
+pub use conditions::{PairState, Unknown};
 pub use design::Design;
 pub use element_fields::{ElementFields, StateResults};
 use enforcement::HistoryLayout;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub(crate) use evaluated::KnownKinematics;
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
+pub use load_time::LoadTime;
 pub use loads::{Loaded, Loads};
 use loose::LooseBodies;
 use nalgebra::Vector3;
 pub use pair::{ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
-pub use place::{PairState, Unknown};
 use points::ContactPoints;
 use prescribed::Prescribed;
 pub use results::{ContactResults, NodalContact};
@@ -304,7 +305,7 @@ impl ContactModel {
     }
 
     /// Elements and slave nodes that this rank assembles.
-    pub fn own_parts(&self) -> [usize; 2] {
+    pub fn counts_here(&self) -> [usize; 2] {
         let elements = (0..self.solid.elements()).filter(|&element| self.share.has_element(element)).count();
         [elements, self.own.iter().filter(|own| **own).count()]
     }

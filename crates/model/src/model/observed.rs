@@ -82,7 +82,7 @@ impl Design {
         let (before, history) = (vec![0.0; to.unknowns.len()], vec![0.0; model.unknowns.history]);
         let mut previous = Inputs { previous: before, history, ..Inputs::default() };
         let mut by_parameters = vec![0.0; if parameters { to.inputs.parameters.len() } else { 0 }];
-        for (j, now, node) in at.state.own().filter(|(j, ..)| !by[*j].is_zero()) {
+        for (j, now, node) in at.state.nodes_here().filter(|(j, ..)| !by[*j].is_zero()) {
             let by = &by[j];
             let vector = Vector3::from(by.vector);
             let weight = Vector3::from(by.multiplier) + now.frame.basis * vector;

@@ -1,6 +1,6 @@
 //! A contact pair: its geometry, and how its surfaces interact along the load path.
 
-use super::{Enforcement, course};
+use super::{Enforcement, LoadTime};
 use schemars::JsonSchema;
 use serde::Serialize;
 use slipstick_contact::friction::Friction;
@@ -106,13 +106,13 @@ impl ModelInterface {
 
     /// The offset at a pseudo-time, [`OffsetPoint::at`]. \[L\]
     pub fn offset_at(&self, time: f64) -> f64 {
-        OffsetPoint::at(&self.offset, course::place(time).1)
+        OffsetPoint::at(&self.offset, LoadTime::on_path(time).t)
     }
 
     /// Whether the surfaces interact in a load step that ends at a pseudo-time, and, if they do
     /// from the start, at rest.
     pub(crate) fn is_active(&self, time: f64) -> bool {
-        let ([from, to], (_, t)) = (self.active, course::place(time));
+        let ([from, to], LoadTime { t, .. }) = (self.active, LoadTime::on_path(time));
         (from == 0.0 || t > from + SAME_TIME) && t <= to + SAME_TIME
     }
 }

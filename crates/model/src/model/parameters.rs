@@ -137,7 +137,7 @@ impl Design {
         out: &mut [f64],
     ) {
         let lambda = self.model.contact_vector(lambda);
-        for (j, now, node) in contact.own() {
+        for (j, now, node) in contact.nodes_here() {
             let weights = self.law_weights(j, now, &node.law, &lambda, &eta[self.model.history.contact.clone()]);
             self.pull_back_law_parameters(step, j, &weights, out);
         }

@@ -1,8 +1,11 @@
 //! Prescribed displacements along the load path.
 
-use super::course;
+mod error;
+
+use super::LoadTime;
 use super::motion::{Component, Dirichlet};
 use super::rigid::RigidBodies;
+pub use error::{ConflictingMotion, OffThePlane};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{Mesh, Rigid};
 
@@ -72,37 +75,6 @@ impl Moved {
     }
 }
 
-/// A motion moves a node off its symmetry plane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("node {node} is moved off its symmetry plane in component {}", ["x", "y", "z"][*component as usize])]
-pub struct OffThePlane {
-    /// Global node number.
-    pub node: u32,
-    /// 0, 1, 2.
-    pub component: u8,
-    /// Number of the table that moves it.
-    pub motion: usize,
-}
-
-/// Two motions prescribe different displacements of one node.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes a different {} displacement for it",
-    ["x", "y", "z"][*component as usize]
-)]
-pub struct ConflictingMotion {
-    /// Global node number.
-    pub node: u32,
-    /// 0, 1, 2.
-    pub component: u8,
-    /// Number of the first table.
-    pub first: usize,
-    /// Node set of the first table.
-    pub set: String,
-    /// Number of the second table.
-    pub motion: usize,
-}
-
 impl Prescribed {
     /// `sets[i]` are the nodes or the rigid body that `motions[i]` moves; `coordinates` has three entries per node;
     /// `cases` are the names of the load cases. A component that a motion prescribes in one case is
@@ -166,7 +138,7 @@ impl Prescribed {
         let mut d = vec![0.0; self.fixed.len()];
         // at its waypoints, a rotation may happen to return to the plane
         let of = |(motion, case): (&Dirichlet, &Option<usize>)| {
-            let start = course::start(case.unwrap_or(0));
+            let start = LoadTime::start(case.unwrap_or(0)).of_path();
             let times = motion.motion.iter().flat_map(|point| [point.t, 0.618 * point.t]);
             times.map(|t| start + t).collect::<Vec<f64>>()
         };
@@ -279,7 +251,7 @@ impl Prescribed {
         for &dof in &self.mirrored {
             d[dof as usize] = self.at_rest(dof);
         }
-        let (case, time) = course::place(time);
+        let LoadTime { case, t: time } = LoadTime::on_path(time);
         let pose = |(motion, own): (&Dirichlet, &Option<usize>)| {
             own.is_none_or(|own| own == case).then(|| (motion.at(time), motion.rotation))
         };
@@ -319,7 +291,7 @@ impl Prescribed {
     ///
     /// Test: `amplitudes_match_finite_differences`.
     pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
-        let (case, time) = course::place(time);
+        let LoadTime { case, t: time } = LoadTime::on_path(time);
         for &Entry { dof, component, motion, what } in &self.entries {
             if self.cases[motion as usize].is_some_and(|own| own != case) {
                 continue;
@@ -345,14 +317,14 @@ impl Prescribed {
 
     /// Largest prescribed displacement at any of the `times`. \[L\]
     pub fn largest(&self, times: &[f64]) -> f64 {
-        self.largest_of(times.iter().map(|&t| (course::start(course::place(t).0), t)))
+        self.largest_of(times.iter().map(|&t| (LoadTime::start(LoadTime::on_path(t).case).of_path(), t)))
     }
 
     /// Largest change of a prescribed displacement between consecutive `times`; each load case
     /// starts at rest. \[L\]
     pub fn largest_step(&self, times: &[f64]) -> f64 {
         let starts = std::iter::once(0.0).chain(times.iter().copied());
-        let within = |(from, to): (f64, f64)| (from.max(course::start(course::place(to).0)), to);
+        let within = |(from, to): (f64, f64)| (from.max(LoadTime::start(LoadTime::on_path(to).case).of_path()), to);
         self.largest_of(starts.zip(times.iter().copied()).map(within))
     }
 
@@ -502,7 +474,7 @@ mod tests {
             (d[1], d[4])
         };
         assert_eq!([at(0.5), at(1.0), at(2.0), at(3.0)], [(-0.5, 0.0), (-1.0, 0.0), (0.0, 0.0), (2.0, 3.0)]);
-        assert_eq!(prescribed.largest_step(&course::times(2, 2)), 1.5);
+        assert_eq!(prescribed.largest_step(&LoadTime::ends(2, 2)), 1.5);
         let mut slopes = [0.0; 3];
         prescribed.pull_back_amplitudes(2.5, &[1.0; 6], &mut slopes);
         assert_eq!(slopes, [0.0, 1.0, 1.5]);

@@ -25,7 +25,9 @@ impl Design {
                 model.solid.pull_back_current(d, solid, eta, &mut out[..split]).map_err(inverted)?;
             }
             self.model.add_from_contact(out, |out| {
-                for (j, now, node) in at.state.own().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty) {
+                for (j, now, node) in
+                    at.state.nodes_here().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty)
+                {
                     let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
                     node::add_traction_pull_back(now, &node.step, &node.law.traction(), &weight, out);
                 }
@@ -58,7 +60,7 @@ impl Design {
         let mut out = Inputs { previous, history, ..Inputs::default() };
         let x = model.contact_positions(&at.unknowns);
         let mapped = model.contact_vector(lambda);
-        for (j, now, node) in at.state.own() {
+        for (j, now, node) in at.state.nodes_here() {
             let weights = self.law_weights(j, now, &node.law, &mapped, &eta[model.history.contact.clone()]);
             self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
         }

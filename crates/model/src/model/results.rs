@@ -84,10 +84,10 @@ impl Design {
 impl ContactState {
     /// Contact results at positions `x` of the points of the contact surfaces.
     pub(crate) fn results(&self, model: &ContactModel, x: &[f64]) -> ContactResults {
-        let nodes: Vec<NodalContact> = self.own().map(|(_, now, node)| NodalContact::of(now, node)).collect();
+        let nodes: Vec<NodalContact> = self.nodes_here().map(|(_, now, node)| NodalContact::of(now, node)).collect();
         let mut force = vec![0.0; x.len()];
         let (mut traction, mut pressure) = (vec![0.0; x.len()], vec![0.0; x.len() / 3]);
-        for (at, (j, now, _)) in nodes.iter().zip(self.own()) {
+        for (at, (j, now, _)) in nodes.iter().zip(self.nodes_here()) {
             // the other side of a surface that touches itself is a slave too
             let with_itself = model.pair(&model.slaves[j]).interface.is_with_itself();
             for (s, (&node, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
@@ -112,7 +112,7 @@ impl ContactState {
             [0.0, 0.0, 0.0] => Vec::new(),
             _ => now.support.iter().copied().zip(now.coefficient.iter().copied()).collect(),
         };
-        let transfer = nodes.iter().zip(self.own()).map(row).collect();
+        let transfer = nodes.iter().zip(self.nodes_here()).map(row).collect();
         ContactResults { nodes, force, traction, pressure, transfer }
     }
 }

@@ -182,7 +182,7 @@ impl StepProblem for Design {
         let x = model.contact_positions(&at.unknowns);
         let mut worst: Option<(f64, u32, f64)> = None;
         let mut pushed: Option<(f64, u32)> = None;
-        for (j, now, node) in at.state.own() {
+        for (j, now, node) in at.state.nodes_here() {
             let (before, slave, measures) = (&step.previous.nodes[j], &model.slaves[j], &node.measures);
             let pair = model.pair(slave);
             let reach = pair.interface.reach();
@@ -206,7 +206,7 @@ impl StepProblem for Design {
         })?;
         let mut history = vec![0.0; model.unknowns.history];
         if !history.is_empty() {
-            for (j, _, node) in at.state.own().filter(|(j, ..)| model.method_of(*j) == Method::Penalty) {
+            for (j, _, node) in at.state.nodes_here().filter(|(j, ..)| model.method_of(*j) == Method::Penalty) {
                 history[2 * j..][..2].copy_from_slice(&node.law.value().as_slice()[1..]);
             }
             let split = model.displacement_count();
@@ -246,8 +246,8 @@ impl StepProblem for Design {
 
     fn update_multipliers(&self, step: &Step, at: &Evaluated<Self>) -> Result<(Vec<f64>, f64), StateError> {
         let model = &*self.model;
-        let steering = &at.state.steering;
-        let rescue = steering.held() == Held::All;
+        let settings = &at.state.settings;
+        let rescue = settings.held() == Held::All;
         let absolute = !rescue && model.uzawa.is_some_and(|uzawa| uzawa.absolute);
         let split = model.displacement_count();
         let mut y = at.unknowns.clone();
@@ -257,17 +257,17 @@ impl StepProblem for Design {
         }
         let mut change: f64 = 0.0;
         let mut largest = model.floors.multiplier / (model.slaves.len() as f64).sqrt();
-        for (j, _, node) in at.state.own() {
+        for (j, _, node) in at.state.nodes_here() {
             // the augmented Lagrangian's multipliers are compared even after a solve that held none
-            if model.method_of(j) != Method::Augmented && !self.is_held(j, steering.held()) {
+            if model.method_of(j) != Method::Augmented && !self.is_held(j, settings.held()) {
                 continue;
             }
             let before = model.multiplier(&at.unknowns, j);
-            let now = self.regularised(step, j, &node.measures, before, steering).value;
+            let now = self.regularised(step, j, &node.measures, before, settings).value;
             // normal and tangential conditions are checked separately
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
-                let epsilon = self.augmentation(j, steering);
+                let epsilon = self.augmentation(j, settings);
                 let divisor = epsilon.scaling.divisor(&node.measures);
                 difference *= divisor / epsilon.normal.min(epsilon.tangential);
             }
@@ -318,7 +318,7 @@ impl Design {
             model.loads.add_residual(step.time, &model.positions(&at.unknowns), &mut forces);
         }
         model.add_from_contact(&mut forces, |out| {
-            at.state.own().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
+            at.state.nodes_here().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
         });
         model.rigid.carry_over(&at.unknowns, &forces, matrix);
     }
@@ -341,7 +341,7 @@ impl Design {
         model.add_viscous_force(step, y, &mut out);
         model.add_holding_force(step, y, &contact.free, &mut out);
         out.resize(model.unknowns.count(), 0.0);
-        for (j, _, node) in contact.own() {
+        for (j, _, node) in contact.nodes_here() {
             let value = node.law.value();
             *squares += value.norm_squared();
             if let NodeLaw::Multiplier { equation, .. } = &node.law {
@@ -349,7 +349,7 @@ impl Design {
             }
         }
         model.add_from_contact(&mut out[..split], |out| {
-            contact.own().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
+            contact.nodes_here().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
         });
         out
     }

@@ -52,7 +52,7 @@ pub enum Verdict {
 }
 
 /// Whether θ is smooth there and the difference exceeds round-off.
-fn tells(quotient: &Quotient) -> bool {
+fn is_conclusive(quotient: &Quotient) -> bool {
     quotient.is_smooth() && quotient.round_off < 1.0
 }
 
@@ -61,7 +61,7 @@ pub(super) fn best(quotients: &[Quotient]) -> Option<f64> {
     let least = |counts: fn(&Quotient) -> bool| {
         quotients.iter().filter(|q| counts(q)).map(|q| q.relative_error).reduce(f64::min)
     };
-    least(tells).or_else(|| least(Quotient::is_smooth))
+    least(is_conclusive).or_else(|| least(Quotient::is_smooth))
 }
 
 /// The conclusion from the quotients of a direction.
@@ -69,7 +69,7 @@ pub(super) fn verdict(quotients: &[Quotient], best: Option<f64>, tolerance: f64)
     match best {
         None if quotients.iter().any(|q| q.cut_back) => Verdict::CutBack,
         None => Verdict::Kink,
-        Some(best) if best <= tolerance && quotients.iter().any(tells) => Verdict::Right,
+        Some(best) if best <= tolerance && quotients.iter().any(is_conclusive) => Verdict::Right,
         // A wrong gradient disagrees at steps with small round-off, whatever the smallest steps
         // suggest.
         Some(_) if agree_to_round_off(quotients) => Verdict::NotResolvable,

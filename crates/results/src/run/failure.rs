@@ -11,7 +11,7 @@ use slipstick_path::{FailedAttempt, IterationRecord, MarchFailure, Rung, StateEr
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
 use slipstick_model::crushed::CURE;
-use slipstick_model::model::{Method, course};
+use slipstick_model::model::{LoadTime, Method};
 use slipstick_model::problem::Problem;
 use slipstick_model::words::counted;
 
@@ -159,7 +159,7 @@ impl FailureReport {
             None => Self::empty("no attempt was made".into()),
         };
         report.step = Some(failure.step);
-        report.load_case = Some(1 + course::place(failure.increment.1).0).filter(|&case| case > 1);
+        report.load_case = Some(1 + LoadTime::on_path(failure.increment.1).case).filter(|&case| case > 1);
         report.reached = failure.path.states.last().map(|state| state.time);
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();

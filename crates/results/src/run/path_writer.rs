@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use slipstick_mesh::Mesh;
 use slipstick_model::analysis::{Designs, pair_results};
-use slipstick_model::model::course;
+use slipstick_model::model::LoadTime;
 use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Reached, Recording};
 use slipstick_path::{MarchEvent, MarchObserver, PathState, StepState};
@@ -103,11 +103,11 @@ impl<'a> PathWriter<'a> {
 impl MarchObserver for PathWriter<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         let MarchEvent::Accepted(state) = event else { return };
-        let (case, _) = course::place(state.time);
+        let LoadTime { case, .. } = LoadTime::on_path(state.time);
         if self.case != Some(case) {
             // each load case starts at rest
             self.case = Some(case);
-            let time = course::start(case);
+            let time = LoadTime::start(case).of_path();
             let rest = self.designs.at(time).model().rest();
             self.add(Reached { time, completes: None, rest: true, holding_work: 0.0 }, Cow::Owned(rest));
         }

@@ -8,7 +8,7 @@ use slipstick_path::{FailedAttempt, MarchEvent, PathState};
 use super::{RunDirectory, RunError};
 use crate::output::{Cell, Csv, OutputError, write_atomically};
 use slipstick_model::analysis::PairResult;
-use slipstick_model::model::course;
+use slipstick_model::model::LoadTime;
 use slipstick_model::optimize::{IterationRecord, OptimizationState};
 use slipstick_model::quantities::{Quantities, QuantityRow};
 use slipstick_model::words::rounded;
@@ -161,7 +161,7 @@ impl<'a> ContactTable<'a> {
 
     /// Adds a load step.
     pub fn add(&mut self, step: usize, time: f64, pairs: &[PairResult]) {
-        let (case, time) = course::place(time);
+        let LoadTime { case, t: time } = LoadTime::on_path(time);
         let time = rounded(time, 12);
         for (number, pair) in pairs.iter().enumerate() {
             // write −0 as 0
@@ -238,7 +238,7 @@ pub(super) fn quantity_heading(leading: &str, quantities: &Quantities) -> String
 
 /// A line of `quantities.csv`.
 pub(super) fn quantity_line(leading: &str, row: &QuantityRow) -> String {
-    let (case, time) = course::place(row.time);
+    let LoadTime { case, t: time } = LoadTime::on_path(row.time);
     let cell = |value: &f64| if value.is_finite() { format!(",{value:?}") } else { ",".to_owned() };
     let cells: String = row.values.iter().map(cell).collect();
     format!("{leading}{},{case},{:?}{cells}\n", row.step, rounded(time, 12))

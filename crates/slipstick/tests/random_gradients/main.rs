@@ -7,10 +7,12 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod curved;
+mod maps;
 mod problem;
 #[path = "../common/table.rs"]
 mod table;
 
+use maps::random_map;
 use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
@@ -18,7 +20,7 @@ use std::time::Instant;
 use curved::FIRST_OF_CURVED;
 use problem::{
     FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS,
-    RandomProblem, random_map, random_problem,
+    RandomProblem, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;

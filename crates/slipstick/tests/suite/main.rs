@@ -20,6 +20,8 @@ mod hertz;
 mod inputs;
 mod invariance;
 mod joints;
+mod jumps;
+mod kinks;
 mod load_cases;
 mod loads;
 mod losses;

@@ -6,7 +6,7 @@ use slipstick_mesh::Mesh;
 use super::model::Layout;
 use super::pack::{Packed, base64};
 use slipstick_case::file::Case;
-use slipstick_model::model::course;
+use slipstick_model::model::LoadTime;
 use slipstick_model::words::counted;
 use slipstick_results::output::{StoredField, read_fields};
 use slipstick_results::run::{RunDirectory, RunError, load_density};
@@ -177,7 +177,7 @@ fn step(
         Some(layout.slaves.iter().map(|&n| values[n as usize]).collect())
     };
     let status = of_slaves("contact_status")?.into_iter().map(|status| status.clamp(0.0, 2.0) as u8);
-    let (load_case, time) = course::named(load_cases, time);
+    let (load_case, time) = LoadTime::named(load_cases, time);
     let of_elements = |name: &str| {
         stored.values(name, mesh.elements.len()).map(|values| {
             let shown = layout.elements.iter().chain(&layout.behind);

@@ -70,12 +70,12 @@ impl<'f> MeshFiles<'f> {
         })?;
         let deck = bytes.trim_ascii_start().starts_with(b"*");
         let mesh = if deck { slipstick_deck::mesh(&bytes) } else { FileMesh::parse(&bytes) };
-        let mesh = mesh.map_err(|error| told(name, error))?;
+        let mesh = mesh.map_err(|error| explained(name, error))?;
         Ok(Rc::new((mesh, sha256(&bytes))))
     }
 }
 
-fn told(file: &str, error: MeshFileError) -> (String, String) {
+fn explained(file: &str, error: MeshFileError) -> (String, String) {
     (format!("{file}: {}: {}", error.place, error.message), error.cure)
 }
 
@@ -112,14 +112,14 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
     };
     let read = read.map_err(|found| {
         let key = if found.place.starts_with("part ") { "part" } else { "file" };
-        error(key, told(&file, found));
+        error(key, explained(&file, found));
     });
     let read = read.ok()?;
     for notice in read.notices {
         let help = "no action is needed if this is intended";
         reader.warning(&table.path_of("file"), CaseCode::MeshFile, format!("{file}: {notice}"), help);
     }
-    let because = |error: MeshFileError| <[String; 2]>::from(told(&file, error));
+    let because = |error: MeshFileError| <[String; 2]>::from(explained(&file, error));
     let unusable = read.unusable.into_iter().map(|(name, error)| (name, because(error))).collect();
     Some(MeshFile { part, scale, first_order, sha256: hash.clone(), mesh: Arc::new(read.mesh), unusable, file })
 }

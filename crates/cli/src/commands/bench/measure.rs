@@ -56,7 +56,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     };
     let results = results(&problem, &forward.path)?;
     let analysis = &mut problem.analysis;
-    let [elements_here, slave_nodes_here] = analysis.model().own_parts();
+    let [elements_here, slave_nodes_here] = analysis.model().counts_here();
     let counts = analysis.linear.counts();
     Ok(json!({
         "rank": ranks.rank(), "elements_here": elements_here, "slave_nodes_here": slave_nodes_here,

@@ -40,7 +40,7 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
                 return Err(Failure::Interrupted { message: "no results are kept".into(), resume: None });
             }
             let mut measurement = child(args, size.map(usize::from), threads.get())?;
-            if context.console.tells(1) {
+            if context.console.shows(1) {
                 let (elements, seconds) = (&measurement["elements"], &measurement["forward"]["seconds"]);
                 context
                     .console

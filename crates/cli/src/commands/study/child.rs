@@ -70,7 +70,7 @@ fn take(context: &Context, ended: &mut Ended, event: Value) {
             let message = format!("{place}{}", text("message"));
             ended.error = Some(ended.error.take().map_or(message.clone(), |before| format!("{before}\n{message}")));
         }
-        Some("iteration") if context.console.tells(1) => {
+        Some("iteration") if context.console.shows(1) => {
             let objective = event["objective"].as_f64().unwrap_or(f64::NAN);
             context.console.text(&format!("    {:>5}  {}", event["iteration"], digits(objective)));
         }

@@ -1,11 +1,9 @@
 //! Square tiles of a matrix, whole or packed, and their products with vectors.
 
-use super::super::scalar::Scalar;
+use super::super::scalar::{SIDE, Scalar};
 use pulp::Simd;
 use std::ops::Range;
 
-/// Rows and columns of a tile.
-pub(in super::super) const SIDE: usize = 8;
 /// A square matrix, column-major.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
