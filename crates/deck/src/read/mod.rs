@@ -102,6 +102,7 @@ impl Reader<'_> {
         self.deck.element_types.push((kind.clone(), keyword.line));
         let digits: String = kind.chars().skip(3).take_while(char::is_ascii_digit).collect();
         let how = match (kind.starts_with("C3D"), digits.as_str(), &kind[(3 + digits.len()).min(kind.len())..]) {
+            (true, "8", "") => None,
             (true, "8", _) => Some("8-node hexahedra: full integration, mean dilatation (F̄)"),
             (true, "20", _) => Some("27-node hexahedra: nodes are added at the centres of faces and elements"),
             (true, "10", rest) if !rest.is_empty() => Some("10-node tetrahedra, fully integrated"),

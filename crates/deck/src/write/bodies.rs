@@ -26,7 +26,9 @@ impl Writer<'_> {
         self.line(mesh);
         let material = self.material(&section.material);
         self.line(format!("material = {material}"));
-        if body.hexahedra {
+        let soft = deck.element_types.iter().any(|(of, _)| of.len() > 4 && of.starts_with("C3D8"));
+        let plastic = deck.materials.get(&section.material).is_some_and(|material| material.plastic.is_some());
+        if body.hexahedra && (soft || plastic) {
             self.line("element = \"f_bar\"");
         }
         for &(other, _) in &body.sections[1..] {
