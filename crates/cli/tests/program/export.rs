@@ -108,8 +108,14 @@ fn slab_mesh() -> String {
 fn a_part_and_its_promises() {
     let place = Place::new();
     place.write("start.csv", &layers(1.0, 0.9));
+    // half-way up the slab, where the part's mesh has no nodes
+    let unused = "[[set]]\nname = \"middle\"\nbody = \"slab\"\nboxes = [{ min = [0, 0.5, 0], max = [4, 0.5, 2] }]\n";
+    place.write("case.toml", &place.read("case.toml").replacen("[[contact]]", &format!("{unused}[[contact]]"), 1));
     place.good("solve case.toml --design start.csv --out case -q");
     let ran = place.good("export case --case part --threshold 0.5 --size 0.5 --measure --json");
+    assert!(!place.read("part/case.toml").contains("middle"));
+    let told = place.good("export case --case part --threshold 0.5 --size 0.5 --force").out;
+    assert!(told.contains("`middle` left out of the part's case: nothing uses it"), "{told}");
     let part = ran.event("part");
     let body = &part["part"]["bodies"][0];
     assert_eq!((&body["name"], &body["pieces"]), (&"slab".into(), &1.into()));

@@ -16,6 +16,8 @@ pub(super) struct Carried {
     pub copies: Vec<(String, String)>,
     /// Node sets that are selected again by position.
     pub reselected: Vec<String>,
+    /// Surfaces and sets that are left out: nothing uses them, and they may be empty.
+    pub unused: Vec<String>,
     pub scarce: Vec<Scarce>,
 }
 
@@ -76,32 +78,36 @@ pub(super) fn carried(
     // a surface or set without material is removed, which is an error if the case needs it
     let mut gone: BTreeSet<String> = mesh.names().into_iter().map(str::to_owned).collect();
     gone.retain(|name| designed(name) && left(name).is_none());
-    let mut reselected = Vec::new();
-    part.surfaces.retain(|surface| !gone.contains(&surface.name));
     for surface in part.surfaces.iter_mut().filter(|surface| surface.of.is_empty()) {
         if let Some((body, face)) = left(&surface.name) {
             let (name, body, within) = (surface.name.clone(), body.name.clone(), Some(face.group.clone()));
             *surface = SurfaceSet { name, body: Some(body), within, ..SurfaceSet::default() };
         }
     }
-    for set in &mut part.sets {
-        let whole = faces.whole.contains_key(&set.name);
-        match left(&set.name) {
-            Some((_, face)) if whole => {
-                let (name, within) = (set.name.clone(), Some(face.group.clone()));
-                *set = NodeSet { name, within, ..NodeSet::default() };
-            }
-            _ if designed(&set.name) && !whole => {
-                reselected.push(set.name.clone());
-                gone.remove(&set.name);
-            }
-            _ => {}
+    let whole = |name: &str| faces.whole.contains_key(name);
+    for set in part.sets.iter_mut().filter(|set| whole(&set.name)) {
+        if let Some((_, face)) = left(&set.name) {
+            let (name, within) = (set.name.clone(), Some(face.group.clone()));
+            *set = NodeSet { name, within, ..NodeSet::default() };
         }
     }
+    let by_position: BTreeSet<String> =
+        mesh.node_sets.keys().filter(|name| designed(name) && !whole(name)).cloned().collect();
+    let unused = without_unused(&mut part, |name| gone.contains(name) || by_position.contains(name));
+    // a set without nodes of solid elements would select none, or the nearest of another place
+    let solid_nodes: BTreeSet<u32> =
+        (0..mesh.elements.len()).filter(|&e| solid(e)).flat_map(|e| mesh.elements[e].nodes().to_vec()).collect();
+    let filled = |name: &str| mesh.set_nodes(name).is_some_and(|nodes| nodes.iter().any(|n| solid_nodes.contains(n)));
+    let mut reselected = Vec::new();
+    for set in part.sets.iter().filter(|set| by_position.contains(&set.name) && filled(&set.name)) {
+        reselected.push(set.name.clone());
+        gone.remove(&set.name);
+    }
+    part.surfaces.retain(|surface| !gone.contains(&surface.name));
     part.sets.retain(|set| !gone.contains(&set.name));
     let mut scarce: Vec<Scarce> = Vec::new();
     for (name, used) in uses(&part) {
-        let of_case = part.sets.iter().any(|set| set.name == name);
+        let of_case = case.sets.iter().any(|set| set.name == name);
         let of_file = mesh.node_sets.contains_key(&name) && !of_case && designed(&name);
         if of_file && !faces.whole.contains_key(&name) {
             return Err(PartError::NotFaces { name });
@@ -119,7 +125,28 @@ pub(super) fn carried(
             scarce.push(Scarce { name, used, share });
         }
     }
-    Ok(Carried { case: part, copies, reselected, scarce })
+    Ok(Carried { case: part, copies, reselected, unused, scarce })
+}
+
+/// Removes the surfaces and sets that nothing uses and that may be empty on the part, themselves or
+/// because of one that they refer to; returns their names.
+fn without_unused(part: &mut Case, uncertain: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut unused: Vec<String> = Vec::new();
+    loop {
+        let used: BTreeSet<String> = uses(part).into_iter().map(|(name, _)| name).collect();
+        let surface = part.surfaces.iter().position(|surface| {
+            let mut parts = surface.within.iter().chain(&surface.of).chain([&surface.name]);
+            !used.contains(&surface.name) && parts.any(|name| uncertain(name))
+        });
+        let set = part.sets.iter().position(|set| {
+            !used.contains(&set.name) && set.within.iter().chain([&set.name]).any(|name| uncertain(name))
+        });
+        match (surface, set) {
+            (Some(surface), _) => unused.push(part.surfaces.remove(surface).name),
+            (None, Some(set)) => unused.push(part.sets.remove(set).name),
+            (None, None) => return unused,
+        }
+    }
 }
 
 /// Replaces the shapes of the designed bodies and the names of the other bodies' mesh files;

@@ -52,6 +52,8 @@ pub struct Part {
     pub copies: Vec<(String, String)>,
     /// Node sets that the part's case selects again by position.
     pub reselected: Vec<String>,
+    /// Surfaces and sets that the part's case lacks, because nothing uses them and they may be empty.
+    pub unused: Vec<String>,
     /// Faces that the case needs and of which hardly anything is left.
     pub scarce: Vec<Scarce>,
     /// The surface of the design, as exported.
@@ -176,6 +178,7 @@ pub fn part(
         case: carried.case,
         copies: carried.copies,
         reselected: carried.reselected,
+        unused: carried.unused,
         scarce: carried.scarce,
         export,
     })

@@ -83,7 +83,8 @@ fn named_faces_keep_their_areas() {
 /// file; a single point is selected again by position.
 #[test]
 fn the_case_names_the_faces_of_the_mesh() {
-    let part = part_of(CASE, |_| true).expect("a part");
+    let observed = "[[quantity]]\nname = \"lift\"\ndisplacement = { set = \"tip\", component = \"y\" }\n[[contact]]";
+    let part = part_of(&CASE.replace("[[contact]]", observed), |_| true).expect("a part");
     let case = &part.case;
     assert!(case.design.is_none() && case.optimizer.is_none() && case.objective.is_some());
     assert_eq!((case.contacts[0].master.as_str(), case.dirichlet[0].set.as_str()), ("pad", "feet"));
@@ -95,6 +96,26 @@ fn the_case_names_the_faces_of_the_mesh() {
     );
     assert_eq!((case.bodies[0].shape.key(), case.bodies[0].place.translate), ("mesh", [0.0; 3]));
     assert_eq!(case.bodies[1].shape.key(), "box", "a body that is not designed stays");
+}
+
+/// A set that nothing uses does not come along if the mesh of the part may have no nodes for it, nor do
+/// surfaces that refer to one without material; a quantity needs its set, and material there.
+#[test]
+fn unused_sets_never_block_the_part() {
+    let unused = "[[surface]]\nname = \"both\"\nof = [\"slab_xmax\", \"slab_ymin\"]\n\
+                  [[set]]\nname = \"above\"\nwithin = \"tip\"\nboxes = [{ min = [4, 0, 0], max = [5, 2, 2] }]\n[[contact]]";
+    let text = CASE.replace("[[contact]]", unused);
+    let short = |[x, ..]: [f64; 3]| x < 4.0;
+    let part = part_of(&text, short).expect("a part");
+    assert_eq!(part.unused, ["both", "above", "tip"]);
+    assert_eq!(part.case.sets.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), ["feet"]);
+    assert!(part.reselected.is_empty() && part.case.surfaces.len() == 1);
+    let used = CASE.replace(
+        "[[contact]]",
+        "[[quantity]]\nname = \"lift\"\ndisplacement = { set = \"tip\", component = \"y\" }\n[[contact]]",
+    );
+    let error = part_of(&used, short).expect_err("no tip");
+    assert_eq!(error.to_string(), "no material is left on `tip`, which the quantity `lift` needs");
 }
 
 /// A piece that touches no support is left out, with its volume; the rest keeps its named faces.

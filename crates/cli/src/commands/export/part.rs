@@ -229,6 +229,14 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
              position"
         ));
     }
+    if !part.unused.is_empty() {
+        let names: Vec<String> = part.unused.iter().map(|name| format!("`{name}`")).collect();
+        console.text(&format!(
+            "{} left out of the part's case: nothing uses {}, and material may be missing there",
+            names.join(", "),
+            if names.len() == 1 { "it" } else { "them" }
+        ));
+    }
     if promised.is_empty() {
         console.warning("there are no quantities of this design to compare with: solve it, and export that run");
     }
