@@ -39,6 +39,7 @@ impl Bodies {
     /// Finds the bodies; those that no set names get one.
     pub fn new(mesh: &mut FileMesh, deck: &Deck, ledger: &mut Ledger) -> Self {
         let cells = mesh.solid_cells(None);
+        let all = cells.len();
         let component = components(mesh, &cells);
         let sections = sections(mesh, deck, ledger);
         let mut numbers: Vec<(u64, u32)> = mesh.point_numbers.iter().copied().zip(0..).collect();
@@ -47,19 +48,20 @@ impl Bodies {
         for &cell in &cells {
             of_component.entry(component[mesh.cells.nodes(cell as usize)[0] as usize]).or_default().push(cell);
         }
+        drop(cells);
         let mut groups: Vec<(u32, Vec<u32>)> = of_component.into_iter().collect();
         groups.sort_by_key(|(_, cells)| cells[0]);
         let order: HashMap<u32, u32> = groups.iter().map(|(component, _)| *component).zip(0..).collect();
         let of_node = component.iter().map(|component| order.get(component).copied().unwrap_or(NONE)).collect();
         let mut bodies = Self { list: Vec::new(), of_node, numbers };
-        let (mut names, all, alone) = (BTreeSet::new(), cells.len(), groups.len() == 1);
+        let (mut names, alone) = (BTreeSet::new(), groups.len() == 1);
         let mut without = 0;
         for (_, cells) in groups {
             let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
             for cell in &cells {
-                match sections.get(cell) {
-                    Some(&section) => *counts.entry(section).or_default() += 1,
-                    None => without += 1,
+                match sections[*cell as usize] {
+                    NONE => without += 1,
+                    section => *counts.entry(section as usize).or_default() += 1,
                 }
             }
             let mut counts: Vec<(usize, usize)> = counts.into_iter().collect();
@@ -186,12 +188,12 @@ fn components(mesh: &FileMesh, cells: &[u32]) -> Vec<u32> {
     roots.into_iter().zip(used).map(|(root, used)| if used { root } else { NONE }).collect()
 }
 
-/// The section of each solid cell; the last one counts.
-fn sections(mesh: &FileMesh, deck: &Deck, ledger: &mut Ledger) -> HashMap<u32, usize> {
-    let mut of_cell = HashMap::new();
+/// The section of each cell; the last one counts.
+fn sections(mesh: &FileMesh, deck: &Deck, ledger: &mut Ledger) -> Vec<u32> {
+    let mut of_cell = vec![NONE; mesh.cells.len()];
     for (index, section) in deck.sections.iter().enumerate() {
         match find(&mesh.cell_sets, &section.set) {
-            Some(set) => of_cell.extend(mesh.cell_sets[set].iter().map(|&cell| (cell, index))),
+            Some(set) => mesh.cell_sets[set].iter().for_each(|&cell| of_cell[cell as usize] = index as u32),
             None => {
                 let why = format!("there is no set of elements `{}`", section.set);
                 ledger.wrong("SOLID SECTION", [section.line; 2], why, "name an *ELSET");

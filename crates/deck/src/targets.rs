@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use slipstick_meshio::{ElementFace, FileMesh};
+use slipstick_meshio::{CellKind, ElementFace, FileMesh};
 
 use crate::bodies::{Bodies, find, rigid_nodes};
 use crate::history::{Curve, Timeline, Track, Tracks};
@@ -384,6 +384,21 @@ impl Finder<'_> {
                     },
                     On::Face(target, side) => {
                         for cell in self.cells(target, load.keyword, load.lines) {
+                            let sides = match self.mesh.cells.kind(cell as usize).first_order() {
+                                CellKind::Tet4 => 4,
+                                CellKind::Wedge6 => 5,
+                                CellKind::Hex8 => 6,
+                                _ => 0,
+                            };
+                            if *side >= sides {
+                                let why = format!(
+                                    "element {} has no face {}",
+                                    self.mesh.cells.number(cell as usize),
+                                    side + 1
+                                );
+                                self.ledger.wrong(load.keyword, load.lines, why, "name a face of a solid element");
+                                break;
+                            }
                             faces.say((cell, *side), load.value, amplitude, load.lines[0], None);
                         }
                     }

@@ -306,3 +306,80 @@ fn other_ways_to_write() {
         CUBES.replace("*CONTACT PAIR, INTERACTION=dry, ADJUST=0.02", "*CONTACT PAIR, INTERACTION=dry,\n ADJUST=0.02");
     assert_eq!(tables(&continued), tables(CUBES));
 }
+
+/// Decks with pieces missing, doubled or replaced: each is read or refused, with place and remedy.
+#[test]
+fn damaged_decks_are_read_or_refused() {
+    let more = "*AMPLITUDE, NAME=A\n0, 0, 1, 2\n*TIE\nDOWN, UP\n*RIGID BODY, NSET=ALL_HIGH, REF NODE=99, ROT NODE=100\n*STEP, NLGEOM";
+    let deck = CUBES.replacen("*STEP", more, 1).replace(
+        "*END STEP\n",
+        "*CLOAD, AMPLITUDE=A\nTOP, 1, 2.\n99, 4, 1.\n*DLOAD\nLOW, P4, 2.\n*END STEP\n*STEP\n*STATIC\n0.1, 1\n\
+         *BOUNDARY\nBASE, 1, 3\n*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nDOWN, UP\n*END STEP\n",
+    );
+    let pieces = [
+        "",
+        "0",
+        "-1",
+        "1e308",
+        "nan",
+        "99999999999999999999",
+        ",",
+        "\n",
+        "*",
+        "*STEP\n",
+        "TOP",
+        "C3D4",
+        "=",
+        "\u{b5}",
+        "GENERATE",
+    ];
+    let mut seed = 20_260_u64;
+    let mut below = |bound: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 33) as usize) % bound.max(1)
+    };
+    assert_eq!(refused(&deck), [""; 0]);
+    let (mut read, mut wrong) = (0, 0);
+    for _ in 0..4000 {
+        let mut words: Vec<String> = deck.split_inclusive([',', '\n', '=', ' ']).map(str::to_owned).collect();
+        for _ in 0..=below(3) {
+            let (at, other) = (below(words.len()), below(words.len()));
+            match below(4) {
+                0 => drop(words.remove(at)),
+                1 => words.insert(at, words[other].clone()),
+                2 => words.swap(at, other),
+                _ => words[at] = pieces[below(pieces.len())].to_owned(),
+            }
+        }
+        let text = words.concat();
+        let meshed = mesh(text.as_bytes());
+        match translate(text.as_bytes(), "cubes.inp", &[]) {
+            Ok(translation) => {
+                let errors = translation.errors();
+                assert!(
+                    errors.iter().all(|error| error.line > 0 && !error.message.is_empty() && !error.cure.is_empty())
+                );
+                if errors.is_empty() {
+                    read += 1
+                } else {
+                    wrong += 1
+                }
+                assert!(meshed.is_ok(), "{text}");
+            }
+            Err(error) => {
+                assert!(!error.place.is_empty() && !error.cure.is_empty() && meshed.is_err(), "{error}\n{text}");
+                wrong += 1;
+            }
+        }
+    }
+    assert!(read > 100 && wrong > 1000, "{read} read, {wrong} refused");
+}
+
+#[test]
+fn pressures_act_on_faces_that_exist() {
+    let deck = |load: &str| CUBES.replacen("*BOUNDARY", &format!("*DLOAD\n{load}\n*BOUNDARY"), 1);
+    assert!(refused(&deck("3, P1, 1.")).iter().any(|error| error.contains("no such element or set of elements")));
+    let wedge = deck("3, P6, 1.")
+        .replace("*NSET, NSET=BASE", "*ELEMENT, TYPE=C3D6, ELSET=LOW\n3, 1,2,3,5,6,7\n*NSET, NSET=BASE");
+    assert!(refused(&wedge).iter().any(|error| error.contains("element 3 has no face 6")), "{:?}", refused(&wedge));
+}
