@@ -2,6 +2,7 @@
 
 use super::cell::{Cell, Corners, Table, scaled};
 use super::kernel::{self, Scratch};
+use super::tangent;
 use crate::interpolation::ElementScaling;
 use crate::law::{AnyLaw, Stress};
 use crate::registers::once;
@@ -126,6 +127,6 @@ where
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { law, bar, table, scratch, cell, factor, d, add } = self;
-        kernel::tangent(simd, table, scratch, law, bar, cell, factor, d, add)
+        tangent::tangent(simd, table, scratch, law, bar, cell, factor, d, add)
     }
 }

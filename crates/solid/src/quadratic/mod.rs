@@ -15,6 +15,7 @@ mod block;
 mod cell;
 mod interpolated;
 mod kernel;
+mod tangent;
 
 use crate::assembly::local;
 use crate::block::State;
