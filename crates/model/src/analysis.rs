@@ -9,7 +9,7 @@ mod pairs;
 mod repeated;
 mod rounding;
 
-use crate::model::{ContactModel, Design, Parameter, Workspace};
+use crate::equations::{ContactModel, Design, Parameter, Workspace};
 pub(crate) use chain::{PreviousData, StateData, steps_of};
 pub use error::{AnalysisError, ResponseRefused};
 pub use forward::{Forward, ForwardNotice, Gradients};
@@ -32,7 +32,7 @@ pub struct Analysis {
     pub workspace: Workspace,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
-    /// The load cases, which follow each other on the [axis](crate::model::LoadTime) of pseudo-time.
+    /// The load cases, which follow each other on the [axis](crate::equations::LoadTime) of pseudo-time.
     pub cases: LoadCases,
     /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
     pub objective: Option<Response>,
@@ -84,7 +84,7 @@ impl Analysis {
     }
 
     /// Sets when Uzawa's iteration stops; does nothing if no contact pair uses it.
-    pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::model::Uzawa>) {
+    pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::equations::Uzawa>) {
         self.change_model(|model| model.set_uzawa(uzawa));
     }
 

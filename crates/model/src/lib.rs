@@ -1,6 +1,6 @@
 //! The contact problem of a load path, with its analysis, verification and optimization.
 //!
-//! [`model`] is the only place where meshes, solids, contact and the load path meet. [`analysis`]
+//! [`equations`] is the only place where meshes, solids, contact and the load path meet. [`analysis`]
 //! marches the path of a [`problem::Problem`] and differentiates the objective, [`quantities`]
 //! lists the reactions, contact forces and energies along a path, [`verify`] compares gradients
 //! with differences, [`overlaps`] finds bodies that overlap without a contact force, and [`optimize`]
@@ -9,8 +9,8 @@
 
 pub mod analysis;
 pub mod crushed;
+pub mod equations;
 pub mod losses;
-pub mod model;
 pub mod optimize;
 pub mod overlaps;
 pub mod pieces;
@@ -19,3 +19,5 @@ pub mod quantities;
 mod side_by_side;
 pub mod verify;
 pub mod words;
+
+pub use equations as model;

@@ -12,7 +12,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::model::{ContactModel, ContactResults, ModelInterface};
+use crate::equations::{ContactModel, ContactResults, ModelInterface};
 use crate::words::quantity;
 
 /// Fraction of the work of loads, supports and offsets above which lost work is reported.

@@ -1,7 +1,7 @@
 //! Bodies that overlap although their contact pair transmits no force there.
 
 use crate::analysis::steps_of;
-use crate::model::{ContactModel, ModelInterface};
+use crate::equations::{ContactModel, ModelInterface};
 use crate::problem::Problem;
 use crate::words::quantity;
 use serde::Serialize;

@@ -48,8 +48,8 @@ use slipstick_design::quantity::ExternalWork;
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::Path;
 
+use crate::equations::{ContactModel, NodalContact};
 use crate::losses::LostWork;
-use crate::model::{ContactModel, NodalContact};
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
 

@@ -9,7 +9,7 @@ use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
-use crate::model::{ContactModel, ContactResults, Design, Kinematics, KnownKinematics};
+use crate::equations::{ContactModel, ContactResults, Design, Kinematics, KnownKinematics};
 
 /// The data of a state that quantities can read.
 pub(crate) struct StateData {

@@ -1,7 +1,7 @@
 //! Compares the derivatives of a quantity with differences, at invented states of the model.
 
 use super::Analysis;
-use crate::model::ContactModel;
+use crate::equations::ContactModel;
 use slipstick_design::quantity::{
     ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
 };

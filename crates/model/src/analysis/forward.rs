@@ -1,7 +1,7 @@
 //! Results of a forward analysis, and of its gradient.
 
 use super::rounding::Rounding;
-use crate::model::Parameter;
+use crate::equations::Parameter;
 use slipstick_design::ElementValues;
 use slipstick_path::Path;
 

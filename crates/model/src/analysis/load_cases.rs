@@ -19,7 +19,7 @@ use slipstick_solid::MaterialError;
 
 use super::Analysis;
 use super::chain::{Adapter, add_density_derivative};
-use crate::model::{ContactModel, Design, LoadTime, Variation, Workspace};
+use crate::equations::{ContactModel, Design, LoadTime, Variation, Workspace};
 use crate::side_by_side::{Stop, side_by_side};
 
 /// The number of load cases, and the models of those that differ.

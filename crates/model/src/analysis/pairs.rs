@@ -1,6 +1,6 @@
 //! Total force and peak pressure of a contact pair.
 
-use crate::model::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::equations::{ContactModel, ContactResults, ModelInterface, NodalContact};
 use serde::Serialize;
 
 /// Total force and peak pressure of a contact pair at a state.

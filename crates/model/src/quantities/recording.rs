@@ -13,8 +13,8 @@ use super::{
     normal_force, supports,
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
+use crate::equations::{ContactModel, ContactResults, KnownKinematics, ModelInterface, NodalContact, StateResults};
 use crate::losses::{ContactAt, Losses, LostWork};
-use crate::model::{ContactModel, ContactResults, KnownKinematics, ModelInterface, NodalContact, StateResults};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
 

@@ -1,8 +1,8 @@
 //! Derivatives of a step's equations and history with respect to its inputs, for the adjoint.
 
-use super::evaluated::Step;
-use super::law::LawWeights;
-use super::{Design, Method, inverted, node};
+use crate::equations::evaluated::Step;
+use crate::equations::law::LawWeights;
+use crate::equations::{Design, Method, inverted, node};
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::frame::NodalFrame;
 use slipstick_path::{Adjoint, Evaluated, Inputs, StateError};
@@ -10,7 +10,7 @@ use slipstick_solid::SolidAdjoint;
 
 impl Design {
     /// Adds (∂G/∂y)ᵀ η.
-    pub(super) fn pull_back_current(
+    pub(in crate::equations) fn pull_back_current(
         &self,
         step: &Step,
         at: &Evaluated<Self>,
@@ -48,7 +48,7 @@ impl Design {
     ///
     /// Paper: (62)–(67), (71)–(77), (85). Test: `every_input_is_pulled_back`
     /// (tests/suite/inputs.rs).
-    pub(super) fn pull_back_previous(
+    pub(in crate::equations) fn pull_back_previous(
         &self,
         step: &Step,
         at: &Evaluated<Self>,
@@ -85,7 +85,7 @@ impl Design {
     ///
     /// Paper: (88)–(90). Test: `every_input_is_pulled_back`
     /// (tests/suite/inputs.rs).
-    pub(super) fn pull_back_design(
+    pub(in crate::equations) fn pull_back_design(
         &self,
         step: &Step,
         at: &Evaluated<Self>,
@@ -104,7 +104,7 @@ impl Design {
     }
 
     /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ.
-    pub(super) fn pull_back_parameters(
+    pub(in crate::equations) fn pull_back_parameters(
         &self,
         step: &Step,
         at: &Evaluated<Self>,
@@ -124,7 +124,7 @@ impl Design {
 
     /// Adds the derivatives through slip, friction and history of node j with respect to the
     /// previous state.
-    pub(super) fn pull_back_law_previous(
+    pub(in crate::equations) fn pull_back_law_previous(
         &self,
         step: &Step,
         j: usize,

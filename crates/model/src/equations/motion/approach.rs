@@ -2,8 +2,8 @@
 //!
 //! This is an initial guess only; it does not change a solution.
 
-use super::evaluated::{Step, Workspace};
-use super::{ContactModel, Design};
+use crate::equations::evaluated::{Step, Workspace};
+use crate::equations::{ContactModel, Design};
 use nalgebra::{DMatrix, Vector3};
 use slipstick_mesh::{FacetNodes, FacetTree};
 use slipstick_path::{Evaluated, Iteration, StateError, StepProblem, Wanted};
@@ -20,7 +20,7 @@ const UNLOADED: f64 = 1e-9;
 impl Design {
     /// y with the loaded loose bodies moved along the resultant of their loads to the first contact;
     /// `None` if none can be moved.
-    pub(super) fn approached(
+    pub(in crate::equations) fn approached(
         &self,
         step: &Step,
         y: &[f64],

@@ -1,6 +1,6 @@
 //! Fields of the bodies at a state: deformation, stress and energy of every element, and reactions.
 
-use super::{ContactResults, Design};
+use crate::equations::{ContactResults, Design};
 use slipstick_mesh::Mesh;
 use slipstick_path::StepState;
 use slipstick_solid::stress::{stress_points, von_mises};

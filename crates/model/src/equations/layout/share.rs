@@ -5,7 +5,7 @@
 //! surfaces, to the first rank. Sums of the parts are the same on all ranks, bit for bit, and so is
 //! every decision based on them. On a single rank, none of this has any effect.
 
-use super::partition::partition;
+use crate::equations::partition::partition;
 use slipstick_linalg::{Alone, Ranks};
 use slipstick_mesh::Mesh;
 use slipstick_path::StateError;

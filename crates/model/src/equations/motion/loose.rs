@@ -17,8 +17,8 @@
 //! is part of the equations. A state in which it is more than a small share of the forces is refused:
 //! nothing would hold that body. As ℓ_f is constant, the derivatives are those of linear springs.
 
-use super::evaluated::{ContactState, Step};
-use super::{ContactModel, Design};
+use crate::equations::evaluated::{ContactState, Step};
+use crate::equations::{ContactModel, Design};
 use nalgebra::{DMatrix, Vector3};
 use slipstick_contact::friction::Status;
 use slipstick_linalg::BlockMatrix;
@@ -46,18 +46,18 @@ const BALANCED: f64 = 1e-3;
 
 /// The bodies that supports alone do not hold.
 #[derive(Debug, Clone, Default)]
-pub(super) struct LooseBodies {
-    pub(super) bodies: Vec<LooseBody>,
+pub(in crate::equations) struct LooseBodies {
+    pub(in crate::equations) bodies: Vec<LooseBody>,
     /// κ. \[F/L\]
     stiffness: f64,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct LooseBody {
-    pub(super) name: String,
-    pub(super) nodes: Range<usize>,
+pub(in crate::equations) struct LooseBody {
+    pub(in crate::equations) name: String,
+    pub(in crate::equations) nodes: Range<usize>,
     /// The unknowns that move it: those of its nodes, or the six of a rigid body.
-    pub(super) unknowns: Range<usize>,
+    pub(in crate::equations) unknowns: Range<usize>,
     rigid: bool,
     /// Centre and extent in the reference configuration.
     centre: Vector3<f64>,
@@ -70,16 +70,16 @@ pub(super) struct LooseBody {
 
 /// The free motions at a state.
 #[derive(Debug, Clone, Default)]
-pub(super) struct FreeMotions {
+pub(in crate::equations) struct FreeMotions {
     /// The mean motions that are held.
     held: Vec<usize>,
     /// An orthonormal basis of the free motions q, six rows for each loose body.
-    pub(super) basis: Option<DMatrix<f64>>,
+    pub(in crate::equations) basis: Option<DMatrix<f64>>,
 }
 
 impl LooseBodies {
     /// The loose bodies of a mesh; `force` is the product of modulus and element size. \[F/L\]
-    pub(super) fn new(mesh: &Mesh, fixed: &[bool], force: f64) -> Self {
+    pub(in crate::equations) fn new(mesh: &Mesh, fixed: &[bool], force: f64) -> Self {
         let mut bodies = Vec::new();
         for (b, body) in mesh.bodies.iter().enumerate() {
             let rigid = mesh.rigid.iter().find(|rigid| rigid.body == b).map(|rigid| rigid.reference as usize);
@@ -98,14 +98,14 @@ impl LooseBodies {
         Self { bodies, stiffness: STIFFNESS * force }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(in crate::equations) fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }
 }
 
 impl LooseBody {
     /// The end of the unknowns that are translations.
-    pub(super) fn translations_end(&self) -> usize {
+    pub(in crate::equations) fn translations_end(&self) -> usize {
         if self.rigid { self.unknowns.start + 3 } else { self.unknowns.end }
     }
 
@@ -180,7 +180,7 @@ fn free_of(gram: DMatrix<f64>, nearly: impl Fn(&[f64]) -> bool) -> DMatrix<f64> 
 impl ContactModel {
     /// The rigid motions of the loose bodies at y, six for each: the displacements of all nodes, and
     /// the unknowns of rigid bodies.
-    pub(super) fn rigid_motions(&self, y: &[f64]) -> Vec<Vec<f64>> {
+    pub(in crate::equations) fn rigid_motions(&self, y: &[f64]) -> Vec<Vec<f64>> {
         let x = self.positions(y);
         let mut modes = Vec::with_capacity(6 * self.loose.bodies.len());
         for body in &self.loose.bodies {
@@ -207,7 +207,7 @@ impl ContactModel {
     }
 
     /// The free motions at a state, also those that are nearly free if asked for.
-    pub(super) fn free_motions(&self, y: &[f64], contact: &ContactState, nearly: bool) -> FreeMotions {
+    pub(in crate::equations) fn free_motions(&self, y: &[f64], contact: &ContactState, nearly: bool) -> FreeMotions {
         let modes = self.rigid_motions(y);
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let at_points: Vec<_> = modes.iter().map(|mode| self.contact_vector(mode)).collect();
@@ -248,7 +248,7 @@ impl ContactModel {
         &self,
         normal: Vector3<f64>,
         vector: impl Fn(usize) -> Vector3<f64>,
-        node: &super::NodeState,
+        node: &crate::equations::NodeState,
     ) -> Vec<Vector3<f64>> {
         match node.law.status() {
             Status::Inactive => Vec::new(),
@@ -316,7 +316,7 @@ impl ContactModel {
     }
 
     /// The residual without the springs' forces.
-    pub(super) fn without_holding(&self, step: &Step, at: &Evaluated<Design>) -> Vec<f64> {
+    pub(in crate::equations) fn without_holding(&self, step: &Step, at: &Evaluated<Design>) -> Vec<f64> {
         let mut out = at.residual.clone();
         for &f in &at.state.free.held {
             let force = self.holding_force(step, &at.unknowns, f);
@@ -326,7 +326,7 @@ impl ContactModel {
     }
 
     /// Adds the springs' forces at `y`, on one rank.
-    pub(super) fn add_holding_force(&self, step: &Step, y: &[f64], free: &FreeMotions, out: &mut [f64]) {
+    pub(in crate::equations) fn add_holding_force(&self, step: &Step, y: &[f64], free: &FreeMotions, out: &mut [f64]) {
         for &f in free.held.iter().filter(|_| self.share.has_rest()) {
             let force = self.holding_force(step, y, f);
             self.weights(f).for_each(|(i, weight)| out[i] += force * weight);
@@ -334,7 +334,7 @@ impl ContactModel {
     }
 
     /// Adds their derivative with respect to the displacements.
-    pub(super) fn add_holding_tangent(&self, free: &FreeMotions, matrix: &mut BlockMatrix) {
+    pub(in crate::equations) fn add_holding_tangent(&self, free: &FreeMotions, matrix: &mut BlockMatrix) {
         for &f in free.held.iter().filter(|_| self.share.has_rest()) {
             for (i, weight) in self.weights(f) {
                 for (j, other) in self.weights(f) {
@@ -347,7 +347,7 @@ impl ContactModel {
     }
 
     /// Adds λᵀ times their derivative with respect to the displacements before the step.
-    pub(super) fn pull_back_holding_force(&self, free: &FreeMotions, lambda: &[f64], out: &mut [f64]) {
+    pub(in crate::equations) fn pull_back_holding_force(&self, free: &FreeMotions, lambda: &[f64], out: &mut [f64]) {
         for &f in free.held.iter().filter(|_| self.share.has_rest()) {
             let along = self.loose.stiffness * self.mean(f, |i| lambda[i]);
             self.weights(f).for_each(|(i, weight)| out[i] -= along * weight);
@@ -355,7 +355,7 @@ impl ContactModel {
     }
 
     /// The nodes that the springs couple, body by body. The list is empty if the step holds no motion.
-    pub(super) fn holding_couplings(&self, free: &FreeMotions) -> Vec<&[u32]> {
+    pub(in crate::equations) fn holding_couplings(&self, free: &FreeMotions) -> Vec<&[u32]> {
         let bodies = self.loose.bodies.iter().filter(|_| !free.held.is_empty());
         bodies.map(|body| body.anchors.as_slice()).collect()
     }
@@ -370,14 +370,14 @@ impl ContactModel {
     }
 
     /// Norm of the springs' forces relative to the forces in equilibrium.
-    pub(super) fn holding_share(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
+    pub(in crate::equations) fn holding_share(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
         let size = self.holding_size(step, at);
         if size > 0.0 { size / at.scales.force } else { 0.0 }
     }
 
     /// Work that the springs take in the step, in which they move under their force at its end: they are
     /// attached again before the next step. \[F L\]
-    pub(super) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
+    pub(in crate::equations) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
         let work = |&f: &usize| self.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
         at.state.free.held.iter().map(work).sum()
     }
@@ -386,7 +386,7 @@ impl ContactModel {
     ///
     /// # Errors
     /// [`StateError::Unheld`].
-    pub(super) fn check_held(&self, step: &Step, at: &Evaluated<Design>) -> Result<(), StateError> {
+    pub(in crate::equations) fn check_held(&self, step: &Step, at: &Evaluated<Design>) -> Result<(), StateError> {
         let free = &at.state.free;
         let Some(basis) = &free.basis else { return Ok(()) };
         if self.holding_size(step, at) <= BALANCED * at.scales.force {

@@ -4,7 +4,7 @@
 //! history and rows. Uzawa's iteration treats all nodes of the augmented Lagrangian together, while
 //! the multipliers of the Lagrange method are unknowns of its inner solves.
 
-use super::ContactModel;
+use crate::equations::ContactModel;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_path::{StepState, UzawaOptions};
 use std::ops::Range;
@@ -71,7 +71,7 @@ pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
 /// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the
 /// first attempt to rescue a step of the Lagrange method.
-pub(super) const UPDATE_STIFFNESS: f64 = 5.0;
+pub(in crate::equations) const UPDATE_STIFFNESS: f64 = 5.0;
 
 /// Maximum number of Uzawa iterations if a tolerance far below the case's own is requested.
 const TIGHT_ITERATIONS: usize = 10_000;
@@ -85,7 +85,7 @@ impl Method {
 
 /// The parts of a history.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct HistoryLayout {
+pub(in crate::equations) struct HistoryLayout {
     /// Tangential tractions of the penalty method, two per slave node.
     pub contact: Range<usize>,
     /// History of the elements with memory.
@@ -110,12 +110,12 @@ impl ContactModel {
     }
 
     /// Method of slave node j.
-    pub(super) fn method_of(&self, j: usize) -> Method {
+    pub(in crate::equations) fn method_of(&self, j: usize) -> Method {
         self.interfaces[self.slaves[j].interface as usize].enforcement.method
     }
 
     /// Whether an interface has this method.
-    pub(super) fn has(&self, method: Method) -> bool {
+    pub(in crate::equations) fn has(&self, method: Method) -> bool {
         self.interfaces.iter().any(|i| i.enforcement.method == method)
     }
 
@@ -126,7 +126,7 @@ impl ContactModel {
     }
 
     /// Where a history holds what.
-    pub(super) fn history_layout(&self) -> HistoryLayout {
+    pub(in crate::equations) fn history_layout(&self) -> HistoryLayout {
         let contact = self.tangential_history();
         HistoryLayout { contact: 0..contact, solid: contact..contact + self.solid.history() }
     }

@@ -1,9 +1,9 @@
 //! The fixed data of a load step, and the contact data of an evaluation of its equations.
 
-use super::law::{IterationSettings, LawWeights, NodeLaw};
-use super::loose::FreeMotions;
-use super::node::{self, NodeStep};
-use super::{ContactModel, Design, ModelInterface, SlaveData};
+use crate::equations::law::{IterationSettings, LawWeights, NodeLaw};
+use crate::equations::loose::FreeMotions;
+use crate::equations::node::{self, NodeStep};
+use crate::equations::{ContactModel, Design, ModelInterface, SlaveData};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::enforcement::NodeMeasures;
@@ -15,8 +15,8 @@ use slipstick_solid::model::Scatter;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::pattern::PatternInUse;
-use super::viscosity::Rate;
+use crate::equations::pattern::PatternInUse;
+use crate::equations::viscosity::Rate;
 
 /// Mortar rows and frames of all slave nodes at some positions.
 #[derive(Debug, Default)]
@@ -45,23 +45,28 @@ pub(crate) struct KnownKinematics {
 #[derive(Debug)]
 pub struct Step {
     /// Kinematics of the previous state.
-    pub(super) previous: Arc<Kinematics>,
+    pub(in crate::equations) previous: Arc<Kinematics>,
     /// Mortar rows of the previous state.
-    pub(super) rows: Vec<PreviousRow>,
+    pub(in crate::equations) rows: Vec<PreviousRow>,
     /// History of the previous state.
-    pub(super) history: Vec<f64>,
+    pub(in crate::equations) history: Vec<f64>,
     /// Pseudo-time at its end.
-    pub(super) time: f64,
+    pub(in crate::equations) time: f64,
     /// What the viscous forces are measured from.
-    pub(super) rate: Rate,
+    pub(in crate::equations) rate: Rate,
     /// Rotation vectors of the rigid bodies before the step. \[rad\]
-    pub(super) rotations: Vec<Vector3<f64>>,
+    pub(in crate::equations) rotations: Vec<Vector3<f64>>,
     /// Displacements before the step, if it holds free motions.
-    pub(super) anchor: Option<Vec<f64>>,
+    pub(in crate::equations) anchor: Option<Vec<f64>>,
 }
 
 impl Step {
-    pub(super) fn new(model: &ContactModel, previous: Arc<Kinematics>, history: &[f64], time: f64) -> Self {
+    pub(in crate::equations) fn new(
+        model: &ContactModel,
+        previous: Arc<Kinematics>,
+        history: &[f64],
+        time: f64,
+    ) -> Self {
         // bonded surfaces do not slip from step to step: their displacements are measured from rest
         let of = |(now, slave): (&NodeKinematics, &SlaveData)| match model.pair(slave).is_bonded() {
             true => PreviousRow::default(),
@@ -85,12 +90,12 @@ impl Step {
     }
 
     /// History of the elements with memory at the start of the step.
-    pub(super) fn solid_history(&self, model: &ContactModel) -> &[f64] {
+    pub(in crate::equations) fn solid_history(&self, model: &ContactModel) -> &[f64] {
         &self.history[model.history.solid.clone()]
     }
 
     /// Tangential traction of the penalty method at node j, at the end of the previous step.
-    pub(super) fn previous_traction(&self, j: usize) -> Vector3<f64> {
+    pub(in crate::equations) fn previous_traction(&self, j: usize) -> Vector3<f64> {
         Vector3::new(0.0, self.history[2 * j], self.history[2 * j + 1])
     }
 }
@@ -98,20 +103,20 @@ impl Step {
 /// A slave node at a state: measures against the previous step, and its law.
 #[derive(Debug)]
 pub struct NodeState {
-    pub(super) step: NodeStep,
-    pub(super) measures: NodeMeasures,
-    pub(super) law: NodeLaw,
+    pub(in crate::equations) step: NodeStep,
+    pub(in crate::equations) measures: NodeMeasures,
+    pub(in crate::equations) law: NodeLaw,
 }
 
 /// The contact at a state.
 #[derive(Debug)]
 pub struct ContactState {
-    pub(super) kinematics: Arc<Kinematics>,
+    pub(in crate::equations) kinematics: Arc<Kinematics>,
     /// Slave nodes, in the order of [`ContactModel::slave_nodes`]; `None` for those of other ranks.
-    pub(super) nodes: Vec<Option<NodeState>>,
-    pub(super) settings: IterationSettings,
+    pub(in crate::equations) nodes: Vec<Option<NodeState>>,
+    pub(in crate::equations) settings: IterationSettings,
     /// The free motions, if the step holds them.
-    pub(super) free: FreeMotions,
+    pub(in crate::equations) free: FreeMotions,
 }
 
 impl ContactState {
@@ -120,7 +125,7 @@ impl ContactState {
     }
 
     /// Slave nodes of this rank: number, kinematics, state.
-    pub(super) fn nodes_here(&self) -> impl Iterator<Item = (usize, &NodeKinematics, &NodeState)> {
+    pub(in crate::equations) fn nodes_here(&self) -> impl Iterator<Item = (usize, &NodeKinematics, &NodeState)> {
         let nodes = self.nodes.iter().zip(&self.kinematics.nodes).enumerate();
         nodes.filter_map(|(j, (node, now))| node.as_ref().map(|node| (j, now, node)))
     }
@@ -152,9 +157,9 @@ pub struct Workspace {
     interfaces: Vec<InterfaceWorkspace>,
     /// Previously used kinematics. The memory of those with no other owner is reused.
     kinematics: Vec<Arc<Kinematics>>,
-    pub(super) pattern: PatternInUse,
-    pub(super) scatter: Option<Scatter>,
-    pub(super) matrix: Option<BlockMatrix>,
+    pub(in crate::equations) pattern: PatternInUse,
+    pub(in crate::equations) scatter: Option<Scatter>,
+    pub(in crate::equations) matrix: Option<BlockMatrix>,
     /// Time spent on solids and contact, if it is measured.
     pub timings: Timings,
 }
@@ -185,7 +190,7 @@ impl Workspace {
 
 impl ContactModel {
     /// Mortar rows and frames of the slave nodes of this rank at displacements `d`.
-    pub(super) fn kinematics(
+    pub(in crate::equations) fn kinematics(
         &self,
         d: &[f64],
         with_gradient: bool,
@@ -237,7 +242,7 @@ impl ContactModel {
 impl Design {
     /// The contact at `y` in a step, with known kinematics: each node's law is evaluated once,
     /// here.
-    pub(super) fn contact(
+    pub(in crate::equations) fn contact(
         &self,
         step: &Step,
         y: &[f64],
@@ -308,7 +313,7 @@ impl Design {
 
     /// How λᵀF + ηᵀG depends on slip, friction and history of node j; `lambda` is
     /// [mapped](ContactModel::contact_vector).
-    pub(super) fn law_weights(
+    pub(in crate::equations) fn law_weights(
         &self,
         j: usize,
         now: &NodeKinematics,

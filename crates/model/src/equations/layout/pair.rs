@@ -1,6 +1,6 @@
 //! A contact pair: its geometry, and how its surfaces interact along the load path.
 
-use super::{Enforcement, LoadTime};
+use crate::equations::{Enforcement, LoadTime};
 use schemars::JsonSchema;
 use serde::Serialize;
 use slipstick_contact::friction::Friction;
@@ -100,7 +100,7 @@ impl ModelInterface {
     }
 
     /// Coulomb's law with the bound of the shear stress.
-    pub(super) fn law(&self) -> Friction {
+    pub(in crate::equations) fn law(&self) -> Friction {
         Friction { coefficient: self.friction, shear_limit: self.shear_limit }
     }
 

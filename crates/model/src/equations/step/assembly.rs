@@ -3,10 +3,10 @@
 //! Only one thread adds to a block row, node by node in ascending order, so the sum is the same,
 //! bit for bit, for any number of threads.
 
-use super::ContactModel;
-use super::evaluated::{ContactState, NodeState};
-use super::law::NodeLaw;
-use super::node;
+use crate::equations::ContactModel;
+use crate::equations::evaluated::{ContactState, NodeState};
+use crate::equations::law::NodeLaw;
+use crate::equations::node;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::kinematics::NodeKinematics;
@@ -33,7 +33,7 @@ enum Term {
 /// Adds ∂R/∂(d, ζ) of contact and ∂C/∂(d, ζ) of this rank's slave nodes.
 ///
 /// Test: `tangent_matches_finite_differences` (tests/suite/derivatives.rs).
-pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: &mut BlockMatrix) {
+pub(in crate::equations) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: &mut BlockMatrix) {
     let nodes = model.displacement_count() / 3;
     let own: Vec<_> = contact.nodes_here().collect();
     let prepare = |&(j, now, node): &(usize, &'_ NodeKinematics, &'_ NodeState)| {

@@ -1,5 +1,11 @@
 //! Prescribed data along the load path: displacements, rotations, loads, symmetry planes.
 
+pub(in crate::equations) mod approach;
+pub(in crate::equations) mod loose;
+pub mod prescribed;
+pub(in crate::equations) mod rigid;
+pub(in crate::equations) mod rotation;
+
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 

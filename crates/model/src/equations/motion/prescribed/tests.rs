@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::motion::{Component, RotationAxis, Waypoint};
+use crate::equations::motion::{Component, RotationAxis, Waypoint};
 
 fn nodes(nodes: &[u32]) -> Moved {
     Moved::Nodes(nodes.to_vec())

@@ -12,8 +12,11 @@
 //! f_k = Σ_j D_jk z_j      f_l = −Σ_j M_jl z_j      t_k = −f_k / a_k      p_k = Σ_j D_jk ζ_nj / a_k
 //! ```
 
-use super::evaluated::{ContactState, NodeState};
-use super::{ContactModel, Design};
+pub(in crate::equations) mod element_fields;
+pub(in crate::equations) mod observed;
+
+use crate::equations::evaluated::{ContactState, NodeState};
+use crate::equations::{ContactModel, Design};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{FacetCorners, facet_corner_areas};

@@ -1,7 +1,7 @@
 //! Descriptions of unknowns, of nodes' supports and of nodes' contact conditions, for messages.
 
-use super::ContactModel;
-use super::evaluated::ContactState;
+use crate::equations::ContactModel;
+use crate::equations::evaluated::ContactState;
 use slipstick_contact::enforcement::Freedom;
 use slipstick_contact::friction::Status;
 

@@ -1,12 +1,12 @@
 //! Constant data of the slave nodes, and the bodies' stiffness there at the start design.
 
-use super::node::NodeSettings;
-use super::{ContactModel, DEFAULT_STIFFNESS, ModelInterface};
+use crate::equations::node::NodeSettings;
+use crate::equations::{ContactModel, DEFAULT_STIFFNESS, ModelInterface};
 use slipstick_mesh::{ContactMap, Mesh};
 
 /// Constant data of a slave node.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SlaveData {
+pub(in crate::equations) struct SlaveData {
     pub interface: u32,
     /// Reference area of the slave surface around the node. \[L²\]
     pub area: f64,
@@ -22,7 +22,7 @@ pub(super) struct SlaveData {
 
 /// Elements whose moduli determine the bodies' own stiffness at the contact.
 #[derive(Debug, Clone, Default)]
-pub(super) struct ContactElements {
+pub(in crate::equations) struct ContactElements {
     /// At the facets of each slave node.
     pub of_slaves: Vec<Vec<u32>>,
     /// At the master facets of each interface.
@@ -31,7 +31,7 @@ pub(super) struct ContactElements {
 
 /// The start design, and what it determines for all later ones.
 #[derive(Debug, Clone, Default)]
-pub(super) struct StartDesign {
+pub(in crate::equations) struct StartDesign {
     /// The density of every element.
     pub density: Vec<f64>,
     /// The bodies' own stiffness E_eff/h at each slave node. \[F/L³\]
@@ -44,7 +44,7 @@ pub(super) struct StartDesign {
 
 impl ContactModel {
     /// Takes these densities as the start design.
-    pub(super) fn start_at(&mut self, density: Vec<f64>) {
+    pub(in crate::equations) fn start_at(&mut self, density: Vec<f64>) {
         let (scalings, _) = self.scale(&density);
         let (local_stiffness, shares) = (self.local_stiffness(&scalings), self.stiffness_shares(&scalings));
         let settings = (0..self.slaves.len()).map(|j| self.node_settings(j, local_stiffness[j])).collect();
@@ -61,7 +61,7 @@ impl ContactModel {
 }
 
 /// Reference areas, sizes and adjacent elements of all slave nodes.
-pub(super) fn tables(
+pub(in crate::equations) fn tables(
     mesh: &Mesh,
     map: &ContactMap,
     interfaces: &[ModelInterface],

@@ -1,9 +1,14 @@
 //! The equations of a load step and their derivatives: [`StepProblem`] for a design.
 
-use super::evaluated::{ContactState, Kinematics, Step, Workspace};
-use super::law::NodeLaw;
-use super::pattern::Coupling;
-use super::{Design, Method, assembly, inverted, node};
+pub(in crate::equations) mod assembly;
+pub(in crate::equations) mod evaluated;
+pub mod pattern;
+pub(in crate::equations) mod pull_back;
+
+use crate::equations::evaluated::{ContactState, Kinematics, Step, Workspace};
+use crate::equations::law::NodeLaw;
+use crate::equations::pattern::Coupling;
+use crate::equations::{Design, Method, inverted, node};
 use slipstick_contact::enforcement::{Freedom, covered};
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{
@@ -303,7 +308,7 @@ impl HoldFreeMotions<Self> for Design {
 
 impl Design {
     /// What the solids depend on in a step that starts with this history.
-    pub(super) fn solid_step<'a>(&'a self, history: &'a [f64]) -> SolidStep<'a> {
+    pub(in crate::equations) fn solid_step<'a>(&'a self, history: &'a [f64]) -> SolidStep<'a> {
         SolidStep { scalings: &self.scalings, history }
     }
 

@@ -21,35 +21,15 @@
 //! | penalty | d | ζ_τ | R |
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
-mod approach;
-mod assembly;
-mod conditions;
 mod design;
-mod element_fields;
-mod enforcement;
-mod evaluated;
-mod law;
+mod layout;
 mod load_time;
-mod loads;
-mod loose;
 pub mod motion;
-pub mod node;
-mod observed;
-mod pair;
 mod parameters;
-mod partition;
-pub mod pattern;
-mod points;
-pub mod prescribed;
-mod pull_back;
 mod results;
-mod rigid;
-mod rotation;
-mod share;
-mod slaves;
 mod step;
+mod terms;
 mod variation;
-mod viscosity;
 
 pub use conditions::{PairState, Unknown};
 pub use design::Design;
@@ -58,15 +38,19 @@ use enforcement::HistoryLayout;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub(crate) use evaluated::KnownKinematics;
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
+use layout::{conditions, pair, partition, points, share, slaves};
 pub use load_time::LoadTime;
 pub use loads::{Loaded, Loads};
 use loose::LooseBodies;
+pub use motion::prescribed;
+use motion::{loose, rigid, rotation};
 use nalgebra::Vector3;
 pub use pair::{ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 use points::ContactPoints;
 use prescribed::Prescribed;
+use results::element_fields;
 pub use results::{ContactResults, NodalContact};
 use rigid::RigidBodies;
 pub use share::Share;
@@ -78,6 +62,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use step::evaluated;
+pub use step::pattern;
+pub use terms::node;
+use terms::{enforcement, law, loads, viscosity};
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 

@@ -17,7 +17,7 @@ const CONTACT_TIE: i32 = 8;
 ///
 /// Uses METIS on the graph of elements with a common face. Elements that face each other at the
 /// start are also connected, so that few contact pairs are split between ranks.
-pub(super) fn partition(mesh: &Mesh, pairs: &[(&str, &str)], parts: usize) -> Vec<u32> {
+pub(in crate::equations) fn partition(mesh: &Mesh, pairs: &[(&str, &str)], parts: usize) -> Vec<u32> {
     let mut edges = neighbours(mesh);
     let mut weights = vec![1; mesh.elements.len()];
     for (slave, master) in pairs {

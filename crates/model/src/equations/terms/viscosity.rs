@@ -10,7 +10,7 @@
 //! forces do not depend on the density and do not act at prescribed displacements, so reactions
 //! keep their meaning.
 
-use super::{ContactModel, Step};
+use crate::equations::{ContactModel, Step};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
 
@@ -51,7 +51,7 @@ impl Viscosity {
 
 /// The state from which the viscous forces of a step are measured.
 #[derive(Debug, Default)]
-pub(super) struct Rate {
+pub(in crate::equations) struct Rate {
     /// Displacements before the step; empty without viscosity.
     before: Vec<f64>,
     /// Length of the step in pseudo-time.
@@ -59,7 +59,7 @@ pub(super) struct Rate {
 }
 
 impl ContactModel {
-    pub(super) fn rate(&self, before: &[f64], [from, to]: [f64; 2]) -> Rate {
+    pub(in crate::equations) fn rate(&self, before: &[f64], [from, to]: [f64; 2]) -> Rate {
         if self.viscosity.is_none() {
             return Rate::default();
         }
@@ -74,12 +74,12 @@ impl ContactModel {
     }
 
     /// Adds the viscous forces at `y`.
-    pub(super) fn add_viscous_force(&self, step: &Step, y: &[f64], out: &mut [f64]) {
+    pub(in crate::equations) fn add_viscous_force(&self, step: &Step, y: &[f64], out: &mut [f64]) {
         self.damped(step).for_each(|(i, c)| out[i] += c * (y[i] - step.rate.before[i]));
     }
 
     /// Adds their derivative with respect to the displacements.
-    pub(super) fn add_viscous_tangent(&self, step: &Step, matrix: &mut BlockMatrix) {
+    pub(in crate::equations) fn add_viscous_tangent(&self, step: &Step, matrix: &mut BlockMatrix) {
         let mut blocks = vec![[0.0; 9]; if self.viscosity.is_none() { 0 } else { self.displacement_count() / 3 }];
         self.damped(step).for_each(|(i, c)| blocks[i / 3][4 * (i % 3)] = c);
         let filled = blocks.iter().enumerate().filter(|(_, block)| **block != [0.0; 9]);
@@ -87,7 +87,7 @@ impl ContactModel {
     }
 
     /// Adds λᵀ times their derivative with respect to the displacements before the step.
-    pub(super) fn pull_back_viscous_force(&self, step: &Step, lambda: &[f64], out: &mut [f64]) {
+    pub(in crate::equations) fn pull_back_viscous_force(&self, step: &Step, lambda: &[f64], out: &mut [f64]) {
         self.damped(step).for_each(|(i, c)| out[i] -= c * lambda[i]);
     }
 }

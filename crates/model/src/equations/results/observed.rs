@@ -1,8 +1,8 @@
 //! The contact and support data that quantities read at a state, and the pull-back of derivatives
 //! with respect to these data to unknowns, previous state and parameters.
 
-use super::law::{LawWeights, NodeLaw};
-use super::{ContactModel, ContactResults, Design, Step, node};
+use crate::equations::law::{LawWeights, NodeLaw};
+use crate::equations::{ContactModel, ContactResults, Design, Step, node};
 use nalgebra::{Vector2, Vector3};
 use slipstick_design::quantity::{ContactDerivative, ContactNode, StateView};
 use slipstick_mesh::Rigid;
@@ -13,7 +13,7 @@ use slipstick_solid::{ElementScaling, EnergyWeights, SolidAdjoint};
 impl ContactModel {
     /// The data of the slave nodes that quantities read.
     pub(crate) fn contact_nodes(&self, results: &ContactResults) -> Vec<ContactNode> {
-        let of = |(at, slave): (&super::NodalContact, &super::SlaveData)| ContactNode {
+        let of = |(at, slave): (&crate::equations::NodalContact, &crate::equations::SlaveData)| ContactNode {
             node: at.node,
             pair: slave.interface,
             status: at.status as u8,
@@ -138,7 +138,7 @@ impl Design {
             |(scaling, weight): (&ElementScaling, &f64)| ElementScaling { factor: weight * scaling.factor, ..*scaling };
         let scalings: Vec<ElementScaling> = self.scalings.iter().zip(weights).map(weighted).collect();
         let mut force = vec![0.0; d.len()];
-        let result = model.solid.internal_force(d, &scalings, &mut force).map_err(super::inverted);
+        let result = model.solid.internal_force(d, &scalings, &mut force).map_err(crate::equations::inverted);
         model.share.agree(result)?;
         model.share.sum(&mut [&mut force]);
         by_displacement.iter_mut().zip(force).for_each(|(to, force)| *to += force);
@@ -247,7 +247,7 @@ impl Design {
         let model = &*self.model;
         let scalings: Vec<ElementScaling> =
             self.scalings.iter().map(|scaling| ElementScaling { factor: 1.0, ..*scaling }).collect();
-        let energies = model.solid.energies(d, &scalings).map_err(super::inverted);
+        let energies = model.solid.energies(d, &scalings).map_err(crate::equations::inverted);
         let mut energies = model.share.agree(energies)?;
         model.share.sum(&mut [&mut energies]);
         Ok(energies)
@@ -261,8 +261,10 @@ impl Design {
     pub(crate) fn von_mises_stresses(&self, state: &StepState) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let d = &state.unknowns[..model.displacement_count()];
-        let stresses =
-            model.solid.cauchy_stresses(d, self.solid_step(model.solid_history(state))).map_err(super::inverted);
+        let stresses = model
+            .solid
+            .cauchy_stresses(d, self.solid_step(model.solid_history(state)))
+            .map_err(crate::equations::inverted);
         let stresses = model.share.agree(stresses)?;
         let mut sizes: Vec<f64> = stresses.as_flattened().iter().map(von_mises).collect();
         model.share.sum(&mut [&mut sizes]);
@@ -312,7 +314,7 @@ impl Design {
         let mut work = vec![0.0; self.scalings.len()];
         let result = model.solid.pull_back_density(d, &self.scalings, &scaled(0.0), d, &mut work);
         let linear = model.solid.energies(d, &scaled(0.0));
-        let result = result.and(linear).map_err(super::inverted);
+        let result = result.and(linear).map_err(crate::equations::inverted);
         let linear = model.share.agree(result)?;
         for ((work, linear), scaling) in work.iter_mut().zip(linear).zip(&self.scalings) {
             *work = if scaling.gamma == 0.0 { 0.0 } else { (*work - 2.0 * linear) / scaling.gamma };

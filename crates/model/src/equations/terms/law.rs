@@ -1,9 +1,9 @@
 //! The contact law of one slave node in a step: the acting traction and the node's rows of C, by
 //! the method of its pair.
 
-use super::enforcement::UPDATE_STIFFNESS;
-use super::node::NodeTraction;
-use super::{Design, Method, Step};
+use crate::equations::enforcement::UPDATE_STIFFNESS;
+use crate::equations::node::NodeTraction;
+use crate::equations::{Design, Method, Step};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::bonded::{bond, bonded_traction};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
@@ -28,7 +28,7 @@ const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64,
 
 /// How the laws interpret an [`Iteration`]. None of this changes a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct IterationSettings {
+pub(in crate::equations) struct IterationSettings {
     /// Factor on c of the Lagrange method.
     variation: f64,
     /// Whether nodes that slid in the last step are assumed at the start to keep sliding (1) or to
@@ -50,7 +50,7 @@ impl IterationSettings {
 
 /// The law of a node at a state: the one equation that its method has for it.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum NodeLaw {
+pub(in crate::equations) enum NodeLaw {
     /// The multiplier ζ is an unknown, and C its equation.
     Multiplier {
         /// ζ. \[F/L²\]
@@ -109,7 +109,7 @@ impl NodeLaw {
 }
 
 /// Derivatives of λᵀF + ηᵀG, or of a quantity, through the law of one node.
-pub(super) struct LawWeights {
+pub(in crate::equations) struct LawWeights {
     /// With respect to the slip increment ũ_τ.
     pub by_slip: Vector2<f64>,
     /// With respect to the acting coefficient of friction.
@@ -182,7 +182,7 @@ impl Design {
     }
 
     /// The method that solves a step in attempt `attempt`.
-    pub(super) fn solution(&self, attempt: Attempt) -> Option<slipstick_path::Method> {
+    pub(in crate::equations) fn solution(&self, attempt: Attempt) -> Option<slipstick_path::Method> {
         use slipstick_path::Method as Solution;
         let IterationSettings { rescue, .. } = self.settings(attempt)?;
         let uzawa = self.model.uzawa.map(|uzawa| uzawa.options);
@@ -193,7 +193,7 @@ impl Design {
         Some(options.map_or(Solution::Newton, Solution::Uzawa))
     }
 
-    pub(super) fn iteration_settings(&self, iteration: Iteration) -> IterationSettings {
+    pub(in crate::equations) fn iteration_settings(&self, iteration: Iteration) -> IterationSettings {
         let Iteration { attempt, held, at_start } = iteration;
         let own = self.settings(attempt).or_else(|| self.settings(Attempt::Setting(0)));
         IterationSettings { held, at_start, ..own.expect("a problem has its own settings") }
@@ -228,7 +228,7 @@ impl Design {
 
     /// The law of friction that acts at node j in a step, and its derivative with respect to the
     /// tributary area of the node's previous row.
-    pub(super) fn friction(&self, step: &Step, j: usize) -> (Friction, Friction) {
+    pub(in crate::equations) fn friction(&self, step: &Step, j: usize) -> (Friction, Friction) {
         let slave = &self.model.slaves[j];
         let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
         let law = self.model.pair(slave).law();
@@ -237,7 +237,7 @@ impl Design {
     }
 
     /// The law of node j at `y`.
-    pub(super) fn law(
+    pub(in crate::equations) fn law(
         &self,
         step: &Step,
         j: usize,
@@ -283,7 +283,7 @@ impl Design {
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
-    pub(super) fn regularised(
+    pub(in crate::equations) fn regularised(
         &self,
         step: &Step,
         j: usize,
@@ -301,7 +301,7 @@ impl Design {
 
     /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a
     /// step is rescued.
-    pub(super) fn augmentation(&self, j: usize, settings: &IterationSettings) -> Stiffness {
+    pub(in crate::equations) fn augmentation(&self, j: usize, settings: &IterationSettings) -> Stiffness {
         match self.model.method_of(j) {
             Method::Lagrange => self.own_stiffness(j, settings.rescue.unwrap_or(UPDATE_STIFFNESS)),
             Method::Penalty | Method::Augmented => self.stiffness[j],
@@ -309,7 +309,7 @@ impl Design {
     }
 
     /// Whether the multiplier of node j is held fixed, for Uzawa's iteration to update it.
-    pub(super) fn is_held(&self, j: usize, held: Held) -> bool {
+    pub(in crate::equations) fn is_held(&self, j: usize, held: Held) -> bool {
         match (held, self.model.method_of(j)) {
             (Held::None, _) | (_, Method::Penalty) | (Held::Augmented, Method::Lagrange) => false,
             (Held::Augmented | Held::All, _) => true,

@@ -2,9 +2,9 @@
 
 mod error;
 
-use super::LoadTime;
-use super::motion::{Component, Dirichlet};
-use super::rigid::RigidBodies;
+use crate::equations::LoadTime;
+use crate::equations::motion::{Component, Dirichlet};
+use crate::equations::rigid::RigidBodies;
 pub use error::{ConflictingMotion, OffThePlane};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{Mesh, Rigid};
@@ -162,7 +162,7 @@ impl Prescribed {
 
     /// The same supports with a factor on each motion, and with displacements at rest (three per
     /// node; none if empty) from which the motions start. Axes of rotation do not move.
-    pub(super) fn varied(&self, factors: &[f64], rest: &[f64]) -> Self {
+    pub(in crate::equations) fn varied(&self, factors: &[f64], rest: &[f64]) -> Self {
         let mut varied = self.clone();
         for (motion, factor) in varied.motions.iter_mut().zip(factors) {
             for point in &mut motion.motion {

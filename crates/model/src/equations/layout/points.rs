@@ -1,13 +1,13 @@
 //! The points of the contact surfaces, and their relation to the nodes.
 
-use super::rigid::RigidBodies;
-use super::{ContactModel, NodeState};
+use crate::equations::rigid::RigidBodies;
+use crate::equations::{ContactModel, NodeState};
 use slipstick_mesh::ContactMap;
 use std::borrow::Cow;
 
 /// The points of the contact surfaces: x̂ = T x of the nodes' positions, [`ContactMap`].
 #[derive(Debug, Clone)]
-pub(super) struct ContactPoints {
+pub(in crate::equations) struct ContactPoints {
     /// T.
     pub map: ContactMap,
     /// Which coordinates of the points are prescribed; empty: those of the nodes.
@@ -39,12 +39,12 @@ impl ContactModel {
     }
 
     /// T v of a nodal vector, or of unknowns.
-    pub(super) fn contact_vector<'a>(&self, v: &'a [f64]) -> Cow<'a, [f64]> {
+    pub(in crate::equations) fn contact_vector<'a>(&self, v: &'a [f64]) -> Cow<'a, [f64]> {
         if self.points.map.is_identity() { Cow::Borrowed(v) } else { Cow::Owned(self.points.map.apply(v)) }
     }
 
     /// Adds to `out` what `add` adds to the entries of the points of the contact surfaces: Tᵀ of it.
-    pub(super) fn add_from_contact(&self, out: &mut [f64], add: impl FnOnce(&mut [f64])) {
+    pub(in crate::equations) fn add_from_contact(&self, out: &mut [f64], add: impl FnOnce(&mut [f64])) {
         if self.points.map.is_identity() {
             return add(out);
         }
@@ -55,14 +55,14 @@ impl ContactModel {
 
     /// Replaces derivatives with respect to the points of the contact surfaces by those with respect
     /// to the nodes.
-    pub(super) fn pull_to_nodes(&self, v: &mut Vec<f64>) {
+    pub(in crate::equations) fn pull_to_nodes(&self, v: &mut Vec<f64>) {
         if !self.points.map.is_identity() {
             *v = self.points.map.apply_transposed(v);
         }
     }
 
     /// The nodes that the row of a slave node reaches.
-    pub(super) fn support_of<'a>(&self, node: Option<&'a NodeState>) -> Cow<'a, [u32]> {
+    pub(in crate::equations) fn support_of<'a>(&self, node: Option<&'a NodeState>) -> Cow<'a, [u32]> {
         let support = node.map_or(&[][..], |node| &node.step.support);
         if self.points.map.is_identity() && self.rigid.is_empty() {
             return Cow::Borrowed(support);

@@ -48,7 +48,7 @@ fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// R − 1.
-pub(super) fn turn(theta: &Vector3<f64>) -> Matrix3<f64> {
+pub(in crate::equations) fn turn(theta: &Vector3<f64>) -> Matrix3<f64> {
     let q = theta.norm_squared();
     let Factors { s, c } = factors(q)[0];
     cross(theta) * s + (theta * theta.transpose() - Matrix3::identity() * q) * c
@@ -57,7 +57,7 @@ pub(super) fn turn(theta: &Vector3<f64>) -> Matrix3<f64> {
 /// ∂R/∂θ_k for k = 0, 1, 2.
 ///
 /// Test: `derivatives_match_finite_differences`.
-pub(super) fn turn_slopes(theta: &Vector3<f64>) -> [Matrix3<f64>; 3] {
+pub(in crate::equations) fn turn_slopes(theta: &Vector3<f64>) -> [Matrix3<f64>; 3] {
     let q = theta.norm_squared();
     let [Factors { s, c }, Factors { s: s1, c: c1 }, _] = factors(q);
     let square = theta * theta.transpose() - Matrix3::identity() * q;
@@ -72,7 +72,7 @@ pub(super) fn turn_slopes(theta: &Vector3<f64>) -> [Matrix3<f64>; 3] {
 ///
 /// With θ·v = tr(W M), Q = θᵀMθ − q tr M and the symmetric part S of M, the sum is tr M + s θ·v + c Q.
 /// Test: `derivatives_match_finite_differences`.
-pub(super) fn curvature(theta: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
+pub(in crate::equations) fn curvature(theta: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
     let q = theta.norm_squared();
     let [Factors { s: _, c }, Factors { s: s1, c: c1 }, Factors { s: s2, c: c2 }] = factors(q);
     let v = Vector3::new(m[(1, 2)] - m[(2, 1)], m[(2, 0)] - m[(0, 2)], m[(0, 1)] - m[(1, 0)]);

@@ -1,8 +1,8 @@
 //! External forces along the load path.
 
-use super::motion::{Load, LoadKind};
-use super::rigid::RigidBodies;
-use super::{LoadTime, Share};
+use crate::equations::motion::{Load, LoadKind};
+use crate::equations::rigid::RigidBodies;
+use crate::equations::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{FaceNodes, Rigid};
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
@@ -81,7 +81,7 @@ impl Loads {
     }
 
     /// The same loads, each multiplied by a factor.
-    pub(super) fn times(&self, factors: &[f64]) -> Self {
+    pub(in crate::equations) fn times(&self, factors: &[f64]) -> Self {
         let mut loads = self.clone();
         for (applied, factor) in loads.loads.iter_mut().zip(factors) {
             applied.load.amplitude.iter_mut().for_each(|point| point.factor *= factor);
@@ -124,7 +124,7 @@ impl Loads {
 
     /// Adds the couplings of that derivative to the rows of a part of the model, if this part has
     /// the loads.
-    pub(super) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
+    pub(in crate::equations) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
         for applied in self.loads.iter().filter(|_| share.has_rest()) {
             if let Action::Pressure(facets, _) = &applied.action {
                 for facet in facets {
@@ -160,7 +160,7 @@ impl Loads {
     }
 
     /// Numbers of the loads that act only on prescribed displacements, marked in `fixed`.
-    pub(super) fn idle(&self, fixed: &[bool], rigid: &RigidBodies, coordinates: &[f64]) -> Vec<usize> {
+    pub(in crate::equations) fn idle(&self, fixed: &[bool], rigid: &RigidBodies, coordinates: &[f64]) -> Vec<usize> {
         let moves_nothing = |applied: &Applied| {
             let mut force = vec![0.0; coordinates.len()];
             applied.action.add(1.0, coordinates, &mut force);

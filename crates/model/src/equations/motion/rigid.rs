@@ -16,7 +16,7 @@
 //! R_i at the nodes of rigid bodies remains in the residual: it is the force of the body on its
 //! surroundings, and reactions follow from it.
 
-use super::rotation::{curvature, turn, turn_slopes};
+use crate::equations::rotation::{curvature, turn, turn_slopes};
 use nalgebra::{Matrix3, Vector3};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{Mesh, Rigid};
@@ -150,7 +150,7 @@ impl RigidBodies {
     }
 
     /// Rotation vectors of all rigid bodies at y. \[rad\]
-    pub(super) fn rotations(&self, y: &[f64]) -> impl Iterator<Item = Vector3<f64>> {
+    pub(in crate::equations) fn rotations(&self, y: &[f64]) -> impl Iterator<Item = Vector3<f64>> {
         self.bodies.iter().map(|body| body.pose(y).1)
     }
 
@@ -160,7 +160,12 @@ impl RigidBodies {
     ///
     /// # Errors
     /// [`StateError::TurnedTooFar`].
-    pub(super) fn check_turns(&self, before: &[Vector3<f64>], y: &[f64], fixed: &[bool]) -> Result<(), StateError> {
+    pub(in crate::equations) fn check_turns(
+        &self,
+        before: &[Vector3<f64>],
+        y: &[f64],
+        fixed: &[bool],
+    ) -> Result<(), StateError> {
         for ((body, before), now) in self.bodies.iter().zip(before).zip(self.rotations(y)) {
             let free = fixed[3 * body.reference + 3..][..3].contains(&false);
             let turn = (now - before).norm();

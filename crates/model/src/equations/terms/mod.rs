@@ -1,0 +1,7 @@
+//! The terms of the equations: the law of each slave node, loads, viscous forces.
+
+pub(in crate::equations) mod enforcement;
+pub(in crate::equations) mod law;
+pub(in crate::equations) mod loads;
+pub mod node;
+pub(in crate::equations) mod viscosity;
