@@ -25,7 +25,7 @@ use crate::file::{self, Case, CaseCode};
 use quantities::Requested;
 use select::nodes_of;
 use slipstick_contact::enforcement::Stiffness;
-use slipstick_contact::kinematics::{CellRule, NodeKinematics};
+use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceError, InterfaceOptions};
 use slipstick_linalg::Ranks;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
@@ -312,7 +312,8 @@ fn interface_of(
     })?;
     // the averaged normals of tied surfaces only orient the components of their traction
     let feature_angle = if contact.tied { std::f64::consts::PI } else { contact.feature_angle.to_radians() };
-    let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
+    let shape = contact.multiplier_shape.unwrap_or_default();
+    let options = InterfaceOptions { shape, rule, reach, feature_angle };
     let interface = ContactInterface::new(slave, master, points.as_flattened(), options)
         .map_err(|e| BuildError::new(format!("contact[{pair}]"), e, "choose two surfaces of different bodies"))?;
     let interface = interface.with_symmetry(|node| mirrored[node as usize]);
@@ -320,7 +321,9 @@ fn interface_of(
         let smooth = surfaces::smooth(case, contact, mesh, points, facets, mirrored);
         surfaces::heights(smooth, facets, points)
     });
-    Ok(interface.with_heights(heights))
+    let interface = interface.with_heights(heights);
+    let mean = contact.multiplier_shape.is_none() && interface.is_coarse(points.as_flattened(), feature_angle);
+    Ok(if mean { interface.with_shape(MultiplierShape::Mean) } else { interface })
 }
 
 fn build_interfaces(

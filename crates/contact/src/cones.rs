@@ -10,21 +10,19 @@ use std::collections::{BTreeMap, HashSet};
 /// convex.
 const CONVEX: f64 = 1e-3;
 
-/// Angle between flat facets of one patch above which the edge between them is a kink of the body,
-/// rather than round-off or a mesh of a curved surface. Below it, the averaged normal is within the
-/// widening of the cone. \[rad\]
+/// Angle between facets of one patch above which one averaged normal does not represent them. Below it, the
+/// averaged normal is within the widening of the cone. \[rad\]
 const KINK: f64 = std::f64::consts::PI / 18.0;
 
 /// Gives the slave nodes their cones: the facets of `boundary` around each, divided into smooth
 /// patches. Patches that the node's own patch meets at a re-entrant edge do not count, since only
-/// both of them together could touch there. Where the own patch is bent at a convex kink between flat
-/// facets, the parts on both sides span the cone too; `is_curved`: whether a slave facet stands for a
-/// curved surface, whose normals are the averaged ones. `coordinates`: 3 per node, of the reference
-/// configuration.
+/// both of them together could touch there. Where the own patch is convex and bent by more than [`KINK`]
+/// between facets, the parts on both sides span the cone too: it is a kink of flat facets, or a curved surface of
+/// so few facets that the face which touches it chooses the direction within their normals. `coordinates`: 3 per
+/// node, of the reference configuration.
 pub(crate) fn add(
     slave_nodes: &mut [SlaveNode],
     slave_facets: &[FacetNodes],
-    is_curved: impl Fn(u32) -> bool,
     boundary: &[FacetNodes],
     coordinates: &[f64],
     feature_angle: f64,
@@ -51,11 +49,9 @@ pub(crate) fn add(
         let all = patches(around[&slave.node].clone(), &normals, feature_angle);
         let others = all.into_iter().filter(|patch| patch.iter().all(|facet| !slave.facets.contains(facet)));
         let mut others: Vec<Vec<(u32, u8)>> = others.filter(falls_away).collect();
-        if !slave.facets.iter().any(|&(facet, _)| is_curved(facet)) {
-            let parts = patches(slave.facets.clone(), &normals, KINK.min(feature_angle));
-            if parts.len() > 1 && parts.iter().all(falls_away) {
-                others.extend(parts);
-            }
+        let parts = patches(slave.facets.clone(), &normals, KINK.min(feature_angle));
+        if parts.len() > 1 && parts.iter().all(falls_away) {
+            others.extend(parts);
         }
         if others.is_empty() && !slave.sharp {
             continue;

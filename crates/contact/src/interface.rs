@@ -181,6 +181,12 @@ impl ContactInterface {
         self
     }
 
+    /// The same interface with other multipliers.
+    pub fn with_shape(mut self, shape: MultiplierShape) -> Self {
+        self.shape = shape;
+        self
+    }
+
     /// The same interface, which couples facets that penetrate more than `depth` only where the
     /// slave lies inside the master's body. `depth` is what the bodies may move towards each other
     /// in one step; without it, all facets within reach couple. \[L\]
@@ -193,13 +199,10 @@ impl ContactInterface {
     /// master: it is the direction opposite to the master's, projected onto the normal cone of the
     /// node ([`crate::kinematics::cone`]). `boundary` are all facets of the slave's bodies,
     /// including those outside of the slave surface, but not those that symmetry or supports hold
-    /// in their plane. The same holds at kinks between flat slave facets that are less sharp than
-    /// the feature angle. Elsewhere the averaged normals remain. `coordinates` and `feature_angle` as
-    /// in [`Self::new`]; heights must be known ([`Self::with_heights`]).
+    /// in their plane. The same holds where slave facets meet at more than 10°, but less than the feature angle.
+    /// Elsewhere the averaged normals remain. `coordinates` and `feature_angle` as in [`Self::new`].
     pub fn with_touched_normals(mut self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
-        let [heights, _] = &self.heights;
-        let is_curved = |facet: u32| heights.get(facet as usize).is_some_and(Option::is_some);
-        cones::add(&mut self.slave_nodes, &self.slave_facets, is_curved, boundary, coordinates, feature_angle);
+        cones::add(&mut self.slave_nodes, &self.slave_facets, boundary, coordinates, feature_angle);
         self.sharp = following(&self.slave_nodes, self.slave_facets.len());
         self
     }

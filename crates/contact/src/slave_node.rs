@@ -82,7 +82,7 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
 
 /// Cosines that differ by less than this belong to the same angle, so edges at exactly the feature
 /// angle are smooth regardless of round-off.
-const SAME_COSINE: f64 = 1e-9;
+pub(crate) const SAME_COSINE: f64 = 1e-9;
 
 /// Divides the facets around a node into patches: facets whose normals differ by at most the
 /// feature angle belong together, and so do chains of such facets.

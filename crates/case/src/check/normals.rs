@@ -79,7 +79,7 @@ pub(super) fn averaged(interface: &ContactInterface, mesh: &Mesh) -> Option<Aver
         let beside_plane = slave.facets.iter().any(|&(f, _)| flattest[f as usize] < PLANE * angle);
         angle > ROUNDING + if beside_plane { LARGEST_BESIDE_PLANE } else { LARGEST }
     };
-    let far = slaves.iter().zip(&angles).filter(|&(slave, &angle)| too_far(slave, angle));
+    let far = slaves.iter().zip(&angles).filter(|&(slave, &angle)| !slave.follows_master() && too_far(slave, angle));
     let far: Vec<(f64, u32)> = far.map(|(slave, &angle)| (angle, slave.node)).collect();
     // of equally bad nodes, the first
     let (angle, worst) =

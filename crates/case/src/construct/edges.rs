@@ -7,7 +7,8 @@ use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
 /// Cosine of the angle between a facet's normal and an axis below which they are perpendicular.
 const PERPENDICULAR: f64 = 0.03;
 
-/// The interface with the normals that the pair asks for. `points`: positions of the contact surfaces'
+/// The interface with the normals that the pair asks for; by default those of the master if the slave is a
+/// curved surface of few facets, otherwise averaged ones. `points`: positions of the contact surfaces'
 /// corners; `fixed`: prescribed displacements, three per node.
 ///
 /// Facets on symmetry planes are inside the whole body, and facets that are held along their normal
@@ -20,7 +21,12 @@ pub(super) fn with_normals(
     mirrored: &[[bool; 3]],
     fixed: &[bool],
 ) -> ContactInterface {
-    if contact.normals == file::Normals::Averaged {
+    let feature_angle = contact.feature_angle.to_radians();
+    let touched = match contact.normals {
+        Some(normals) => normals == file::Normals::Touched,
+        None => !interface.is_with_itself() && interface.is_coarse(points.as_flattened(), feature_angle),
+    };
+    if !touched {
         return interface;
     }
     let slave = interface.slave_facets().iter().flat_map(|facet| facet.iter());
@@ -39,5 +45,5 @@ pub(super) fn with_normals(
         };
         boundary.extend(mesh.boundary(body).facets.iter().map(|facet| facet.nodes).filter(|facet| !held(facet)));
     }
-    interface.with_touched_normals(&boundary, points.as_flattened(), contact.feature_angle.to_radians())
+    interface.with_touched_normals(&boundary, points.as_flattened(), feature_angle)
 }

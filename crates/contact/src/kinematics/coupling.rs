@@ -33,6 +33,20 @@ pub enum MultiplierShape {
     /// On each covered slave facet, Φ is biorthogonal to N¹, so that D is diagonal; on a partially
     /// covered one, Φ lies between these shapes and N¹.
     Dual,
+    /// The mean of both. Between equal facets, the second moment of Φ_j about node j vanishes, so that the mean gap of
+    /// a curved surface is the gap at its node: a surface of few facets touches when its nodes do.
+    Mean,
+}
+
+impl MultiplierShape {
+    /// The share of the dual shapes in Φ.
+    fn dual_share(self) -> f64 {
+        match self {
+            Self::Standard => 0.0,
+            Self::Dual => 1.0,
+            Self::Mean => 0.5,
+        }
+    }
 }
 
 /// A facet, given by its nodes, whose projection along the slave facet's normal is folded.
@@ -102,7 +116,9 @@ impl FacetCoupling {
         self.height.clear();
         self.height_gradient.clear();
         self.corners = slave.nodes.len();
-        self.sharp = sharp;
+        // the shapes of one corner combine the integrals of all
+        let mixed = settings.shape == MultiplierShape::Mean && sharp.contains(&true);
+        self.sharp = if mixed { [true; 4] } else { sharp };
         match slave.nodes[..] {
             [a, b, c] => self.evaluate_facet(&[a, b, c], slave, candidates, settings),
             [a, b, c, d] => self.evaluate_facet(&[a, b, c, d], slave, candidates, settings),
@@ -188,8 +204,8 @@ impl FacetCoupling {
                 return self.fail(&master);
             }
         }
-        if shape == MultiplierShape::Dual {
-            self.make_dual(&plane, &corners, with_gradient);
+        if shape != MultiplierShape::Standard {
+            self.make_dual(&plane, &corners, shape.dual_share(), with_gradient);
         }
         Ok(())
     }
@@ -376,8 +392,17 @@ impl FacetCoupling {
     ///
     /// Then D ← A m and M ← A M. On a covered facet l = 0 and D = diag(r). As the covered part
     /// shrinks, Φ tends to N: without the uncovered part as a lumped mass, the gap on a sliver
-    /// would be extrapolated to the facet's far corners. Σ_j Φ_j = 1 in either case.
-    fn make_dual<const S: usize>(&mut self, plane: &Plane<S>, corners: &[Vector3<f64>; S], with_gradient: bool) {
+    /// would be extrapolated to the facet's far corners. Σ_j Φ_j = 1 in either case. With a `share` s of the dual
+    /// shapes below 1, A becomes s A + (1 − s) I.
+    ///
+    /// Tests: `coupling_gradient_matches_finite_differences`, `the_mean_gap_of_mean_shapes_is_that_at_the_node`.
+    fn make_dual<const S: usize>(
+        &mut self,
+        plane: &Plane<S>,
+        corners: &[Vector3<f64>; S],
+        share: f64,
+        with_gradient: bool,
+    ) {
         let n = self.nodes.len();
         let whole = corner_integrals(&corners.map(|p| plane.project(&p)));
         let mass = SMatrix::<f64, S, S>::from_fn(|j, k| self.coefficient[j * n + k]);
@@ -389,7 +414,8 @@ impl FacetCoupling {
         let completed = mass + SMatrix::from_diagonal(&SVector::from(rest));
         let Some(inverse) = completed.try_inverse() else { return };
         let sums: [f64; S] = std::array::from_fn(|j| completed.row(j).sum());
-        let transform = SMatrix::<f64, S, S>::from_fn(|j, k| sums[j] * inverse[(j, k)]);
+        let dual = SMatrix::<f64, S, S>::from_fn(|j, k| sums[j] * inverse[(j, k)]);
+        let transform = dual * share + SMatrix::<f64, S, S>::identity() * (1.0 - share);
         let standard: Vec<f64> = self.coefficient.clone();
         for j in 0..S {
             for s in 0..n {
@@ -400,6 +426,12 @@ impl FacetCoupling {
         if !heights.is_empty() {
             for (j, c) in (0..S).flat_map(|j| (0..3).map(move |c| (j, c))) {
                 self.height[3 * j + c] = (0..S).map(|i| transform[(j, i)] * heights[3 * i + c]).sum();
+            }
+        }
+        let facing = if share < 1.0 { self.facing.clone() } else { Vec::new() };
+        if !facing.is_empty() {
+            for (j, c) in (0..S).flat_map(|j| (0..3).map(move |c| (j, c))) {
+                self.facing[3 * j + c] = (0..S).map(|i| transform[(j, i)] * facing[3 * i + c]).sum();
             }
         }
         if !with_gradient {
@@ -420,7 +452,7 @@ impl FacetCoupling {
             });
             let d_completed = d_mass + SMatrix::from_diagonal(&SVector::from(d_rest));
             let d_sums: [f64; S] = std::array::from_fn(|j| d_completed.row(j).sum());
-            let d_transform = (SMatrix::from_diagonal(&SVector::from(d_sums)) - transform * d_completed) * inverse;
+            let d_transform = (SMatrix::from_diagonal(&SVector::from(d_sums)) - dual * d_completed) * inverse * share;
             for j in 0..S {
                 for s in 0..n {
                     let product =
@@ -439,6 +471,15 @@ impl FacetCoupling {
                     if j < S { (0..S).map(product).sum() } else { 0.0 }
                 });
                 (0..3 * S).for_each(|row| self.height_gradient[row * columns + t] = slopes[row]);
+            }
+            if !facing.is_empty() && !self.facing_gradient.is_empty() {
+                let slopes: [f64; 12] = std::array::from_fn(|row| {
+                    let (j, c) = (row / 3, row % 3);
+                    let by = |i: usize| self.facing_gradient[(3 * i + c) * columns + t];
+                    let product = |i: usize| d_transform[(j, i)] * facing[3 * i + c] + transform[(j, i)] * by(i);
+                    if j < S { (0..S).map(product).sum() } else { 0.0 }
+                });
+                (0..3 * S).for_each(|row| self.facing_gradient[row * columns + t] = slopes[row]);
             }
         }
     }
@@ -486,6 +527,8 @@ mod tests {
     use super::*;
     use crate::kinematics::CellRule;
     use crate::kinematics::height::FacetHeight;
+
+    const SHAPES: [MultiplierShape; 3] = [MultiplierShape::Standard, MultiplierShape::Dual, MultiplierShape::Mean];
 
     /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12)
     /// whose normals point up; the slave extends over the patch's edge if `shift` is large.
@@ -552,7 +595,7 @@ mod tests {
     fn coupling_gradient_matches_finite_differences() {
         for ((slave, triangles), shift) in mixtures().into_iter().flat_map(|m| [(m, 0.0), (m, 0.6)]) {
             let (x, facets) = scene(shift, triangles);
-            for shape in [MultiplierShape::Standard, MultiplierShape::Dual] {
+            for shape in SHAPES {
                 let base = evaluate(slave, &x, &facets, shape, true);
                 let n = base.nodes.len();
                 assert!(n > slave.len() + 3);
@@ -582,8 +625,7 @@ mod tests {
 
     #[test]
     fn rows_of_slave_and_master_cancel() {
-        let shapes = [MultiplierShape::Standard, MultiplierShape::Dual];
-        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| shapes.map(|shape| (m, shape))) {
+        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| SHAPES.map(|shape| (m, shape))) {
             let (x, facets) = scene(0.6, triangles);
             let coupling = evaluate(slave, &x, &facets, shape, true);
             let n = coupling.nodes.len();
@@ -629,6 +671,36 @@ mod tests {
         }
     }
 
+    /// By hand, at corner 0 of a unit square and of half of it, with the height r² of the distance from that corner:
+    /// ∫ Φ r² is 1/12 on the square and 1/15 on the triangle with standard shapes, minus that with dual ones, and
+    /// vanishes with their mean.
+    #[test]
+    fn the_mean_gap_of_mean_shapes_is_that_at_the_node() {
+        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
+        let around = [[-1.0, -1.0], [2.0, -1.0], [2.0, 2.0], [-1.0, 2.0]];
+        let x: Vec<f64> = corners.iter().chain(&around).flat_map(|p| [p[0], p[1], 0.0]).collect();
+        for (slave, moment) in [(FacetNodes::from(SLAVE), 1.0 / 12.0), (FacetNodes::from(HALF), 1.0 / 15.0)] {
+            let corners: Vec<Vector3<f64>> = slave.iter().map(|&node| position(&x, node)).collect();
+            let mut values = [0.0; 25];
+            for (value, weights) in values.iter_mut().zip(slipstick_mesh::control_points(slave.len())) {
+                let point: Vector3<f64> = corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum();
+                *value = point.norm_squared();
+            }
+            let height = FacetHeight::new(values, &corners);
+            for (shape, factor) in SHAPES.into_iter().zip([1.0, -1.0, 0.0]) {
+                let rule = &CellRule::Twelve.points();
+                let settings = Settings { x: &x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: false };
+                let mut coupling = FacetCoupling::default();
+                let masters = std::iter::once(FacetNodes::from([4, 5, 6, 7]).into());
+                let curved = CurvedFacet { nodes: slave, height: Some(&height) };
+                coupling.evaluate(curved, [false; 4], masters, settings).unwrap();
+                // along the normal of the facet, which points down, and times its stretch
+                let found = -coupling.height[2];
+                assert!((found - factor * moment).abs() < 1e-14, "{slave:?} {shape:?}: {found}");
+            }
+        }
+    }
+
     /// Computed by hand: for corners of a unit square under a master plane that covers it, `facing`
     /// is minus the plane's normal, each on a quarter of the square.
     #[test]
@@ -652,8 +724,7 @@ mod tests {
     #[test]
     fn rows_do_not_depend_on_the_unit_of_length() {
         let unit = 0.5f64.powi(14);
-        let shapes = [MultiplierShape::Standard, MultiplierShape::Dual];
-        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| shapes.map(|shape| (m, shape))) {
+        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| SHAPES.map(|shape| (m, shape))) {
             let (x, facets) = scene(0.6, triangles);
             let small: Vec<f64> = x.iter().map(|x| unit * x).collect();
             let [one, other] = [x, small].map(|x| evaluate(slave, &x, &facets, shape, true));

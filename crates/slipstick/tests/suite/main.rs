@@ -13,6 +13,7 @@ mod edges;
 mod equations;
 mod examples;
 mod failures;
+mod few_facets;
 mod free;
 mod friction;
 mod gradient;

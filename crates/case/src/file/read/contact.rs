@@ -86,8 +86,15 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
     let offset = offset(&table, steps);
     let active = active(&table, steps);
     let multiplier_shape = table
-        .word("multiplier_shape", &[("standard", MultiplierShape::Standard), ("dual", MultiplierShape::Dual)])
-        .or(MultiplierShape::Standard);
+        .word(
+            "multiplier_shape",
+            &[
+                ("standard", MultiplierShape::Standard),
+                ("dual", MultiplierShape::Dual),
+                ("mean", MultiplierShape::Mean),
+            ],
+        )
+        .optional();
     let cell_rule = cell_rule(&table);
     let search_radius = positive(&table, "search_radius").optional();
     let feature_angle = table
@@ -111,8 +118,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
     let surfaces =
         table.word("surfaces", &[("smooth", Surfaces::Smooth), ("faceted", Surfaces::Faceted)]).or(Surfaces::Smooth);
     let adjust = positive(&table, "adjust").optional();
-    let normals =
-        table.word("normals", &[("touched", Normals::Touched), ("averaged", Normals::Averaged)]).or(Normals::Averaged);
+    let normals = table.word("normals", &[("touched", Normals::Touched), ("averaged", Normals::Averaged)]).optional();
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     if tied {
         refuse_with_tied(&table);

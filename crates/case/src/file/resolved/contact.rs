@@ -29,8 +29,10 @@ pub struct Contact {
     /// Pseudo-times from and to which the surfaces interact.
     #[serde(skip_serializing_if = "Contact::always")]
     pub active: [f64; 2],
-    /// Shape functions of the multipliers.
-    pub multiplier_shape: MultiplierShape,
+    /// Shape functions of the multipliers; `None`: standard ones, or the mean of standard and dual ones where
+    /// the slave is a curved surface of few facets ([`ContactInterface::is_coarse`](slipstick_contact::ContactInterface::is_coarse)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multiplier_shape: Option<MultiplierShape>,
     /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
     pub cell_rule: usize,
     /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the
@@ -49,8 +51,10 @@ pub struct Contact {
     /// do. \[L\]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjust: Option<f64>,
-    /// The direction of contact forces where the slave surface meets an edge of its body.
-    pub normals: Normals,
+    /// The direction of contact forces where the slave surface meets an edge of its body; `None`: averaged
+    /// normals, or those of the master where the slave is a curved surface of few facets.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normals: Option<Normals>,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
 }
@@ -68,7 +72,8 @@ impl Serialize for Contact {
             tied: bool,
             #[serde(skip_serializing_if = "Contact::always")]
             active: [f64; 2],
-            multiplier_shape: MultiplierShape,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            multiplier_shape: Option<MultiplierShape>,
             cell_rule: usize,
             #[serde(skip_serializing_if = "Option::is_none")]
             search_radius: Option<f64>,
@@ -86,7 +91,8 @@ impl Serialize for Contact {
             surfaces: Surfaces,
             #[serde(skip_serializing_if = "Option::is_none")]
             adjust: Option<f64>,
-            normals: Normals,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            normals: Option<Normals>,
         }
         let sliding = Sliding {
             friction: self.friction,
@@ -125,16 +131,15 @@ pub enum Surfaces {
     Faceted,
 }
 
-/// The normals of slave nodes at edges of their body; elsewhere, normals are averaged over the facets
+/// The normals of slave nodes at edges of their body, and where facets meet at more than 10°; elsewhere, normals are averaged over the facets
 /// around the node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Normals {
     /// Those of the master, within the normal cone of the edge.
     Touched,
     /// Those of the slave facets around the node; at a sharp edge within the slave surface, those of
     /// the master.
-    #[default]
     Averaged,
 }
 

@@ -1,0 +1,81 @@
+//! Curved slave surfaces of few facets.
+
+use crate::ContactInterface;
+use crate::kinematics::height::FacetHeight;
+use crate::slave_node::{SAME_COSINE, normal};
+use nalgebra::Vector3;
+use slipstick_mesh::FacetNodes;
+use std::collections::HashMap;
+
+impl ContactInterface {
+    /// Whether the slave is a curved surface of few facets, and no facet of the master stands for a curved surface: two
+    /// facets of the slave that share an edge meet at 15° or more, but not at a sharp edge (`feature_angle`), and both
+    /// stand for a curved surface ([`Self::with_heights`]). Where the master is curved too, as a hub around a shaft,
+    /// its facets would determine the normals no better than those of the slave. `coordinates` as in [`Self::new`].
+    ///
+    /// Test: `facets_of_fifteen_degrees_are_coarse`.
+    pub fn is_coarse(&self, coordinates: &[f64], feature_angle: f64) -> bool {
+        let [slave, master] = self.heights();
+        turns(self.slave_facets(), slave, coordinates, feature_angle) && master.iter().all(Option::is_none)
+    }
+}
+
+/// Angle between curved facets from which on they are coarse: that of 24 facets around a circle. \[rad\]
+const COARSE: f64 = std::f64::consts::PI / 12.0;
+
+/// Whether curved facets turn by at least [`COARSE`] at a common edge that is not sharp.
+fn turns(facets: &[FacetNodes], heights: &[Option<FacetHeight>], x: &[f64], feature_angle: f64) -> bool {
+    let mut known: HashMap<[u32; 2], Vector3<f64>> = HashMap::new();
+    for (facet, _) in facets.iter().zip(heights).filter(|(_, height)| height.is_some()) {
+        let own = normal(facet, x);
+        for (i, &a) in facet.iter().enumerate() {
+            let b = facet[(i + 1) % facet.len()];
+            if let Some(other) = known.insert([a.min(b), a.max(b)], own) {
+                let cosine = own.dot(&other);
+                if cosine <= COARSE.cos() + SAME_COSINE && cosine >= feature_angle.cos() - SAME_COSINE {
+                    return true;
+                }
+            }
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::InterfaceOptions;
+    use crate::kinematics::{CellRule, MultiplierShape};
+
+    /// Three facets of an arc, by the angle between them; as a master they do not count.
+    #[test]
+    fn facets_of_fifteen_degrees_are_coarse() {
+        let is_coarse = |degrees: f64, curved: bool, slave: bool| {
+            let mut x: Vec<f64> = (0..4)
+                .flat_map(|i| {
+                    let (sin, cos) = (degrees * f64::from(i)).to_radians().sin_cos();
+                    [[cos, sin, 0.0], [cos, sin, 1.0]]
+                })
+                .flatten()
+                .collect();
+            x.extend([[3.0, 0.0, 0.0], [3.0, 1.0, 0.0], [3.0, 1.0, 1.0], [3.0, 0.0, 1.0]].as_flattened());
+            let arc: Vec<FacetNodes> = (0..3).map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1].into()).collect();
+            let plane = vec![FacetNodes::from([8, 11, 10, 9])];
+            let height = FacetHeight::new([1e-3; 25], &[Vector3::x(), Vector3::y(), Vector3::z()]);
+            let heights = if curved { vec![Some(height); 3] } else { Vec::new() };
+            let (sides, heights) = match slave {
+                true => ([arc, plane], [heights, Vec::new()]),
+                false => ([plane, arc], [Vec::new(), heights]),
+            };
+            let (shape, rule) = (MultiplierShape::Standard, CellRule::Six);
+            let options = InterfaceOptions { shape, rule, reach: 1.0, feature_angle: 0.5 };
+            let [first, second] = sides;
+            let interface = ContactInterface::new(first, second, &x, options).unwrap().with_heights(heights);
+            interface.is_coarse(&x, 0.5)
+        };
+        let found = [5.0, 14.9, 15.0, 0.5_f64.to_degrees(), 29.0].map(|degrees| is_coarse(degrees, true, true));
+        assert_eq!(found, [false, false, true, true, false]);
+        assert!(!is_coarse(20.0, false, true), "facets that are the surface itself");
+        assert!(!is_coarse(20.0, true, false), "a flat slave");
+    }
+}
