@@ -3,11 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-pub use crate::quantity::{
-    ContactForce, ContactPressure, ContactShare, Displacement, ExternalWork, ForceComponent, ForceWord, FrictionWork,
-    Gap, GapWord, Mass, Moment, PlasticStrain, PressureWord, QuantityKind, Reaction, StrainEnergy, Stress,
-    VectorComponent, VectorWord, Volume,
-};
+pub use crate::quantity::*;
 pub use slipstick_design::{ObservedSteps, OverLoadCases};
 
 /// A number that every state of the load path has: a column of `quantities.csv`, and what
