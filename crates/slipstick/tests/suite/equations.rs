@@ -203,8 +203,17 @@ fn cited_files_exist() {
 #[test]
 fn every_key_of_a_case_file_is_documented() {
     let sources = sources();
-    let reader: String =
-        sources.iter().filter(|s| s.path.contains("/src/case/read/")).map(|s| s.text.as_str()).collect();
+    let text_of = |parts: &[&str]| -> String {
+        sources.iter().filter(|s| parts.iter().any(|part| s.path.contains(part))).map(|s| s.text.as_str()).collect()
+    };
+    let reader = text_of(&["/src/file/read/", "/case/src/quantity/"]);
+    // reads keys of its own, among strings that are none
+    let deck = text_of(&["/case/src/file/deck.rs"]);
+    // the list of quantities names their kinds
+    let list = text_of(&["/case/src/quantity/mod.rs"]);
+    let kinds = list.rsplit("quantities! {").next().and_then(|rest| rest.split('}').next()).unwrap_or_default();
+    let kinds: BTreeSet<&str> = kinds.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(kinds.contains("reaction"), "{kinds:?}");
     let word = |text: &'_ str| text.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(text.len());
     let read: BTreeSet<&str> = reader
         .split("(\"")
@@ -217,11 +226,14 @@ fn every_key_of_a_case_file_is_documented() {
     assert!(read.len() > 60, "only {} keys were found", read.len());
     let laws = slipstick::case::LawKind::ALL.iter();
     let constants: BTreeSet<&str> = laws.flat_map(|law| law.constants()).map(|constant| constant.key).collect();
-    let missing: Vec<_> = read.union(&constants).filter(|key| !documented.contains(*key)).collect();
+    let keys: BTreeSet<&str> = read.union(&constants).chain(&kinds).copied().collect();
+    let missing: Vec<_> = keys.iter().filter(|key| !documented.contains(*key)).collect();
     assert!(missing.is_empty(), "docs/case_file.md does not explain {missing:?}");
     for (cell, line) in column(&text, "key") {
         for key in quoted(cell) {
-            let known = constants.contains(key) || reader.contains(&format!("\"{key}\""));
+            let quoted = format!("\"{key}\"");
+            let known =
+                constants.contains(key) || kinds.contains(key) || reader.contains(&quoted) || deck.contains(&quoted);
             assert!(known, "docs/case_file.md: `{key}` is no key: {line}");
         }
     }
