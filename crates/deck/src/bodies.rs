@@ -142,6 +142,15 @@ impl Bodies {
         self.of_node.get(node as usize).filter(|&&body| body != NONE).map(|&body| body as usize)
     }
 
+    /// The bodies on which a surface of the file lies.
+    pub fn under(&self, mesh: &FileMesh, surface: &str) -> Vec<usize> {
+        let faces = mesh.face_sets.get(surface).into_iter().flatten().map(|face| face.cell);
+        let facets = mesh.cell_sets.get(surface).into_iter().flatten().copied();
+        let facets = facets.filter(|&cell| mesh.cells.kind(cell as usize).dimension() == 2);
+        let nodes = faces.chain(facets).map(|cell| mesh.cells.nodes(cell as usize)[0]);
+        nodes.filter_map(|node| self.of(node)).collect::<BTreeSet<_>>().into_iter().collect()
+    }
+
     /// The position of the node with a number.
     pub fn position(&self, number: u64) -> Option<u32> {
         let at = self.numbers.binary_search_by_key(&number, |&(number, _)| number).ok()?;

@@ -422,7 +422,7 @@ impl Finder<'_> {
             found.push((name, track));
         }
         let pressure = |(surface, track): (String, Track)| {
-            let (bodies, curve) = (self.bodies_of(&surface), track.simple());
+            let (bodies, curve) = (self.bodies.under(self.mesh, &surface), track.simple());
             Pressure { surface, bodies, curve, line: track.line }
         };
         let mut pressures: Vec<Pressure> = found.into_iter().map(pressure).collect();
@@ -452,10 +452,6 @@ impl Finder<'_> {
     /// The surface of the file with this name.
     fn surface(&self, name: &str) -> Option<String> {
         find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name)).map(str::to_owned)
-    }
-
-    fn bodies_of(&self, surface: &str) -> Vec<usize> {
-        bodies_of(self.mesh, self.bodies, surface)
     }
 
     /// Makes surfaces of the sets of nodes that contact pairs and ties name: the free faces between them.
@@ -488,15 +484,6 @@ impl Finder<'_> {
             }
         }
     }
-}
-
-/// The bodies on which a surface of the file lies.
-pub fn bodies_of(mesh: &FileMesh, bodies: &Bodies, surface: &str) -> Vec<usize> {
-    let faces = mesh.face_sets.get(surface).into_iter().flatten().map(|face| face.cell);
-    let facets = mesh.cell_sets.get(surface).into_iter().flatten().copied();
-    let facets = facets.filter(|&cell| mesh.cells.kind(cell as usize).dimension() == 2);
-    let nodes = faces.chain(facets).map(|cell| mesh.cells.nodes(cell as usize)[0]);
-    nodes.filter_map(|node| bodies.of(node)).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 fn bits(curve: &Curve) -> Bits {

@@ -13,7 +13,7 @@ use slipstick_meshio::abaqus::Places;
 use crate::bodies::{Bodies, find};
 use crate::ledger::Ledger;
 use crate::read::Deck;
-use crate::targets::{Targets, bodies_of};
+use crate::targets::Targets;
 
 /// The tables of a deck; `file` is its name in the case.
 pub fn case(
@@ -72,7 +72,7 @@ impl Writer<'_> {
     /// The name of a surface of the deck in the case; a union, if it lies on several bodies.
     fn surface(&mut self, name: &str, keyword: &str, line: usize) -> Option<String> {
         let known = find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name))?;
-        let on = bodies_of(self.mesh, self.bodies, known);
+        let on = self.bodies.under(self.mesh, known);
         match on[..] {
             [] => {
                 let why = format!("the surface `{name}` lies on no body");
