@@ -1,4 +1,4 @@
-//! Case files: [`file`] reads and checks a file, [`construct`] turns it into a problem, and
+//! Case files: [`mod@file`] reads and checks a file, [`construct`] turns it into a problem, and
 //! [`check`] inspects the problem before anything is solved. [`quantity`] lists what can be measured,
 //! minimised and bounded.
 

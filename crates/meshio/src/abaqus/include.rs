@@ -104,7 +104,7 @@ fn at(error: MeshFileError, file: &str) -> MeshFileError {
     if file.is_empty() { error } else { MeshFileError { place: format!("{file}, {}", error.place), ..error } }
 }
 
-/// The places in files of the lines of a text with [`MARK`]s.
+/// The places in files of the lines of a text with marks.
 pub struct Places {
     /// Number of the line after a mark, the line of the file that it is, and the file.
     marks: Vec<(usize, usize, String)>,
