@@ -345,6 +345,8 @@ impl<'a> Adapter<'a> {
             let ranks = design.model().share().ranks();
             data = data.after(PreviousData::of(design, self.path, at.index - 1, &**ranks)?);
         }
+        // the sweep reuses their memory at the next state
+        data.kinematics = None;
         let data = Arc::new(data);
         self.seen = Some((at.index, data.clone()));
         Ok(data)
