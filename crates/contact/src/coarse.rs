@@ -8,10 +8,11 @@ use slipstick_mesh::FacetNodes;
 use std::collections::HashMap;
 
 impl ContactInterface {
-    /// Whether the slave is a curved surface of few facets, and no facet of the master stands for a curved surface: two
-    /// facets of the slave that share an edge meet at 15° or more, but not at a sharp edge (`feature_angle`), and both
-    /// stand for a curved surface ([`Self::with_heights`]). Where the master is curved too, as a hub around a shaft,
-    /// its facets would determine the normals no better than those of the slave. `coordinates` as in [`Self::new`].
+    /// Whether the slave is a curved surface of few facets, and no facet of the master stands for a
+    /// curved surface: two facets of the slave that share an edge meet at 15° or more, but not at a
+    /// sharp edge (`feature_angle`), and both stand for a curved surface ([`Self::with_heights`]).
+    /// Where the master is curved too, as a hub around a shaft, its facets would determine the
+    /// normals no better than those of the slave. `coordinates` as in [`Self::new`].
     ///
     /// Test: `facets_of_fifteen_degrees_are_coarse`.
     pub fn is_coarse(&self, coordinates: &[f64], feature_angle: f64) -> bool {
@@ -20,7 +21,8 @@ impl ContactInterface {
     }
 }
 
-/// Angle between curved facets from which on they are coarse: that of 24 facets around a circle. \[rad\]
+/// Angle between curved facets from which on they are coarse: that of 24 facets around a circle.
+/// \[rad\]
 const COARSE: f64 = std::f64::consts::PI / 12.0;
 
 /// Whether curved facets turn by at least [`COARSE`] at a common edge that is not sharp.

@@ -88,9 +88,9 @@ impl<'a, K: Ord + Clone> Tracks<'a, K> {
         (said.line, said.set) = (line, set.map(str::to_owned));
     }
 
-    /// Ends a step. With `anew`, what it does not name ends.
-    pub fn step(&mut self, k: usize, anew: bool) {
-        if anew {
+    /// Ends a step. If it `replaces` earlier ones (`OP=NEW`), what it does not name ends.
+    pub fn step(&mut self, k: usize, replaces: bool) {
+        if replaces {
             for (_, track) in self.tracks.iter_mut().filter(|(key, _)| !self.said.contains_key(key)) {
                 track.ended.get_or_insert(k);
                 if self.adds && track.current != 0.0 {
@@ -181,13 +181,13 @@ mod tests {
     use crate::read::{Change, Step};
 
     fn deck(periods: &[(f64, f64)]) -> Deck {
-        let none = || Change { anew: false, items: vec![] };
+        let none = || Change { replaces: false, items: vec![] };
         let step = |&(period, increment): &(f64, f64)| Step {
             nlgeom: false,
             period,
             increment,
             conditions: none(),
-            loads: Change { anew: false, items: vec![] },
+            loads: Change { replaces: false, items: vec![] },
         };
         Deck { steps: periods.iter().map(step).collect(), ..Deck::default() }
     }

@@ -1,10 +1,10 @@
-//! What becomes of each keyword of a deck.
+//! How each keyword of a deck is treated.
 
 use std::collections::BTreeMap;
 
 use slipstick_meshio::abaqus::Places;
 
-/// What becomes of a keyword.
+/// How a keyword is treated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum How {
     /// It defines the mesh, its sets, or what other keywords refer to.
@@ -46,7 +46,7 @@ pub struct KeywordUse {
     pub file: String,
     /// Its line.
     pub line: usize,
-    /// What becomes of it.
+    /// How it is treated.
     pub how: How,
 }
 
@@ -87,7 +87,7 @@ impl Ledger {
         self.ignored.iter().any(|ignored| ignored == keyword)
     }
 
-    /// Sets what becomes of the keyword of a line; the first refusal of a keyword stays.
+    /// Sets how the keyword of a line is treated; the first refusal of a keyword stays.
     pub(crate) fn set(&mut self, keyword: &str, line: usize, how: How) {
         let known = self.uses.iter_mut().rev().find(|entry| entry.line == line && entry.keyword == keyword);
         match known {
@@ -173,7 +173,7 @@ impl Ledger {
         self.refusals.dedup();
     }
 
-    /// The table for people: keyword, what becomes of it, lines, and how or why.
+    /// The table for people: keyword, how it is treated, lines, and how or why.
     pub fn table(&self) -> Vec<[String; 4]> {
         let mut rows: BTreeMap<(usize, &str, &str), (&'static str, Vec<String>)> = BTreeMap::new();
         let order = |how: &How| match how {

@@ -47,7 +47,7 @@ pub struct Translation {
     pub text: String,
     /// Number of load steps.
     pub steps: usize,
-    /// What became of every keyword.
+    /// How every keyword was treated.
     pub ledger: Ledger,
 }
 

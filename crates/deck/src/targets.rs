@@ -142,7 +142,7 @@ impl Finder<'_> {
                     tracks.say(key, condition.value, amplitude, condition.lines[0], set.as_deref());
                 }
             }
-            tracks.step(k, step.conditions.anew);
+            tracks.step(k, step.conditions.replaces);
         }
         let mut tracks = tracks.tracks;
         for track in tracks.values() {
@@ -326,7 +326,7 @@ impl Finder<'_> {
                     tracks.say((node, *component), load.value, amplitude, load.lines[0], set.as_deref());
                 }
             }
-            tracks.step(k, step.loads.anew);
+            tracks.step(k, step.loads.replaces);
         }
         tracks.tracks
     }
@@ -404,8 +404,8 @@ impl Finder<'_> {
                     }
                 }
             }
-            surfaces.step(k, step.loads.anew);
-            faces.step(k, step.loads.anew);
+            surfaces.step(k, step.loads.replaces);
+            faces.step(k, step.loads.replaces);
         }
         let mut found: Vec<(String, Track)> = surfaces.tracks.into_iter().collect();
         let mut groups: BTreeMap<Bits, (Vec<ElementFace>, Track)> = BTreeMap::new();

@@ -141,3 +141,20 @@ pub(crate) fn write<E: Sync, T: Send>(
     let found: Vec<T> = elements.par_iter().map(&of).collect();
     elements.iter().zip(found).for_each(|(element, found)| out[number(element)] = found);
 }
+
+/// Calls `work` with chunks of the elements and of `out`, in parallel. Returns the elements that it
+/// rejected.
+pub(crate) fn in_chunks<E: Sync, T: Send>(
+    elements: &[E],
+    out: &mut [T],
+    size: usize,
+    work: impl Fn(&[E], &mut [T], &mut Vec<u32>) + Sync,
+) -> Vec<u32> {
+    let chunks = out.par_chunks_mut(size).zip(elements.par_chunks(size));
+    let rejected = chunks.flat_map_iter(|(out, elements)| {
+        let mut rejected = Vec::new();
+        work(elements, out, &mut rejected);
+        rejected
+    });
+    rejected.collect()
+}

@@ -1,9 +1,8 @@
 //! Elements with memory in a model: their history, and the transposed derivatives through it.
 
-use crate::block::ElementBlock;
 use crate::block::{PullBack, Weights};
 use crate::evaluations::Evaluation;
-use crate::inelastic::{ByState, Energies, Inelastic, PointElement};
+use crate::inelastic::{ByState, Inelastic, PointElement};
 use crate::interpolation::ElementScaling;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::stress::STRESS_POINTS;
@@ -113,16 +112,6 @@ impl SolidModel {
             points.map(|q| (element.first + q, element.nodes[0])).collect()
         };
         self.memory().flat_map(|block| &block.elements).flat_map(of).collect()
-    }
-
-    /// Plastic work of each element at a state with the history `step.history`; 0 for elements without
-    /// memory and those of other ranks. \[F L\]
-    pub fn plastic_work(&self, d: &[f64], step: SolidStep<'_>) -> Vec<f64> {
-        self.counter.count(Evaluation::Energy);
-        let mut energies = vec![Energies::default(); self.elements()];
-        let state = self.state(d, step);
-        self.memory().for_each(|block| block.write_energies(state, &mut energies));
-        energies.iter().map(|of| of.plastic).collect()
     }
 
     /// Equivalent plastic strain at the stress points of every element, [`STRESS_POINTS`] each; 0 for

@@ -302,13 +302,26 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn energies<'a>(&self, d: &[f64], step: impl Into<SolidStep<'a>>) -> Result<Vec<f64>, InvertedElements> {
+        Ok(self.elastic_and_plastic(d, step)?.into_iter().map(|of| of.elastic).collect())
+    }
+
+    /// Strain energy and plastic work of each element, at a state with the history `step.history`; 0 for
+    /// elements of other ranks. \[F L\]
+    ///
+    /// # Errors
+    /// [`InvertedElements`].
+    pub fn elastic_and_plastic<'a>(
+        &self,
+        d: &[f64],
+        step: impl Into<SolidStep<'a>>,
+    ) -> Result<Vec<Energies>, InvertedElements> {
         self.counter.count(Evaluation::Energy);
         let mut energies = vec![Energies::default(); self.elements()];
         let state = self.state(d, step.into());
         self.blocks.iter().for_each(|block| block.write_energies(state, &mut energies));
         let inverted = |(_, of): &(u32, &Energies)| !of.elastic.is_finite();
         refuse((0_u32..).zip(&energies).filter(inverted).map(|(e, _)| e).collect())?;
-        Ok(energies.into_iter().map(|of| of.elastic).collect())
+        Ok(energies)
     }
 
     /// Smallest J of each element, regardless of its scaling: an element with interpolated energy

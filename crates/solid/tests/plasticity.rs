@@ -231,7 +231,8 @@ fn results_at_a_state_match_differences() {
             dot(&sizes, &by_stress)
         };
         let energy = |d: &[f64], step: SolidStep<'_>| {
-            dot(&case.model.energies(d, step).unwrap(), &elastic) + dot(&case.model.plastic_work(d, step), &plastic)
+            let energies = case.model.elastic_and_plastic(d, step).unwrap();
+            energies.iter().zip(&elastic).zip(&plastic).map(|((of, w), v)| w * of.elastic + v * of.plastic).sum::<f64>()
         };
         let strain = |step: SolidStep<'_>| dot(case.model.plastic_strains(step.history).as_flattened(), &by_stress);
         let (mut by_d, mut by_h, mut none) = (vec![0.0; case.d.len()], vec![0.0; case.history.len()], vec![0.0; n]);

@@ -22,7 +22,7 @@ use super::{CaseCode, CaseDiagnostic, CaseErrors, ReadFile, Severity, SourceMap}
 pub struct WithDeck {
     /// A complete case file.
     pub text: String,
-    /// What became of the keywords of the deck.
+    /// How the keywords of the deck were treated.
     pub ledger: Ledger,
 }
 

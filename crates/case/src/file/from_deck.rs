@@ -11,7 +11,7 @@ pub fn design_of_deck(case: &Case, file: &str, ignored: &[String]) -> String {
     let ignore = if ignored.is_empty() { String::new() } else { format!(", ignore = [{}]", list(ignored)) };
     let mut text = format!(
         "# A design for the deck {}. Design, objective and quantities are guesses: adapt them.\n#\n\
-         #   slipstick check CASE              shows what became of each keyword of the deck\n\
+         #   slipstick check CASE              shows how each keyword of the deck is treated\n\
          #   slipstick check CASE --resolved   prints the case with all tables of the deck, to be edited\n\
          #   slipstick solve CASE              analyses the solid parts\n\
          #   slipstick optimize CASE           runs the optimization\n#\n\

@@ -18,7 +18,7 @@ pub struct Resolved {
     pub warnings: Vec<CaseDiagnostic>,
     /// The place of each value.
     pub source_map: SourceMap,
-    /// What became of the keywords of the deck, if the case was read with one.
+    /// How the keywords of the deck were treated, if the case was read with one.
     pub deck: Option<Ledger>,
 }
 

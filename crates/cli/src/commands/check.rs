@@ -120,7 +120,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     Ok(())
 }
 
-/// What became of the keywords of a deck.
+/// How the keywords of a deck were treated.
 pub(super) fn deck(ledger: &Ledger) -> Vec<String> {
     let rows = ledger.table();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);

@@ -19,7 +19,7 @@ pub struct Step {
 #[derive(Debug)]
 pub struct Change<T> {
     /// Whether everything that is not named ends (`OP=NEW`).
-    pub anew: bool,
+    pub replaces: bool,
     pub items: Vec<T>,
 }
 
@@ -106,7 +106,8 @@ impl Reader<'_> {
             self.ledger.refuse("STEP", line, why, "remove AMPLITUDE=STEP: loads then grow over the step");
         }
         self.ledger.translated("STEP", line, "a part of the load path; loads and motions grow linearly over it");
-        let (conditions, loads) = (Change { anew: false, items: vec![] }, Change { anew: false, items: vec![] });
+        let (conditions, loads) =
+            (Change { replaces: false, items: vec![] }, Change { replaces: false, items: vec![] });
         self.deck.steps.push(Step { nlgeom, period: 1.0, increment: 1.0, conditions, loads });
         self.in_step = true;
     }
@@ -131,7 +132,7 @@ impl Reader<'_> {
     }
 
     /// Whether the keyword ends what its predecessors said.
-    fn anew(&mut self, card: &Card<'_>) -> bool {
+    fn replaces(&mut self, card: &Card<'_>) -> bool {
         card.keyword.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW"))
     }
 
@@ -173,10 +174,10 @@ impl Reader<'_> {
                 found.push(Condition { target, component, value, amplitude, lines: [line, data] });
             }
         }
-        let anew = self.anew(card);
+        let replaces = self.replaces(card);
         match self.deck.steps.last_mut() {
             Some(step) => {
-                step.conditions.anew |= anew;
+                step.conditions.replaces |= replaces;
                 step.conditions.items.extend(found);
             }
             None => self.deck.conditions.extend(found),
@@ -185,11 +186,11 @@ impl Reader<'_> {
 
     /// Adds the loads of a keyword to its step.
     fn loads(&mut self, card: &Card<'_>, found: Vec<Load>) {
-        let anew = self.anew(card);
+        let replaces = self.replaces(card);
         let (name, line) = (&card.keyword.name, card.keyword.line);
         match self.deck.steps.last_mut() {
             Some(step) if self.in_step => {
-                step.loads.anew |= anew;
+                step.loads.replaces |= replaces;
                 step.loads.items.extend(found);
             }
             _ => self.ledger.wrong(name, [line, line], "it is outside of a step", "move it into a step"),

@@ -119,12 +119,11 @@ impl StateData {
             }
             data.results = Some(results);
         }
-        if reads.energy {
-            data.energy = design.energies(d, model.solid_history(state))?;
-            model.share().sum(&mut [&mut data.energy]);
-        }
-        if model.has_memory() && (reads.energy || reads.plastic_work) {
-            data.plastic_work = design.plastic_work(state);
+        let reads_plastic_work = model.has_memory() && (reads.energy || reads.plastic_work);
+        if reads.energy || reads_plastic_work {
+            let [elastic, plastic] = design.energies(d, model.solid_history(state))?;
+            data.energy = if reads.energy { elastic } else { Vec::new() };
+            data.plastic_work = if reads_plastic_work { plastic } else { Vec::new() };
         }
         if reads.plastic_strain {
             data.plastic_strain = design.plastic_strains(state);

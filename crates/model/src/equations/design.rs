@@ -87,12 +87,17 @@ impl Design {
         Ok(())
     }
 
-    /// Strain energy of each element at displacements `d` and a history; 0 for elements of other ranks. \[F L\]
+    /// Strain energy and plastic work of each element at displacements `d` and the history there, complete on
+    /// every rank. \[F L\]
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn energies(&self, d: &[f64], history: &[f64]) -> Result<Vec<f64>, StateError> {
-        self.model.share.agree(self.model.solid.energies(d, self.solid_step(history)).map_err(inverted))
+    pub fn energies(&self, d: &[f64], history: &[f64]) -> Result<[Vec<f64>; 2], StateError> {
+        let found = self.model.solid.elastic_and_plastic(d, self.solid_step(history)).map_err(inverted);
+        let (mut elastic, mut plastic): (Vec<f64>, Vec<f64>) =
+            self.model.share.agree(found)?.into_iter().map(|of| (of.elastic, of.plastic)).unzip();
+        self.model.share.sum(&mut [&mut elastic, &mut plastic]);
+        Ok([elastic, plastic])
     }
 
     /// Adds K v with K = ∂f_int/∂d, which is symmetric.

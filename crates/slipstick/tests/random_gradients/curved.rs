@@ -67,7 +67,7 @@ fn pair(random: &mut Random, slave: &str, master: &str, enforcement: &str) -> St
     let mut text = format!(
         "[[contact]]\nslave = \"{slave}\"\nmaster = \"{master}\"\nfriction = {friction:?}\n\
          multiplier_shape = \"{}\"\nsurfaces = \"{}\"\nnormals = \"{}\"\nenforcement = {enforcement}\n",
-        one_of(random, &["standard", "dual"]),
+        one_of(random, &["standard", "dual", "mean"]),
         one_of(random, &["smooth", "smooth", "smooth", "faceted"]),
         one_of(random, &["averaged", "touched"]),
     );

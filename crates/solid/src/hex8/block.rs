@@ -4,7 +4,7 @@
 use super::kernel::Scratch;
 use super::{ReferenceGeometry, energy, interpolated, smallest_determinant, transposed};
 use crate::assembly::{add, add_to_nodes, local, positions};
-use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, write};
+use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks, write};
 use crate::clusters::{Clusters, Target};
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
@@ -102,13 +102,9 @@ impl ElementBlock for Hexahedra {
     fn pull_back(&self, state: State<'_>, weights: Weights<'_>, into: &mut PullBack<'_>) -> Vec<u32> {
         let (Some(adjoint), Some((slopes, out))) = (weights.forces, &mut into.density) else { return Vec::new() };
         let mut products = vec![0.0; self.elements.len()];
-        let chunks = products.par_chunks_mut(CHUNK).zip(self.elements.par_chunks(CHUNK));
-        let inverted = chunks.flat_map_iter(|(out, elements)| {
-            let mut inverted = Vec::new();
-            Arch::new().dispatch(PullBackHexahedra { elements, state, slopes, adjoint, out, inverted: &mut inverted });
-            inverted
+        let inverted = in_chunks(&self.elements, &mut products, CHUNK, |elements, out, inverted| {
+            Arch::new().dispatch(PullBackHexahedra { elements, state, slopes, adjoint, out, inverted });
         });
-        let inverted = inverted.collect();
         self.elements.iter().zip(products).for_each(|(element, product)| out[element.number()] += product);
         inverted
     }

@@ -21,7 +21,7 @@
 
 use crate::law::{determinant, inverse};
 
-pub(crate) type Tensor = [[f64; 3]; 3];
+pub(crate) use crate::stress::Tensor;
 
 /// An element in its reference configuration.
 #[derive(Debug, Clone)]

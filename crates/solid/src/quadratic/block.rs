@@ -5,7 +5,7 @@ use super::interpolated::{force, interpolated, tangent};
 use super::kernel::Scratch;
 use super::{Group, Kind};
 use crate::assembly::{find_pairs, local};
-use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, write};
+use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks, write};
 use crate::clusters::Target;
 use crate::hex8::transposed;
 use crate::inelastic::Energies;
@@ -59,21 +59,17 @@ where
     fn pull_back(&self, state: State<'_>, weights: Weights<'_>, into: &mut PullBack<'_>) -> Vec<u32> {
         let (Some(adjoint), Some((slopes, out))) = (weights.forces, &mut into.density) else { return Vec::new() };
         let mut products = vec![0.0; self.cells.len()];
-        let chunks = products.par_chunks_mut(CHUNK).zip(self.cells.par_chunks(CHUNK));
-        let rejected = chunks.flat_map_iter(|(out, cells)| {
-            let mut inverted = Vec::new();
+        let rejected = in_chunks(&self.cells, &mut products, CHUNK, |cells, out, inverted| {
             Arch::new().dispatch(PullBackCells::<N, B, P, M, Self> {
                 cells,
                 state,
                 slopes,
                 adjoint,
                 out,
-                inverted: &mut inverted,
+                inverted,
                 group: self,
             });
-            inverted
         });
-        let rejected: Vec<u32> = rejected.collect();
         for (cell, product) in self.cells.iter().zip(products) {
             out[cell.number as usize] += product;
         }

@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 /// Vectors at the nodes of an element.
 pub(crate) type Corners<const N: usize> = [[f64; 3]; N];
 
-pub(crate) type Tensor = [[f64; 3]; 3];
+pub(crate) use crate::stress::Tensor;
 
 /// Gradients of the shape functions in the parent element.
 pub(crate) struct Table<const N: usize, const B: usize, const P: usize> {

@@ -3,7 +3,7 @@
 
 use super::{Batch, LANES, Work, pull_back};
 use crate::assembly::{add, add_to_nodes, find_pairs, local};
-use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights};
+use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks};
 use crate::clusters::{Clusters, Target};
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
@@ -101,13 +101,9 @@ impl ElementBlock for Tetrahedra {
     fn pull_back(&self, state: State<'_>, weights: Weights<'_>, into: &mut PullBack<'_>) -> Vec<u32> {
         let (Some(adjoint), Some((slopes, out))) = (weights.forces, &mut into.density) else { return Vec::new() };
         let mut products = vec![[0.0; LANES]; self.batches.len()];
-        let chunks = products.par_chunks_mut(CHUNK).zip(self.batches.par_chunks(CHUNK));
-        let inverted = chunks.flat_map_iter(|(out, batches)| {
-            let mut inverted = Vec::new();
-            Arch::new().dispatch(PullBackBatches { batches, state, slopes, adjoint, out, inverted: &mut inverted });
-            inverted
+        let inverted = in_chunks(&self.batches, &mut products, CHUNK, |batches, out, inverted| {
+            Arch::new().dispatch(PullBackBatches { batches, state, slopes, adjoint, out, inverted });
         });
-        let inverted = inverted.collect();
         for (batch, products) in self.batches.iter().zip(products) {
             for (&number, product) in batch.numbers().iter().zip(products) {
                 out[number as usize] += product;

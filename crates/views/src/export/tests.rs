@@ -402,7 +402,6 @@ fn section(surface: &TriangleSurface, x: f64) -> f64 {
 }
 
 /// A rod of 1 × 1 between two blocks keeps its sections when it is smoothed, of tetrahedra and of hexahedra.
-/// Without [`super::restore`] they change by 2, 13 and 9 %.
 #[test]
 fn smoothing_keeps_the_sections_of_members() {
     let shape = BoxShape { min: [0.0; 3], max: [12.0, 3.0, 3.0], elements: [24, 6, 6], grading: [1.0; 3] };

@@ -29,8 +29,9 @@ pub struct Contact {
     /// Pseudo-times from and to which the surfaces interact.
     #[serde(skip_serializing_if = "Contact::always")]
     pub active: [f64; 2],
-    /// Shape functions of the multipliers; `None`: standard ones, or the mean of standard and dual ones where
-    /// the slave is a curved surface of few facets ([`ContactInterface::is_coarse`](slipstick_contact::ContactInterface::is_coarse)).
+    /// Shape functions of the multipliers; `None`: standard ones, or the mean of standard and dual
+    /// ones where the slave is a curved surface of few facets
+    /// ([`ContactInterface::is_coarse`](slipstick_contact::ContactInterface::is_coarse)).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub multiplier_shape: Option<MultiplierShape>,
     /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
@@ -51,8 +52,8 @@ pub struct Contact {
     /// do. \[L\]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjust: Option<f64>,
-    /// The direction of contact forces where the slave surface meets an edge of its body; `None`: averaged
-    /// normals, or those of the master where the slave is a curved surface of few facets.
+    /// The direction of contact forces where the slave surface meets an edge of its body; `None`:
+    /// averaged normals, or those of the master where the slave is a curved surface of few facets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normals: Option<Normals>,
     /// How the contact conditions are enforced.
@@ -131,8 +132,8 @@ pub enum Surfaces {
     Faceted,
 }
 
-/// The normals of slave nodes at edges of their body, and where facets meet at more than 10°; elsewhere, normals are averaged over the facets
-/// around the node.
+/// The normals of slave nodes at edges of their body, and where facets meet at more than 10°;
+/// elsewhere, normals are averaged over the facets around the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Normals {

@@ -225,15 +225,6 @@ impl Design {
         weights.iter().enumerate().map(|(e, weight)| if memory(e) { 0.0 } else { *weight }).collect()
     }
 
-    /// Plastic work of every element at a state, complete on every rank. \[F L\]
-    pub(crate) fn plastic_work(&self, state: &StepState) -> Vec<f64> {
-        let model = &*self.model;
-        let step = self.solid_step(model.solid_history(state));
-        let mut work = model.solid.plastic_work(&state.unknowns[..model.displacement_count()], step);
-        model.share.sum(&mut [&mut work]);
-        work
-    }
-
     /// Equivalent plastic strain at the Gauss points of all elements, complete on every rank.
     pub(crate) fn plastic_strains(&self, state: &StepState) -> Vec<f64> {
         let model = &*self.model;
