@@ -160,7 +160,7 @@ impl MarchObserver for Watch<'_> {
             table.record(event);
         }
         match event {
-            MarchEvent::Accepted(state) => self.accepted(state),
+            MarchEvent::Accepted { state, .. } => self.accepted(state),
             MarchEvent::Retry { step, failed: FailedAttempt { time, rung, kind, iterations }, remedy } => {
                 let next = match remedy {
                     Remedy::OtherSetting => "another setting of the iteration",

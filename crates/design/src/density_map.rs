@@ -3,73 +3,71 @@
 use std::sync::Arc;
 
 use crate::filter::{DensityFilter, FilterError, OverhangFilter, PrintedBox, Projection};
-use crate::map::{Chain, DesignMap, OnElements};
+use crate::map::{Chain, DesignMap, MapParameter, OnElements};
 use crate::values::{ElementValues, VariableValues};
-use crate::variables::{DesignError, DesignVariables, Means, Passives, Role};
+use crate::variables::{DesignError, DesignVariables, Role};
 
-/// From the design variables x to the densities φ of all elements:
+/// From the design variables x to the densities φ of all elements, through a list of maps, in the order
+/// in which they were added. A case adds, as far as it names them:
 ///
-/// `x → elements of the domain → density filter → means of tied elements → projection → passive
-/// elements reset → overhang filter → φ`.
+/// `x → elements of the domain → density filter → projection → overhang filter → φ`.
 ///
-/// Filters and projection are optional; without them, x are the densities of the designed elements.
-/// The filter sees passive elements with their fixed densities, so solid ones support their
-/// neighbours; afterwards, they get these densities back. Elements outside the domain have no
-/// influence on those inside, and the other way round. Tied elements have the same density up to the
-/// overhang filter: the density filter alone would give elements at the end of a column other
-/// densities than those in its middle. Copies share the filters.
+/// Without maps, x are the densities of the designed elements. Every map but the overhang filter, which
+/// knows passive elements, sees them with their fixed densities, so solid ones support their neighbours;
+/// afterwards, they get these densities back. Elements outside the domain have no influence on those
+/// inside, and the other way round. Tied elements have the same density up to the overhang filter: the
+/// density filter alone would give elements at the end of a column other densities than those in its
+/// middle, so their means follow it. Copies share the maps.
 ///
 /// Source: Wang, Lazarov, Sigmund, Struct. Multidiscip. Optim. 43 (2011) 767–784. Test:
 /// `pull_back_agrees_with_central_differences`.
 #[derive(Clone)]
 pub struct DensityMap {
     variables: Arc<DesignVariables>,
-    filter: Option<Arc<OnElements<DensityFilter>>>,
-    projection: Option<Projection>,
-    means: Arc<Means>,
-    passives: Arc<Passives>,
-    overhang: Option<Arc<OverhangFilter>>,
-    /// The links above, in order.
-    chain: Chain,
+    /// From the densities of all elements to those of all elements.
+    maps: Chain,
 }
 
 impl DensityMap {
-    /// The map of these variables; the filter is one of the elements of their domain.
-    pub fn new(variables: DesignVariables, filter: Option<DensityFilter>, projection: Option<Projection>) -> Self {
-        let filter = filter.map(|filter| Arc::new(OnElements::new(variables.domain().to_vec(), filter)));
-        let (means, passives) = (Arc::new(variables.means()), Arc::new(variables.passives()));
-        let (variables, overhang, chain) = (Arc::new(variables), None, Chain::default());
-        Self { variables, filter, projection, means, passives, overhang, chain }.linked()
+    /// Without maps: the variables are the densities of the designed elements.
+    pub fn new(variables: DesignVariables) -> Self {
+        Self { variables: Arc::new(variables), maps: Chain::default() }
     }
 
-    /// The same map, followed by an overhang filter of these boxes.
+    /// The same, then this filter of the elements of the domain.
+    #[must_use]
+    pub fn filtered(mut self, filter: DensityFilter) -> Self {
+        let domain = self.variables.domain().into();
+        self.maps.push(Arc::new(OnElements::new(domain, Arc::new(filter))));
+        if self.variables.is_tied() {
+            self.maps.push(Arc::new(self.variables.means()));
+        }
+        self.with_passives()
+    }
+
+    /// The same, then this projection.
+    #[must_use]
+    pub fn projected(mut self, projection: Projection) -> Self {
+        self.maps.push(Arc::new(projection));
+        self.with_passives()
+    }
+
+    /// The same, then an overhang filter of these boxes.
     ///
     /// # Panics
     ///
     /// As [`OverhangFilter::new`].
-    pub fn printed(self, boxes: &[PrintedBox]) -> Self {
+    #[must_use]
+    pub fn printed(mut self, boxes: &[PrintedBox]) -> Self {
         let held = self.variables.roles().iter().map(|role| *role != Role::Designed).collect();
-        Self { overhang: Some(Arc::new(OverhangFilter::new(boxes, held))), ..self }.linked()
+        self.maps.push(Arc::new(OverhangFilter::new(boxes, held)));
+        self
     }
 
-    fn linked(self) -> Self {
-        let mut maps: Vec<Arc<dyn DesignMap>> = vec![self.variables.clone()];
-        if let Some(filter) = &self.filter {
-            maps.push(filter.clone());
-            if self.variables.is_tied() {
-                maps.push(self.means.clone());
-            }
-        }
-        if let Some(projection) = self.projection {
-            maps.push(Arc::new(projection));
-        }
-        if !self.is_identity() {
-            maps.push(self.passives.clone());
-        }
-        if let Some(overhang) = &self.overhang {
-            maps.push(overhang.clone());
-        }
-        Self { chain: Chain::new(maps), ..self }
+    /// Gives passive elements their densities back.
+    fn with_passives(mut self) -> Self {
+        self.maps.push(Arc::new(self.variables.passives()));
+        self
     }
 
     /// The variables of the map.
@@ -77,52 +75,28 @@ impl DensityMap {
         &self.variables
     }
 
-    /// The projection, if there is one.
-    pub fn projection(&self) -> Option<Projection> {
-        self.projection
+    /// The value of a parameter, if a map has it.
+    pub fn parameter(&self, which: MapParameter) -> Option<f64> {
+        self.maps.parameter(which)
     }
 
     /// Whether the density of each designed element is its variable.
     pub fn is_identity(&self) -> bool {
-        self.filter.is_none() && self.projection.is_none() && self.overhang.is_none()
+        self.maps.maps().is_empty()
     }
 
-    /// The same map with another sharpness of the projection, if there is one; the rest is shared.
+    /// The same with another value of a parameter, if a map has it; the other maps are shared. All ranks
+    /// call it.
     ///
     /// # Errors
     ///
-    /// As [`Projection::new`].
-    pub fn with_sharpness(&self, sharpness: f64) -> Result<Self, FilterError> {
-        let Some(before) = self.projection.filter(|projection| projection.sharpness() != sharpness) else {
+    /// A value outside the parameter's range.
+    pub fn with(&self, which: MapParameter, value: f64) -> Result<Self, FilterError> {
+        if self.parameter(which).is_none_or(|before| before == value) {
             return Ok(self.clone());
-        };
-        let projection = Some(Projection::new(sharpness, before.threshold())?);
-        Ok(Self { projection, ..self.clone() }.linked())
-    }
-
-    /// The same map with another threshold of the projection, if there is one; the rest is shared.
-    ///
-    /// # Errors
-    ///
-    /// As [`Projection::new`].
-    pub fn with_threshold(&self, threshold: f64) -> Result<Self, FilterError> {
-        let Some(before) = self.projection else { return Ok(self.clone()) };
-        let projection = Some(Projection::new(before.sharpness(), threshold)?);
-        Ok(Self { projection, ..self.clone() }.linked())
-    }
-
-    /// The same map with another radius \[L\] of the density filter, if there is one; the rest is
-    /// shared. All ranks call it.
-    ///
-    /// # Errors
-    ///
-    /// As [`DensityFilter::new`].
-    pub fn with_radius(&self, radius: f64) -> Result<Self, FilterError> {
-        let Some(before) = self.filter.as_ref().filter(|filter| filter.map().radius() != radius) else {
-            return Ok(self.clone());
-        };
-        let filter = OnElements::new(self.variables.domain().to_vec(), before.map().with_radius(radius)?);
-        Ok(Self { filter: Some(Arc::new(filter)), ..self.clone() }.linked())
+        }
+        let maps = self.maps.changed(which, value)?;
+        Ok(Self { maps, ..self.clone() })
     }
 
     /// Densities of all elements.
@@ -131,7 +105,7 @@ impl DensityMap {
     ///
     /// If the number of variables is not that of [`variables`](Self::variables).
     pub fn densities(&self, x: &VariableValues) -> ElementValues {
-        self.chain.apply(x).into()
+        self.maps.apply(&self.variables.densities(x)).into()
     }
 
     /// Pulls derivatives with respect to the densities of all elements back to the variables.
@@ -141,7 +115,8 @@ impl DensityMap {
     /// If the number of variables is not that of [`variables`](Self::variables), or there is not one
     /// derivative per element.
     pub fn pull_back(&self, x: &VariableValues, gradient: &ElementValues) -> VariableValues {
-        self.chain.pull_back(x, gradient).into()
+        let gradient = self.maps.pull_back(&self.variables.densities(x), gradient);
+        self.variables.restrict(&gradient.into())
     }
 
     /// Equal variables that give designed elements the density `density`, except within the
@@ -153,8 +128,7 @@ impl DensityMap {
     /// A density outside [0, 1].
     pub fn uniform(&self, density: f64) -> Result<VariableValues, DesignError> {
         let uniform = self.variables.uniform(density)?;
-        let inverse = |projection: Projection| uniform.iter().map(|&density| projection.inverse(density)).collect();
-        Ok(self.projection.map_or_else(|| uniform.clone(), inverse))
+        Ok(uniform.iter().map(|&density| self.maps.inverse(density)).collect())
     }
 }
 
@@ -178,8 +152,11 @@ mod tests {
         let variables = variables.tied(ties);
         let domain: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
         let filter = DensityFilter::new(&domain, &volumes[..42], 1.8).unwrap();
-        let projection = sharpness.map(|sharpness| Projection::new(sharpness, 0.45).unwrap());
-        DensityMap::new(variables, Some(filter), projection)
+        let map = DensityMap::new(variables).filtered(filter);
+        match sharpness {
+            Some(sharpness) => map.projected(Projection::new(sharpness, 0.45).unwrap()),
+            None => map,
+        }
     }
 
     /// Central differences of order 4 of Σ φ⁴.
@@ -230,26 +207,27 @@ mod tests {
         let printed = tied_map(Some(4.0), &pairs).printed(&[box_of_all]);
         assert!(!printed.is_identity());
         assert_eq!(check(&printed, 2e-5).len(), 34);
-        let unfiltered = DensityMap::new(printed.variables().clone(), None, None).printed(&[box_of_all]);
+        let unfiltered = DensityMap::new(printed.variables().clone()).printed(&[box_of_all]);
         assert!(!unfiltered.is_identity());
         check(&unfiltered, 2e-5);
     }
 
     #[test]
     fn another_radius_changes_the_filter_only() {
-        let wide = map(Some(4.0)).with_radius(2.5).unwrap();
+        let wide = map(Some(4.0)).with(MapParameter::Radius, 2.5).unwrap();
         let x = wide.uniform(0.4).unwrap();
         assert_ne!(wide.densities(&x), map(Some(4.0)).densities(&x));
-        assert_eq!(wide.with_radius(1.8).unwrap().densities(&x), map(Some(4.0)).densities(&x));
-        assert!(wide.with_radius(-1.0).is_err());
-        let unfiltered = DensityMap::new(wide.variables().clone(), None, wide.projection());
-        assert_eq!(unfiltered.with_radius(1.0).unwrap().densities(&x), unfiltered.densities(&x));
+        assert_eq!(wide.with(MapParameter::Radius, 1.8).unwrap().densities(&x), map(Some(4.0)).densities(&x));
+        assert!(wide.with(MapParameter::Radius, -1.0).is_err());
+        let projection = Projection::new(4.0, 0.45).unwrap();
+        let unfiltered = DensityMap::new(wide.variables().clone()).projected(projection);
+        assert_eq!(unfiltered.with(MapParameter::Radius, 1.0).unwrap().densities(&x), unfiltered.densities(&x));
     }
 
     #[test]
     fn without_maps_the_variables_are_the_densities() {
         let variables = map(None).variables().clone();
-        let map = DensityMap::new(variables.clone(), None, None);
+        let map = DensityMap::new(variables.clone());
         let x: VariableValues = pseudo_random(variables.count(), 3).iter().copied().collect();
         assert!(map.is_identity());
         assert_eq!(map.densities(&x), variables.densities(&x));
@@ -285,13 +263,14 @@ mod tests {
     #[test]
     fn another_sharpness_and_uniform_densities() {
         let soft = map(Some(1.0));
-        let sharp = soft.with_sharpness(8.0).unwrap();
-        assert_eq!(sharp.projection(), Some(Projection::new(8.0, 0.45).unwrap()));
+        let sharp = soft.with(MapParameter::Sharpness, 8.0).unwrap();
+        assert_eq!(sharp.parameter(MapParameter::Sharpness), Some(8.0));
+        assert_eq!(sharp.parameter(MapParameter::Threshold), Some(0.45));
         let x = sharp.uniform(0.3).unwrap();
         assert_eq!(sharp.densities(&x), map(Some(8.0)).densities(&x));
         // element 12 has no passive neighbours
         assert!((sharp.densities(&x)[12] - 0.3).abs() < 1e-12);
         assert!((soft.densities(&x)[12] - 0.3).abs() > 0.02);
-        assert!(soft.with_sharpness(0.0).is_err() && soft.uniform(1.5).is_err());
+        assert!(soft.with(MapParameter::Sharpness, 0.0).is_err() && soft.uniform(1.5).is_err());
     }
 }

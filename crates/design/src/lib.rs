@@ -42,7 +42,7 @@ pub use density_map::DensityMap;
 pub use filter::{
     DensityFilter, FilterError, Neighbours, OverhangFilter, PrintedBox, Projection, SensitivityFilter, Triangle,
 };
-pub use map::{Chain, DesignMap, Identity, OnElements};
+pub use map::{Chain, DesignMap, MapParameter, OnElements};
 pub use optimizer::{
     Functions, Gcmma, Judgement, KktResidual, Method, Mma, MmaError, MmaParameters, MmaStep, Optimizer, Scaling,
     kkt_residual,

@@ -2,6 +2,19 @@
 
 use std::sync::Arc;
 
+use crate::filter::FilterError;
+
+/// A parameter of a map that a schedule or a realisation of the design changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapParameter {
+    /// Radius of a filter. \[L\]
+    Radius,
+    /// Sharpness of a projection.
+    Sharpness,
+    /// Threshold of a projection.
+    Threshold,
+}
+
 /// A differentiable map from design variables `x` to densities `φ`, with its exact transpose.
 ///
 /// `x` and `φ` may have different lengths, which each implementation documents. Both are
@@ -17,19 +30,27 @@ pub trait DesignMap: Send + Sync {
 
     /// Pulls a gradient back: `(∂φ/∂x)ᵀ dθ/dφ` at `x`, with the length of `x`.
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64>;
-}
 
-/// The identity: the densities are the design variables.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Identity;
-
-impl DesignMap for Identity {
-    fn apply(&self, x: &[f64]) -> Vec<f64> {
-        x.to_vec()
+    /// The value of a parameter, if the map has it.
+    fn parameter(&self, which: MapParameter) -> Option<f64> {
+        let _ = which;
+        None
     }
 
-    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        d_phi.to_vec()
+    /// The map with another value of a parameter; `None` if it does not have this parameter. All ranks call
+    /// it.
+    ///
+    /// # Errors
+    ///
+    /// A value outside the parameter's range.
+    fn with(&self, which: MapParameter, value: f64) -> Result<Option<Arc<dyn DesignMap>>, FilterError> {
+        let _ = (which, value);
+        Ok(None)
+    }
+
+    /// The `x` that becomes the density `density` where all neighbours have the same `x`.
+    fn inverse(&self, density: f64) -> f64 {
+        density
     }
 }
 
@@ -43,6 +64,26 @@ impl Chain {
     /// The composition `maps[last] ∘ … ∘ maps[0]`.
     pub fn new(maps: Vec<Arc<dyn DesignMap>>) -> Self {
         Self { maps }
+    }
+
+    /// Appends a map.
+    pub fn push(&mut self, map: Arc<dyn DesignMap>) {
+        self.maps.push(map);
+    }
+
+    /// The same maps with another value of a parameter, as far as they have it. All ranks call it.
+    ///
+    /// # Errors
+    ///
+    /// A value outside the parameter's range.
+    pub fn changed(&self, which: MapParameter, value: f64) -> Result<Self, FilterError> {
+        let of = |map: &Arc<dyn DesignMap>| Ok(map.with(which, value)?.unwrap_or_else(|| map.clone()));
+        self.maps.iter().map(of).collect::<Result<Vec<_>, _>>().map(Self::new)
+    }
+
+    /// The maps, the first applied first.
+    pub fn maps(&self) -> &[Arc<dyn DesignMap>] {
+        &self.maps
     }
 }
 
@@ -63,6 +104,21 @@ impl DesignMap for Chain {
         let maps_and_inputs = self.maps.iter().zip(&inputs).rev();
         maps_and_inputs.fold(d_phi.to_vec(), |gradient, (map, input)| map.pull_back(input, &gradient))
     }
+
+    fn parameter(&self, which: MapParameter) -> Option<f64> {
+        self.maps.iter().find_map(|map| map.parameter(which))
+    }
+
+    fn with(&self, which: MapParameter, value: f64) -> Result<Option<Arc<dyn DesignMap>>, FilterError> {
+        match self.parameter(which) {
+            Some(_) => Ok(Some(Arc::new(self.changed(which, value)?))),
+            None => Ok(None),
+        }
+    }
+
+    fn inverse(&self, density: f64) -> f64 {
+        self.maps.iter().rev().fold(density, |density, map| map.inverse(density))
+    }
 }
 
 /// Applies a map of the listed elements' densities to these entries of a longer vector; the others
@@ -70,20 +126,15 @@ impl DesignMap for Chain {
 ///
 /// Restricts a filter to the design domain, so that densities do not leak into or out of bodies
 /// that are not designed.
-pub struct OnElements<M> {
-    elements: Vec<u32>,
-    map: M,
+pub struct OnElements {
+    elements: Arc<[u32]>,
+    map: Arc<dyn DesignMap>,
 }
 
-impl<M: DesignMap> OnElements<M> {
+impl OnElements {
     /// `map` takes and returns `elements.len()` densities in the order of `elements`.
-    pub fn new(elements: Vec<u32>, map: M) -> Self {
+    pub fn new(elements: Arc<[u32]>, map: Arc<dyn DesignMap>) -> Self {
         Self { elements, map }
-    }
-
-    /// The map of the listed elements.
-    pub fn map(&self) -> &M {
-        &self.map
     }
 
     fn gather(&self, all: &[f64]) -> Vec<f64> {
@@ -98,7 +149,7 @@ impl<M: DesignMap> OnElements<M> {
     }
 }
 
-impl<M: DesignMap> DesignMap for OnElements<M> {
+impl DesignMap for OnElements {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         let mut densities = x.to_vec();
         self.scatter(&self.map.apply(&self.gather(x)), &mut densities);
@@ -109,5 +160,17 @@ impl<M: DesignMap> DesignMap for OnElements<M> {
         let mut gradient = d_phi.to_vec();
         self.scatter(&self.map.pull_back(&self.gather(x), &self.gather(d_phi)), &mut gradient);
         gradient
+    }
+    fn parameter(&self, which: MapParameter) -> Option<f64> {
+        self.map.parameter(which)
+    }
+
+    fn with(&self, which: MapParameter, value: f64) -> Result<Option<Arc<dyn DesignMap>>, FilterError> {
+        let other = self.map.with(which, value)?;
+        Ok(other.map(|map| Arc::new(Self { elements: self.elements.clone(), map }) as Arc<dyn DesignMap>))
+    }
+
+    fn inverse(&self, density: f64) -> f64 {
+        self.map.inverse(density)
     }
 }

@@ -17,6 +17,7 @@
 //! can be stored and restored bit for bit.
 
 mod best;
+mod columns;
 mod functions;
 mod guard;
 mod maps;
@@ -26,6 +27,7 @@ mod state;
 mod stop;
 
 pub use best::{Best, FEASIBLE};
+pub use columns::{COLUMNS, Column, Entry, SECONDS};
 pub use state::{
     FilterOptions, FunctionRecord, Interpolation, IterationRecord, OptimizationOptions, OptimizationState,
     OptimizeError, PrepareError,

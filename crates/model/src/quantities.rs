@@ -194,7 +194,7 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let ranks = problem.analysis.model().share().ranks().clone();
     let mut recording = Recording::of(problem);
     for (index, at) in path.states.iter().enumerate() {
-        recording.add(at.into(), path.state(index, &*ranks));
+        recording.add(at.into(), path.state(index, &*ranks), None);
     }
     recording.finish(overlaps(problem, path))
 }
@@ -229,6 +229,13 @@ fn supports(mesh: &Mesh, model: &ContactModel) -> Vec<Support> {
     let planes = (0..3).map(plane).filter(|unknowns| !unknowns.is_empty());
     sets.chain(planes.map(|unknowns| Support { set: None, unknowns, rigid: None })).collect()
 }
+
+/// The columns of a table of quantities that say where a row lies on the path: [`QuantityRow::step`], and the
+/// load case with its own pseudo-time.
+pub const PLACE: [&str; 3] = ["step", "load_case", "time"];
+
+/// The first column of a table of several evaluations.
+pub const FRICTION: &str = "friction";
 
 /// The names of the columns that every run writes, apart from those of the case's own quantities.
 pub fn column_names(mesh: &Mesh, model: &ContactModel) -> Vec<String> {

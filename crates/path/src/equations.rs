@@ -61,7 +61,7 @@ pub struct Outputs {
 #[derive(Debug, Clone)]
 pub struct Differentiated<E>(pub E);
 
-impl<E: Equations> Differentiated<E> {
+impl<E: Equations + 'static> Differentiated<E> {
     /// The state at time 0, with y = 0 and h = 0.
     pub fn rest(&self) -> StepState {
         let unknowns = self.0.unknowns();
@@ -80,7 +80,7 @@ impl<E: Equations> Differentiated<E> {
     }
 }
 
-impl<E: Equations> StepProblem for Differentiated<E> {
+impl<E: Equations + 'static> StepProblem for Differentiated<E> {
     type Geometry = ();
     /// The previous state, and the time at the end of the step.
     type Step = (StepState, f64);

@@ -13,6 +13,7 @@ use crate::start::{self, Guide, StartValues};
 use crate::store::{Path, PathState};
 use crate::thinning::Thinning;
 use crate::unknowns::{Held, StepState};
+use std::any::Any;
 use std::sync::Arc;
 
 /// Settings of the march.
@@ -50,7 +51,13 @@ impl Default for MarchOptions {
 #[derive(Debug)]
 pub enum MarchEvent<'a> {
     /// A (sub-)step was accepted.
-    Accepted(&'a PathState),
+    Accepted {
+        /// Its state.
+        state: &'a PathState,
+        /// The [`Evaluated`](crate::Evaluated) of the march's problem at this state, so that nobody has to
+        /// evaluate it again; `None` if it is no longer at hand.
+        evaluated: Option<&'a dyn Any>,
+    },
     /// A (sub-)step failed and is tried again: from another initial guess, with another setting of
     /// the iteration, or with a smaller increment.
     Retry {
@@ -234,7 +241,7 @@ pub fn march<P: StepProblem>(
                     let fixed = solver.problem.unknowns().fixed(Held::None);
                     let factors = path.keep(solver.linear.latest(fixed), for_factors);
                     let completes = last.then_some(step);
-                    let (rest, divided, active_set) = (false, false, at.active_set);
+                    let (rest, divided, active_set) = (false, false, at.active_set.clone());
                     let (time, histories) = (target, None);
                     let next =
                         PathState { time, state, completes, report, active_set, rest, divided, histories, factors };
@@ -243,8 +250,10 @@ pub fn march<P: StepProblem>(
                     if let Some(thinning) = &mut thinning {
                         thinning.thin(&mut path.states);
                     }
+                    let state = path.states.last().expect("pushed");
+                    let evaluated = (at.unknowns == state.state.unknowns).then_some(&at as &dyn Any);
+                    observer.on_event(&MarchEvent::Accepted { state, evaluated });
                     geometry = Some(at.geometry);
-                    observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {
                         path.steps = step;
                         break;

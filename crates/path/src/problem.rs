@@ -140,7 +140,7 @@ pub struct HeldMotions {
 ///
 /// [`equations`](crate::equations) implements it for small problems that are given by their equations
 /// alone, such as the [`slider`](crate::slider).
-pub trait StepProblem: Sized {
+pub trait StepProblem: Sized + 'static {
     /// Data that depend only on the displacements, with or without their derivatives, such as a
     /// mesh's contact kinematics. The march passes them from the end of a step to the beginning of
     /// the next, the sweep from the beginning of a step to the end of the previous one. Cloning

@@ -180,7 +180,7 @@ struct Tried {
 impl MarchObserver for Tried {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match event {
-            MarchEvent::Accepted(at) => self.accepted.push(at.time),
+            MarchEvent::Accepted { state, .. } => self.accepted.push(state.time),
             MarchEvent::Retry { failed, remedy, .. } => self.again.push((failed.time, *remedy == Remedy::CutBack)),
         }
     }

@@ -95,7 +95,7 @@ impl Watch {
 
 impl MarchObserver for Watch {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
-        let MarchEvent::Accepted(state) = event else { return };
+        let MarchEvent::Accepted { state, .. } = event else { return };
         self.newton_iterations += state.report.iterations.len();
         self.steps = state.completes.unwrap_or(self.steps);
         let Some(progress) = &self.progress else { return };

@@ -61,7 +61,7 @@ pub struct Watch {
 impl MarchObserver for Watch {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match event {
-            MarchEvent::Accepted(state) => {
+            MarchEvent::Accepted { state, .. } => {
                 self.accepted += 1;
                 self.iterations += state.report.iterations.len();
                 println!("t = {:.2}: {} iterations", state.time, state.report.iterations.len());

@@ -38,11 +38,18 @@ pub(super) fn build_map(
         Projection::new(first.unwrap_or(sharpness), threshold)
     });
     let projection = projection.transpose().map_err(|e| error("design.projection", e))?;
-    let map = DensityMap::new(variables.clone(), filter, projection);
-    Ok(Some(match design.overhang {
-        Some(overhang) => map.printed(&printed_boxes(case, design, overhang, mesh)?),
-        None => map,
-    }))
+    // the list of maps, in their order
+    let mut map = DensityMap::new(variables.clone());
+    if let Some(filter) = filter {
+        map = map.filtered(filter);
+    }
+    if let Some(projection) = projection {
+        map = map.projected(projection);
+    }
+    if let Some(overhang) = design.overhang {
+        map = map.printed(&printed_boxes(case, design, overhang, mesh)?);
+    }
+    Ok(Some(map))
 }
 
 /// The design bodies as boxes that are printed in layers.

@@ -6,7 +6,8 @@ use slipstick_design::quantity::{Compliance, ContactForce, Quantity, QuantityErr
 use slipstick_design::response::{Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 use slipstick_mesh::Mesh;
 use slipstick_model::model::ContactModel;
-use slipstick_model::quantities::column_names;
+use slipstick_model::optimize::{COLUMNS, SECONDS};
+use slipstick_model::quantities::{FRICTION, PLACE, column_names};
 
 use super::BuildError;
 use crate::file::{self, Case, Combination, CurveToFollow, NamedBound, QuantityTerm};
@@ -21,8 +22,10 @@ pub(super) struct Requested {
 
 pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Result<Requested, BuildError> {
     let context = Context { case, mesh, model };
-    let taken = column_names(mesh, model);
-    if let Some(number) = case.quantities.iter().position(|q| taken.contains(&q.name) || RESERVED.contains(&&*q.name)) {
+    // columns of tables that names of quantities would repeat
+    let mut taken = column_names(mesh, model);
+    taken.extend(PLACE.into_iter().chain(COLUMNS.map(|(name, _)| name)).chain([FRICTION, SECONDS]).map(str::to_owned));
+    if let Some(number) = case.quantities.iter().position(|quantity| taken.contains(&quantity.name)) {
         let message = format!("`{}` is the name of a column that every run writes", case.quantities[number].name);
         return Err(BuildError::new(format!("quantity[{number}].name"), message, "choose another name"));
     }
@@ -38,29 +41,6 @@ pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Resul
     let constraints = context.constraints(&quantities)?;
     Ok(Requested { quantities, objective, constraints })
 }
-
-/// Columns of tables that names of quantities would repeat.
-const RESERVED: [&str; 19] = [
-    "step",
-    "load_case",
-    "time",
-    "iteration",
-    "objective",
-    "volume_fraction",
-    "change",
-    "optimality",
-    "violation",
-    "discreteness",
-    "newton_iterations",
-    "uzawa_iterations",
-    "increments",
-    "halvings",
-    "inner_iterations",
-    "seconds",
-    "open",
-    "stick",
-    "slip",
-];
 
 struct Context<'a> {
     case: &'a Case,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::extension::{Triangle, weights_beyond};
 use super::{FilterError, Neighbours, check_volumes};
-use crate::map::DesignMap;
+use crate::map::{DesignMap, MapParameter};
 
 /// Density filter: `φ_e = Σ_i w_ei v_i x_i / Σ_i w_ei v_i`, `w_ei = max(0, r − ‖X_e − X_i‖)`.
 ///
@@ -130,6 +130,17 @@ impl DesignMap for DensityFilter {
         let scaled: Vec<f64> = d_phi.iter().zip(&self.weight_sums).map(|(d, weights)| d / weights).collect();
         let sums = self.weighted_sums(&scaled);
         sums.iter().zip(&self.volumes).map(|(sum, volume)| sum * volume).collect()
+    }
+
+    fn parameter(&self, which: MapParameter) -> Option<f64> {
+        (which == MapParameter::Radius).then(|| self.radius())
+    }
+
+    fn with(&self, which: MapParameter, value: f64) -> Result<Option<Arc<dyn DesignMap>>, FilterError> {
+        match which {
+            MapParameter::Radius => Ok(Some(Arc::new(self.with_radius(value)?))),
+            MapParameter::Sharpness | MapParameter::Threshold => Ok(None),
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! Smooth threshold projection.
 
 use super::FilterError;
-use crate::map::DesignMap;
+use crate::map::{DesignMap, MapParameter};
+use std::sync::Arc;
 
 /// Pushes densities to 0 or 1:
 /// `φ = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η))`, sharpness `β > 0`, threshold
@@ -43,16 +44,6 @@ impl Projection {
         self.threshold
     }
 
-    /// The x in \[0, 1\] that is projected to `density`, for a density in \[0, 1\].
-    pub fn inverse(&self, density: f64) -> f64 {
-        if density <= 0.0 || density >= 1.0 {
-            return density.clamp(0.0, 1.0);
-        }
-        let Self { sharpness, threshold } = *self;
-        let tanh = (density * self.range() - (sharpness * threshold).tanh()).clamp(-1.0, 1.0);
-        (threshold + tanh.atanh() / sharpness).clamp(0.0, 1.0)
-    }
-
     fn range(&self) -> f64 {
         let Self { sharpness, threshold } = *self;
         (sharpness * threshold).tanh() + (sharpness * (1.0 - threshold)).tanh()
@@ -73,6 +64,33 @@ impl DesignMap for Projection {
         // 1/cosh² is accurate where 1 − tanh² suffers from cancellation
         let slope = |x: f64| sharpness / ((sharpness * (x - threshold)).cosh().powi(2) * range);
         x.iter().zip(d_phi).map(|(&x, d)| d * slope(x)).collect()
+    }
+
+    fn parameter(&self, which: MapParameter) -> Option<f64> {
+        match which {
+            MapParameter::Sharpness => Some(self.sharpness),
+            MapParameter::Threshold => Some(self.threshold),
+            MapParameter::Radius => None,
+        }
+    }
+
+    fn with(&self, which: MapParameter, value: f64) -> Result<Option<Arc<dyn DesignMap>>, FilterError> {
+        let other = match which {
+            MapParameter::Sharpness => Self::new(value, self.threshold)?,
+            MapParameter::Threshold => Self::new(self.sharpness, value)?,
+            MapParameter::Radius => return Ok(None),
+        };
+        Ok(Some(Arc::new(other)))
+    }
+
+    /// The x in \[0, 1\] that is projected to `density`, for a density in \[0, 1\].
+    fn inverse(&self, density: f64) -> f64 {
+        if density <= 0.0 || density >= 1.0 {
+            return density.clamp(0.0, 1.0);
+        }
+        let Self { sharpness, threshold } = *self;
+        let tanh = (density * self.range() - (sharpness * threshold).tanh()).clamp(-1.0, 1.0);
+        (threshold + tanh.atanh() / sharpness).clamp(0.0, 1.0)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Design variables, passive elements and ties as links of a [`Chain`](crate::Chain).
+//! Passive elements and ties as links of a [`Chain`](crate::Chain).
 
 use super::DesignVariables;
 use crate::map::DesignMap;
@@ -13,18 +13,6 @@ impl DesignVariables {
     /// such as one that is truncated at the ends of a column.
     pub fn means(&self) -> Means {
         Means { variables: self.clone() }
-    }
-}
-
-/// [`densities`](DesignVariables::densities), with its transpose
-/// [`restrict`](DesignVariables::restrict).
-impl DesignMap for DesignVariables {
-    fn apply(&self, x: &[f64]) -> Vec<f64> {
-        self.densities(&x.to_vec().into()).into()
-    }
-
-    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        self.restrict(&d_phi.to_vec().into()).into()
     }
 }
 

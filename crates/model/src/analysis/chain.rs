@@ -9,7 +9,7 @@ use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
-use crate::equations::{ContactModel, ContactResults, Design, Kinematics, KnownKinematics};
+use crate::equations::{ContactModel, ContactResults, Design, Kinematics, Known};
 
 /// The data of a state that quantities can read.
 pub(crate) struct StateData {
@@ -57,7 +57,7 @@ impl PreviousData {
             return Ok(Self::at_rest(design, at.time, &state));
         }
         let reads = Reads { reaction: true, ..Reads::default() };
-        let known = KnownKinematics::default();
+        let known = Known::default();
         Ok(StateData::of(design, reads, at.time, (&path.state(index - 1, ranks), &state), known)?.into_previous(&state))
     }
 
@@ -79,19 +79,26 @@ impl PreviousData {
 }
 
 impl StateData {
-    /// At the end of a (sub-)step, with the kinematics that are known. All ranks call it and receive the same.
+    /// At the end of a (sub-)step, with what is known of its state. All ranks call it and receive the same.
     pub(crate) fn of(
         design: &Design,
         reads: Reads,
         time: f64,
         (previous, state): (&StepState, &StepState),
-        known: KnownKinematics,
+        known: Known<'_>,
     ) -> Result<Self, StateError> {
         let model = design.model();
         let n = model.prescribed().fixed().len();
         let d = &state.unknowns[..n];
-        let (mut internal, mut external) = (vec![0.0; n], vec![0.0; n]);
-        design.internal_force(d, model.solid_history(previous), &mut internal)?;
+        let mut external = vec![0.0; n];
+        let internal = match known.internal {
+            Some(internal) => internal.to_vec(),
+            None => {
+                let mut internal = vec![0.0; n];
+                design.internal_force(d, model.solid_history(previous), &mut internal)?;
+                internal
+            }
+        };
         model.external_force(d, time, &mut external);
         let mut data = Self {
             time,
@@ -233,7 +240,7 @@ pub(super) fn values<'a>(
         reads.reaction |= reads.previous;
         let (previous, state) = (path.state(index - 1, &*ranks), path.state(index, &*ranks));
         let before = last.as_ref().filter(|(known, _)| known + 1 == index);
-        let known = KnownKinematics { previous: before.and_then(|(_, before)| before.kinematics.clone()), now: None };
+        let known = Known::of(before.and_then(|(_, before)| before.kinematics.clone()), None);
         let mut data = StateData::of(design, reads, at.time, (&previous, &state), known)?;
         if reads.previous {
             let known = last.take().filter(|(known, _)| known + 1 == index);
@@ -335,10 +342,7 @@ impl<'a> Adapter<'a> {
             let terms = self.terms(response, at.index);
             terms.fold(reads, |reads, (term, _)| reads.or(self.responses[response].terms()[term].quantity.reads()))
         });
-        let known = KnownKinematics {
-            previous: Some(at.step.previous().clone()),
-            now: Some(at.evaluated.state.kinematics().clone()),
-        };
+        let known = Known::of(Some(at.step.previous().clone()), Some(at.evaluated));
         let mut data = StateData::of(design, reads, at.time, (at.previous, at.state), known)?;
         if reads.previous {
             let ranks = design.model().share().ranks();

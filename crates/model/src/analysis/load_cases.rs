@@ -378,7 +378,7 @@ struct Retry {
 impl MarchObserver for Buffered<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match *event {
-            MarchEvent::Accepted(_) => self.accepted += 1,
+            MarchEvent::Accepted { .. } => self.accepted += 1,
             MarchEvent::Retry { step, failed, remedy } => {
                 self.retries.push(Retry { after: self.accepted, step, failed: failed.clone(), remedy });
             }
@@ -403,7 +403,8 @@ fn replay(path: &Path, retries: &[Retry], observer: &mut dyn MarchObserver) {
     for index in states {
         retry(accepted, observer);
         // observers see histories that are not kept; load cases side by side are on one rank
-        observer.on_event(&MarchEvent::Accepted(&path.accepted(index, &Alone)));
+        let state = &*path.accepted(index, &Alone);
+        observer.on_event(&MarchEvent::Accepted { state, evaluated: None });
         accepted += 1;
     }
     retry(accepted, observer);

@@ -36,7 +36,7 @@ pub use design::Design;
 pub use element_fields::{ElementFields, StateResults};
 use enforcement::HistoryLayout;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
-pub(crate) use evaluated::KnownKinematics;
+pub(crate) use evaluated::Known;
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 use layout::{conditions, pair, partition, points, share, slaves};
 pub use load_time::LoadTime;

@@ -1,7 +1,7 @@
 //! The design map of every iteration.
 
 use super::PrepareError;
-use slipstick_design::{DensityMap, DesignVariables, Schedule};
+use slipstick_design::{DensityMap, DesignVariables, MapParameter, Schedule};
 
 /// Iterations from the first to the second half of a divided rise of the sharpness.
 pub(super) const WAIT: usize = 2;
@@ -31,17 +31,17 @@ impl Maps {
         let mut later: Vec<Change> = Vec::with_capacity(changes.len());
         for from in changes {
             let mut map = later.last().map_or(&first, |change| &change.map).clone();
-            let before = map.projection().map(|projection| projection.sharpness());
+            let before = map.parameter(MapParameter::Sharpness);
             if let Some(radius) = radius.at(from) {
-                map = map.with_radius(radius).map_err(PrepareError::FilterRadius)?;
+                map = map.with(MapParameter::Radius, radius).map_err(PrepareError::FilterRadius)?;
             }
             let mut between = None;
             if let Some(sharpness) = sharpness.at(from) {
                 if let Some(before) = before.filter(|before| sharpness > *before) {
-                    let mean = map.with_sharpness((before * sharpness).sqrt());
+                    let mean = map.with(MapParameter::Sharpness, (before * sharpness).sqrt());
                     between = Some(mean.map_err(PrepareError::Sharpness)?);
                 }
-                map = map.with_sharpness(sharpness).map_err(PrepareError::Sharpness)?;
+                map = map.with(MapParameter::Sharpness, sharpness).map_err(PrepareError::Sharpness)?;
             }
             later.push(Change { from, map, between });
         }
@@ -75,8 +75,8 @@ mod tests {
     use slipstick_design::{Projection, Steps};
 
     fn maps(sharpness: &[(usize, f64)], radius: &[(usize, f64)]) -> Maps {
-        let projection = Some(Projection::new(1.0, 0.5).unwrap());
-        let map = DensityMap::new(DesignVariables::new(2, &[0, 1], &[], &[]).unwrap(), None, projection);
+        let projection = Projection::new(1.0, 0.5).unwrap();
+        let map = DensityMap::new(DesignVariables::new(2, &[0, 1], &[], &[]).unwrap()).projected(projection);
         let steps = |entries: &[(usize, f64)]| Steps::new(entries.to_vec()).unwrap();
         let schedule = Schedule { sharpness: steps(sharpness), filter_radius: steps(radius), ..Schedule::default() };
         Maps::new(map, &schedule).unwrap()
@@ -86,7 +86,7 @@ mod tests {
     fn a_divided_rise_passes_the_geometric_mean() {
         let maps = maps(&[(3, 4.0), (8, 16.0)], &[]);
         let sharpness = |divided: &[usize]| -> Vec<f64> {
-            (0..12).map(|k| maps.at(k, divided).projection().unwrap().sharpness()).collect()
+            (0..12).map(|k| maps.at(k, divided).parameter(MapParameter::Sharpness).unwrap()).collect()
         };
         assert_eq!(sharpness(&[]), [1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 4.0, 4.0, 16.0, 16.0, 16.0, 16.0]);
         assert_eq!(sharpness(&[3, 8]), [1.0, 1.0, 1.0, 2.0, 2.0, 4.0, 4.0, 4.0, 8.0, 8.0, 16.0, 16.0]);

@@ -10,7 +10,7 @@ use super::{FunctionRecord, PrepareError};
 use crate::analysis::{Analysis, AnalysisError, Forward};
 use crate::problem::Problem;
 use crate::side_by_side::{Stop, side_by_side};
-use slipstick_design::{DensityMap, DesignVariables, ElementValues, Schedule, VariableValues};
+use slipstick_design::{DensityMap, DesignVariables, ElementValues, MapParameter, Schedule, VariableValues};
 use slipstick_path::{Guide, MarchEvent, MarchObserver};
 use slipstick_solid::EnergyInterpolation;
 
@@ -36,9 +36,9 @@ impl Realisations {
     ) -> Result<Self, PrepareError> {
         let mut maps = vec![Maps::new(map.clone(), schedule)?];
         let Some(margin) = margin else { return Ok(Self { maps, others: Vec::new() }) };
-        let threshold = map.projection().ok_or(PrepareError::NoProjection)?.threshold();
+        let threshold = map.parameter(MapParameter::Threshold).ok_or(PrepareError::NoProjection)?;
         for threshold in [threshold + margin, threshold - margin] {
-            let map = map.with_threshold(threshold).map_err(PrepareError::Margin)?;
+            let map = map.with(MapParameter::Threshold, threshold).map_err(PrepareError::Margin)?;
             maps.push(Maps::new(map, schedule)?);
         }
         problem.analysis.march.memory /= maps.len();

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
-use slipstick_path::{PathState, StepState};
+use slipstick_path::{Evaluated, PathState, StepState};
 
 use super::{
     Quantities, QuantityName, QuantityRow, Slipped, Subject, Support, built_in, external_work, has_offset,
     normal_force, supports,
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
-use crate::equations::{ContactModel, ContactResults, KnownKinematics, ModelInterface, NodalContact, StateResults};
+use crate::equations::{ContactModel, ContactResults, Design, Known, ModelInterface, NodalContact, StateResults};
 use crate::losses::{ContactAt, Losses, LostWork};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
@@ -91,8 +91,9 @@ impl<'a> Recording<'a> {
         self.last.as_ref().and_then(|last| last.results.as_ref())
     }
 
-    /// Adds the next state of the path. All ranks call it.
-    pub fn add(&mut self, at: Reached, now: Cow<'a, StepState>) {
+    /// Adds the next state of the path, with the march's evaluation of it, if that is at hand. All ranks
+    /// call it.
+    pub fn add(&mut self, at: Reached, now: Cow<'a, StepState>, evaluated: Option<&Evaluated<Design>>) {
         let (recorder, designs) = (&self.recorder, self.designs);
         let design = designs.at(at.time);
         let before = self.last.take().filter(|_| !at.rest);
@@ -102,8 +103,7 @@ impl<'a> Recording<'a> {
         }
         let sums = &mut self.sums;
         let previous = before.as_ref().map_or(&now, |last| &last.state);
-        let known =
-            KnownKinematics { previous: before.as_ref().and_then(|last| last.seen.kinematics.clone()), now: None };
+        let known = Known::of(before.as_ref().and_then(|last| last.seen.kinematics.clone()), evaluated);
         let evaluated = StateData::of(design, self.reads, at.time, (previous, &now), known);
         let step = at.completes.or((!self.begun).then_some(0));
         let in_progress = if at.rest { 0 } else { at.completes.unwrap_or(self.complete + 1) };

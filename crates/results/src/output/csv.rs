@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::{OutputError, write_atomically};
+use slipstick_model::optimize::Entry;
 
 /// A value of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +36,16 @@ impl From<usize> for Cell {
 impl From<&str> for Cell {
     fn from(value: &str) -> Self {
         Self::Text(value.to_owned())
+    }
+}
+
+impl From<Entry> for Cell {
+    fn from(entry: Entry) -> Self {
+        match entry {
+            Entry::Count(count) => count.into(),
+            Entry::Number(number) => number.into(),
+            Entry::Missing => Self::Empty,
+        }
     }
 }
 

@@ -30,7 +30,7 @@ pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) ->
     #[cfg(feature = "vtkhdf")]
     writer.series(path.states.iter().enumerate().filter(|(index, at)| *index == 0 || at.completes.is_some()).count());
     for (index, at) in path.states.iter().enumerate() {
-        writer.add(at.into(), path.state(index, &*ranks));
+        writer.add(at.into(), path.state(index, &*ranks), None);
     }
     let (recording, written) = writer.finish();
     agree(&*ranks, (ranks.rank() == 0).then_some(written))?;

@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use slipstick_mesh::Mesh;
 use slipstick_model::analysis::{Designs, pair_results};
-use slipstick_model::model::LoadTime;
+use slipstick_model::model::{Design, LoadTime};
 use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Reached, Recording};
-use slipstick_path::{MarchEvent, MarchObserver, PathState, StepState};
+use slipstick_path::{Evaluated, MarchEvent, MarchObserver, StepState};
 
 use super::fields::{Files, of_contact};
 use super::tables::{ContactTable, quantity_heading, quantity_line, write_quantities};
@@ -72,16 +72,16 @@ impl<'a> PathWriter<'a> {
         }
     }
 
-    /// Adds the next state. All ranks call it.
-    pub fn add(&mut self, at: Reached, state: Cow<'a, StepState>) {
+    /// Adds the next state, with the march's evaluation of it, if that is at hand. All ranks call it.
+    pub fn add(&mut self, at: Reached, state: Cow<'a, StepState>, evaluated: Option<&Evaluated<Design>>) {
         let writes = self.output.as_mut().filter(|_| self.error.is_none());
         let Some(output) = writes else {
-            self.recording.add(at, state);
+            self.recording.add(at, state, evaluated);
             return;
         };
         let now = state.clone();
         let first = self.recording.found().rows.is_empty();
-        self.recording.add(at, state);
+        self.recording.add(at, state, evaluated);
         let step = at.completes.or(first.then_some(0));
         self.error = output.add(at, step, &now, &self.recording).err().map(RunError::from);
         output.previous = now.into_owned();
@@ -102,17 +102,17 @@ impl<'a> PathWriter<'a> {
 
 impl MarchObserver for PathWriter<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
-        let MarchEvent::Accepted(state) = event else { return };
+        let &MarchEvent::Accepted { state, evaluated } = event else { return };
         let LoadTime { case, .. } = LoadTime::on_path(state.time);
         if self.case != Some(case) {
             // each load case starts at rest
             self.case = Some(case);
             let time = LoadTime::start(case).of_path();
             let rest = self.designs.at(time).model().rest();
-            self.add(Reached { time, completes: None, rest: true, holding_work: 0.0 }, Cow::Owned(rest));
+            self.add(Reached { time, completes: None, rest: true, holding_work: 0.0 }, Cow::Owned(rest), None);
         }
-        let PathState { state: unknowns, .. } = state;
-        self.add((*state).into(), Cow::Owned(unknowns.clone()));
+        let evaluated = evaluated.and_then(|evaluated| evaluated.downcast_ref());
+        self.add(state.into(), Cow::Owned(state.state.clone()), evaluated);
     }
 }
 

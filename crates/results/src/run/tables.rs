@@ -9,27 +9,9 @@ use super::{RunDirectory, RunError};
 use crate::output::{Cell, Csv, OutputError, write_atomically};
 use slipstick_model::analysis::PairResult;
 use slipstick_model::model::LoadTime;
-use slipstick_model::optimize::{IterationRecord, OptimizationState};
-use slipstick_model::quantities::{Quantities, QuantityRow};
+use slipstick_model::optimize::{COLUMNS, IterationRecord, OptimizationState, SECONDS};
+use slipstick_model::quantities::{FRICTION, PLACE, Quantities, QuantityRow};
 use slipstick_model::words::rounded;
-
-const HISTORY: &[&str] = &[
-    "iteration",
-    "objective",
-    "volume_fraction",
-    "change",
-    "optimality",
-    "violation",
-    "discreteness",
-    "newton_iterations",
-    "uzawa_iterations",
-    "increments",
-    "open",
-    "stick",
-    "slip",
-    "halvings",
-    "inner_iterations",
-];
 
 /// `history.csv`: one row per evaluated design ([`IterationRecord`]).
 ///
@@ -103,31 +85,14 @@ fn columns(FunctionNames { parts, constraints, extremes }: &FunctionNames) -> Ve
     let parts = || parts.iter().map(|name| format!("objective_{name}"));
     let values = parts().chain(constraints.iter().filter(|name| *name != VOLUME).cloned());
     let multipliers = parts().chain(constraints.iter().cloned()).map(|name| format!("multiplier_{name}"));
-    let first = HISTORY.iter().map(|name| (*name).to_owned());
+    let first = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
     let extremes = extremes.iter().filter_map(|&number| constraints.get(number));
     let extremes = extremes.map(|name| format!("{name}_extreme"));
-    first.chain(values).chain(extremes).chain(multipliers).chain(["seconds".to_owned()]).collect()
+    first.chain(values).chain(extremes).chain(multipliers).chain([SECONDS.to_owned()]).collect()
 }
 
 fn cells(names: &FunctionNames, record: &IterationRecord, seconds: f64) -> Vec<Cell> {
-    let [open, stick, slip] = record.status;
-    let mut cells: Vec<Cell> = vec![
-        record.iteration.into(),
-        record.objective.into(),
-        record.volume_fraction.into(),
-        record.change.into(),
-        record.optimality.into(),
-        record.violation.into(),
-        record.discreteness.into(),
-        record.newton_iterations.into(),
-        record.uzawa_iterations.into(),
-        record.increments.into(),
-        open.into(),
-        stick.into(),
-        slip.into(),
-        record.halvings.into(),
-        record.inner_iterations.into(),
-    ];
+    let mut cells: Vec<Cell> = COLUMNS.iter().map(|(_, value)| value(record).into()).collect();
     let named = || names.constraints.iter().zip(&record.constraints);
     cells.extend(record.parts.iter().map(|part| Cell::from(part.value)));
     cells.extend(named().filter(|(name, _)| *name != VOLUME).map(|(_, constraint)| Cell::from(constraint.value)));
@@ -215,7 +180,7 @@ pub fn write_quantities(run: &RunDirectory, quantities: &Quantities) -> Result<(
 pub fn write_evaluations(run: &RunDirectory, evaluations: &[(Option<f64>, Quantities)]) -> Result<(), OutputError> {
     let cell = |friction: &Option<f64>| friction.map_or(",".to_owned(), |friction| format!("{friction:?},"));
     let paths: Vec<(String, &Quantities)> = evaluations.iter().map(|(friction, path)| (cell(friction), path)).collect();
-    write_paths(run, "friction,", &paths)
+    write_paths(run, &format!("{FRICTION},"), &paths)
 }
 
 /// Rows of several paths, each with leading cells, under the names of the first.
@@ -233,7 +198,7 @@ fn write_paths(run: &RunDirectory, heading: &str, paths: &[(String, &Quantities)
 /// The first line of `quantities.csv`.
 pub(super) fn quantity_heading(leading: &str, quantities: &Quantities) -> String {
     let names: String = quantities.names.iter().map(|quantity| format!(",{}", quantity.name)).collect();
-    format!("{leading}step,load_case,time{names}\n")
+    format!("{leading}{}{names}\n", PLACE.join(","))
 }
 
 /// A line of `quantities.csv`.
@@ -302,7 +267,7 @@ impl NewtonTable {
             return;
         }
         let result = match event {
-            MarchEvent::Accepted(state) => self.accepted(state),
+            MarchEvent::Accepted { state, .. } => self.accepted(state),
             MarchEvent::Retry { step, failed, .. } => {
                 // The first step again: an update of the design was halved, and the march restarts.
                 self.step = *step;

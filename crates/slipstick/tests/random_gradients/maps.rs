@@ -26,8 +26,13 @@ pub fn random_map(seed: u64, problem: &Problem) -> DensityMap {
         ties.join(a, b);
     }
     let boxes: Vec<PrintedBox> = problem.mesh.bodies.iter().map(|body| printed_box(r, problem, body)).collect();
-    let projection = Some(projection).filter(|_| projected || !(filtered || tied || printed));
-    let map = DensityMap::new(variables.tied(ties), Some(filter).filter(|_| filtered), projection);
+    let mut map = DensityMap::new(variables.tied(ties));
+    if filtered {
+        map = map.filtered(filter);
+    }
+    if projected || !(filtered || tied || printed) {
+        map = map.projected(projection);
+    }
     if printed { map.printed(&boxes) } else { map }
 }
 

@@ -5,7 +5,7 @@ mod shaping;
 use crate::common::optimization::{finish, finish_in_pieces};
 use crate::common::problem;
 use slipstick::case::template;
-use slipstick::design::{ElementValues, VariableValues};
+use slipstick::design::{ElementValues, MapParameter, VariableValues};
 use slipstick::optimize::Optimization;
 use slipstick::verify::{Verdict, VerifyOptions, verify_gradient, verify_variables};
 use slipstick_path::Silent;
@@ -119,7 +119,7 @@ fn the_optimizer_gets_the_derivatives_of_three_realisations() {
     let x = optimization.state.x.clone();
     optimization.advance(&mut Silent).unwrap();
     let gradients = received(&optimization);
-    let maps = [0.5, 0.75, 0.25].map(|threshold| optimization.map().with_threshold(threshold).unwrap());
+    let maps = [0.5, 0.75, 0.25].map(|threshold| optimization.map().with(MapParameter::Threshold, threshold).unwrap());
     let limit = optimization.state.dilated_limit.unwrap();
     let volume = volume_fraction(&optimization);
     let [nominal, _, dilated] = maps.each_ref().map(|map| volume(&map.densities(&x)));

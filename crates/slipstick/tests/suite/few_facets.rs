@@ -59,16 +59,17 @@ fn frictionless_contact_of_few_facets_takes_no_work() {
     assert!(averaged > 2.0 * default, "{averaged} {default}");
 }
 
-/// Adjoint gradients agree with central differences, for all methods, with and without friction.
+/// Adjoint gradients agree with central differences, for all methods, with and without friction. The random
+/// gradients draw many more such pairs.
 #[test]
 fn gradient_with_slaves_of_few_facets() {
-    let methods = ["lagrange = {}", "penalty = {}", "augmented = { tolerance = 1e-11 }"];
-    for (enforcement, friction) in methods.into_iter().flat_map(|method| [(method, 0.0), (method, 0.3)]) {
+    let cases = [("lagrange = {}", 0.0), ("lagrange = {}", 0.3), ("penalty = {}", 0.3)];
+    for (enforcement, friction) in cases.into_iter().chain([("augmented = { tolerance = 1e-11 }", 0.0)]) {
         let motion = "[{ t = 0.5, u = [0, -0.07, 0] }, { t = 1, u = [0.2, -0.07, 0.1] }]";
         let text = ball(0.0, motion, &format!("enforcement = {{ {enforcement} }}"))
             .replace("friction = 0.0", &format!("friction = {friction:?}"))
-            .replace("steps = 8\n", "steps = 4\ntolerance = { relative = 1e-12 }\n")
-            + "[design]\nbodies = ['slab', 'ball']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n";
+            .replace("steps = 8\n", "steps = 2\ntolerance = { relative = 1e-12 }\n")
+            + "[design]\nbodies = ['ball']\ninitial = 0.7\n[objective]\ncontact_force = { steps = 'all' }\n";
         let mut problem: Problem = problem(&text);
         let density = random_density(&problem, 5);
         let check = check_gradient(&mut problem, &density);

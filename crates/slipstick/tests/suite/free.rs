@@ -48,6 +48,13 @@ fn methods() -> [(&'static str, String); 3] {
     [("Lagrange", LAGRANGE.into()), ("penalty", penalty(2e4)), ("augmented", augmented(1e4, 1e-11))]
 }
 
+/// Each method, and both with and without friction.
+fn methods_and_friction() -> impl Iterator<Item = (&'static str, String, f64)> {
+    let [lagrange, penalty, augmented] = methods();
+    let of = |(name, enforcement): (&'static str, String), friction| (name, enforcement, friction);
+    [of(lagrange.clone(), 0.0), of(lagrange, 0.3), of(penalty, 0.3), of(augmented, 0.0)].into_iter()
+}
+
 /// The normal force at the end, the compliance, and the motions left free.
 fn solved(text: &str) -> (f64, f64, Vec<String>) {
     let mut problem = problem(text);
@@ -115,11 +122,9 @@ fn check(name: &str, text: &str, spread: f64) {
 /// it off the dent with more than the springs may carry.
 #[test]
 fn gradient_of_loaded_bodies() {
-    for (method, enforcement) in methods() {
-        for friction in [0.0, 0.3] {
-            let pile = Pile { friction, enforcement: &enforcement, ..FIRST };
-            check(&format!("{method}, friction {friction}"), &pile.text(), if friction > 0.0 { 1.0 } else { 0.01 });
-        }
+    for (method, enforcement, friction) in methods_and_friction() {
+        let pile = Pile { friction, enforcement: &enforcement, ..FIRST };
+        check(&format!("{method}, friction {friction}"), &pile.text(), if friction > 0.0 { 1.0 } else { 0.01 });
     }
 }
 
@@ -135,16 +140,14 @@ fn gradient_of_a_pile() {
 /// A rigid block with six free motions. At the random density, its active set is at a kink.
 #[test]
 fn gradient_of_a_rigid_body() {
-    for (method, enforcement) in methods() {
-        for friction in [0.0, 0.3] {
-            let text = Pile { friction, enforcement: &enforcement, ..FIRST }.text();
-            let at = text.rfind(MATERIAL).expect("the material of the block");
-            let text = format!("{}rigid = {{}}{}", &text[..at], &text[at + MATERIAL.len()..]);
-            let text = text.replace("surface = 'b1_ymax'\npressure = 5.0", "surface = 'b1'\nforce = [0, -10, 0]");
-            let text = text.replace("bodies = ['b0', 'b1']", "bodies = ['b0']");
-            let pair = ("slave = 'b1_ymin'\nmaster = 'b0_ymax'", "slave = 'b0_ymax'\nmaster = 'b1_ymin'");
-            check(&format!("{method}, rigid, friction {friction}"), &text.replace(pair.0, pair.1), 0.01);
-        }
+    for (method, enforcement, friction) in methods_and_friction() {
+        let text = Pile { friction, enforcement: &enforcement, ..FIRST }.text();
+        let at = text.rfind(MATERIAL).expect("the material of the block");
+        let text = format!("{}rigid = {{}}{}", &text[..at], &text[at + MATERIAL.len()..]);
+        let text = text.replace("surface = 'b1_ymax'\npressure = 5.0", "surface = 'b1'\nforce = [0, -10, 0]");
+        let text = text.replace("bodies = ['b0', 'b1']", "bodies = ['b0']");
+        let pair = ("slave = 'b1_ymin'\nmaster = 'b0_ymax'", "slave = 'b0_ymax'\nmaster = 'b1_ymin'");
+        check(&format!("{method}, rigid, friction {friction}"), &text.replace(pair.0, pair.1), 0.01);
     }
 }
 

@@ -151,7 +151,7 @@ fn observers_see_histories_that_are_not_kept() {
     struct Seen(Vec<StepState>);
     impl MarchObserver for Seen {
         fn on_event(&mut self, event: &MarchEvent<'_>) {
-            if let MarchEvent::Accepted(at) = event {
+            if let MarchEvent::Accepted { state: at, .. } = event {
                 self.0.push(at.state.clone());
             }
         }

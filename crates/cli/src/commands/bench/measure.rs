@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
-use slipstick::analysis::{Analysis, AnalysisError};
+use slipstick::analysis::{Analysis, AnalysisError, Designs};
 use slipstick::build::Problem;
 use slipstick::case::Resolved;
 use slipstick::design::quantity::{ContactResultant, Displacement, ForcePart, Patch, Reaction};
 use slipstick::design::{Bound, Constraint, ElementValues, ObservedSteps, Quantity, Response, VectorMeasure};
 use slipstick::linalg::Ranks;
 use slipstick::model::ContactModel;
-use slipstick::path::{Path, Silent, SolveCounts};
-use slipstick::quantities::quantities;
-use slipstick::run::{RunDirectory, write_path};
+use slipstick::path::{MarchEvent, MarchObserver, Silent, SolveCounts};
+use slipstick::quantities::Recording;
+use slipstick::run::{PathWriter, RunDirectory, RunError, write_path};
 use slipstick_service::check;
 
 use super::half_ball;
@@ -54,7 +54,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         Some(count) => together(&mut problem, &density, count.get(), now)?,
         None => Value::Null,
     };
-    let results = results(&problem, &forward.path)?;
+    let results = results(&mut problem, &density)?;
     let analysis = &mut problem.analysis;
     let [elements_here, slave_nodes_here] = analysis.model().counts_here();
     let counts = analysis.linear.counts();
@@ -171,28 +171,66 @@ fn evaluations(before: &[(&'static str, u64)], model: &ContactModel) -> Value {
     since.map(|((name, now), (_, before))| (name.to_owned(), (now - before).into())).collect::<Map<_, _>>().into()
 }
 
-/// The quantities of a path, and then its files, in a directory that is removed again: `{ quantities: {
-/// evaluations }, files: { evaluations } }`; the files contain the quantities.
-fn results(problem: &Problem, path: &Path) -> Outcome<Value> {
-    let model = problem.analysis.model();
-    if model.share().is_part() {
+/// Load steps whose results are counted.
+const COUNTED: usize = 3;
+
+/// What quantities and files need while the path is marched, and of a path that is there: `{ increments, marched:
+/// { evaluations }, later: { evaluations } }`, over the first load steps. The files are removed again.
+fn results(problem: &mut Problem, density: &ElementValues) -> Outcome<Value> {
+    if problem.analysis.model().share().is_part() {
         return Ok(Value::Null);
     }
-    let before = model.evaluations();
-    quantities(problem, path);
-    let of_quantities = evaluations(&before, model);
-    let before = model.evaluations();
+    let times = problem.analysis.times.clone();
+    problem.analysis.times.truncate(COUNTED);
     let directory = std::env::temp_dir().join(format!("slipstick-bench-{}", std::process::id()));
-    let written =
-        RunDirectory::create(&directory, true).and_then(|run| write_path(Some(&run), problem, path).map(|_| ()));
-    let of_files = evaluations(&before, model);
+    let counted = RunDirectory::create(&directory, true).map(|run| counted(problem, &run, density));
+    problem.analysis.times = times;
     // what cannot be removed is temporary anyway
     let _ = std::fs::remove_dir_all(&directory);
-    written.map_err(|error| Failure::Check {
+    counted.and_then(|counted| counted).map_err(|error| Failure::Check {
         message: format!("results cannot be written: {error}"),
         cure: "set TMPDIR to a directory that can be written".into(),
-    })?;
-    Ok(json!({ "quantities": { "evaluations": of_quantities }, "files": { "evaluations": of_files } }))
+    })
+}
+
+fn counted(problem: &mut Problem, run: &RunDirectory, density: &ElementValues) -> Result<Value, RunError> {
+    problem.analysis.set_density(density);
+    let (design, cases) = (problem.analysis.design.clone(), problem.analysis.cases.clone());
+    let (designs, steps) = (Designs::new(&design, &cases), problem.analysis.times.len());
+    let recording = Recording::new(&problem.mesh, &problem.quantities, designs, steps);
+    let model = design.model();
+    let writer = PathWriter::new(Some(run), &problem.mesh, designs, recording).live();
+    let mut counting = Counting { writer, model, counts: Map::new() };
+    let marched = problem.analysis.forward_only(density, &mut counting);
+    let Counting { writer, counts: marching, .. } = counting;
+    writer.finish().1?;
+    let Ok(forward) = marched else { return Ok(Value::Null) };
+    let before = model.evaluations();
+    write_path(Some(run), problem, &forward.path)?;
+    let later = evaluations(&before, model);
+    Ok(json!({
+        "increments": forward.path.increments(), "marching": { "evaluations": marching },
+        "later": { "evaluations": later },
+    }))
+}
+
+/// Writes a path while it is marched, and counts what that takes.
+struct Counting<'a> {
+    writer: PathWriter<'a>,
+    model: &'a ContactModel,
+    /// Evaluations of each thing.
+    counts: Map<String, Value>,
+}
+
+impl MarchObserver for Counting<'_> {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        let before = self.model.evaluations();
+        self.writer.on_event(event);
+        for ((name, now), (_, before)) in self.model.evaluations().into_iter().zip(before) {
+            let count = self.counts.get(name).and_then(Value::as_u64).unwrap_or(0);
+            self.counts.insert(name.to_owned(), (count + now - before).into());
+        }
+    }
 }
 
 /// The numbers of solves by kind between two counts.

@@ -195,18 +195,16 @@ fn tables(all: &[Value]) -> Vec<String> {
 
 /// How often elements and contact are evaluated per increment, in each part of a measurement.
 fn evaluations(all: &[Value]) -> Vec<String> {
-    let parts = |m: &Value| {
-        [
-            ("forward", m["forward"].clone()),
-            ("gradient", m["gradient_without_kept_factors"].clone()),
-            ("quantities", m["results"]["quantities"].clone()),
-            ("quantities and files", m["results"]["files"].clone()),
-        ]
-    };
     let (mut names, mut rows) = (Vec::new(), Vec::new());
     for m in all {
-        let increments = m["increments"].as_f64().unwrap_or(1.0).max(1.0);
-        for (part, of) in parts(m) {
+        let results = &m["results"];
+        for (part, of, increments) in [
+            ("forward", &m["forward"], &m["increments"]),
+            ("gradient", &m["gradient_without_kept_factors"], &m["increments"]),
+            ("quantities and files, marching", &results["marching"], &results["increments"]),
+            ("quantities and files, later", &results["later"], &results["increments"]),
+        ] {
+            let increments = increments.as_f64().unwrap_or(1.0).max(1.0);
             let Some(counts) = of["evaluations"].as_object() else { continue };
             names = counts.keys().cloned().collect();
             let mut row = vec![m["unknowns"].to_string(), part.to_owned()];

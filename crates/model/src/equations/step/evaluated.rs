@@ -10,7 +10,7 @@ use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{InterfaceError, InterfaceWorkspace};
 use slipstick_linalg::BlockMatrix;
-use slipstick_path::{Iteration, StateError, StepState, Timings};
+use slipstick_path::{Evaluated, Iteration, StateError, StepState, Timings};
 use slipstick_solid::model::Scatter;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -34,11 +34,23 @@ impl Kinematics {
     }
 }
 
-/// Kinematics that have been computed before, of a state and the one before it.
+/// What has been computed before of a state and the one before it.
 #[derive(Debug, Default)]
-pub(crate) struct KnownKinematics {
+pub(crate) struct Known<'a> {
+    /// Kinematics of the state before.
     pub previous: Option<Arc<Kinematics>>,
+    /// Kinematics of the state.
     pub now: Option<Arc<Kinematics>>,
+    /// f_int of the state. \[F\]
+    pub internal: Option<&'a [f64]>,
+}
+
+impl<'a> Known<'a> {
+    /// With the march's evaluation of the state, if that is at hand.
+    pub fn of(previous: Option<Arc<Kinematics>>, now: Option<&'a Evaluated<Design>>) -> Self {
+        let internal = now.map(|now| &now.state.internal[..]).filter(|internal| !internal.is_empty());
+        Self { previous, now: now.map(|now| now.state.kinematics.clone()), internal }
+    }
 }
 
 /// The fixed data of a load step.
@@ -108,9 +120,11 @@ pub struct NodeState {
     pub(in crate::equations) law: NodeLaw,
 }
 
-/// The contact at a state.
+/// The contact at a state, and the internal force there.
 #[derive(Debug)]
 pub struct ContactState {
+    /// f_int, if the residual was wanted; otherwise empty. \[F\]
+    pub(in crate::equations) internal: Vec<f64>,
     pub(in crate::equations) kinematics: Arc<Kinematics>,
     /// Slave nodes, in the order of [`ContactModel::slave_nodes`]; `None` for those of other ranks.
     pub(in crate::equations) nodes: Vec<Option<NodeState>>,
@@ -266,7 +280,7 @@ impl Design {
             })
         };
         let nodes = kinematics.nodes.par_iter().zip(&step.rows).enumerate().map(of).collect();
-        ContactState { kinematics, nodes, settings, free: FreeMotions::default() }
+        ContactState { internal: Vec::new(), kinematics, nodes, settings, free: FreeMotions::default() }
     }
 
     /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it
@@ -281,7 +295,7 @@ impl Design {
         time: f64,
         at_start: bool,
     ) -> Result<ContactState, StateError> {
-        self.contact_with(previous, y, (time, at_start), KnownKinematics::default())
+        self.contact_with(previous, y, (time, at_start), Known::default())
     }
 
     /// As [`contact_at`](Self::contact_at), with the kinematics that are known.
@@ -290,7 +304,7 @@ impl Design {
         previous: &StepState,
         y: &[f64],
         (time, at_start): (f64, bool),
-        known: KnownKinematics,
+        known: Known<'_>,
     ) -> Result<ContactState, StateError> {
         let model = &*self.model;
         let mut workspaces: Vec<_> = model.interfaces.iter().map(|i| i.interface.workspace(|_| true)).collect();

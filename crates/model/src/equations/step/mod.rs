@@ -110,6 +110,7 @@ impl StepProblem for Design {
         }
         model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
         let scales = self.scales(y, &internal, squares.sqrt());
+        contact.internal = internal;
         let (unknowns, geometry) = (y.to_vec(), contact.kinematics.clone());
         Ok(Evaluated { unknowns, residual, scales, active_set: status, geometry, state: contact })
     }
