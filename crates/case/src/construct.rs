@@ -9,6 +9,7 @@ mod optimization;
 mod quantities;
 mod regions;
 mod select;
+mod springs;
 pub(crate) mod surfaces;
 pub(crate) mod symmetry;
 pub(crate) mod ties;
@@ -123,8 +124,10 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     };
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
+    let springs = springs::build_springs(case, &mesh, &coordinates)?;
     let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, prescribed.fixed());
-    let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, viscosity };
+    let parts =
+        ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, springs, viscosity };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);
     let variations = variation::variations(case, &mesh, &model, &mirrored)?;
     let Requested { quantities, objective, constraints } = quantities::requested(case, &mesh, &model)?;

@@ -125,6 +125,7 @@ fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, titl
     let [work, stored, friction] =
         ["external_work", "strain_energy", "friction_work"].map(|what| value(&Subject::Whole, what));
     let further = [
+        ("spring_energy", "springs"),
         ("plastic_work", "plastic"),
         ("offset_work", "work of offsets"),
         ("viscous_work", "viscous"),

@@ -92,8 +92,18 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     if cards.iter().any(|card| card.keyword.name == "STEP") {
         let mut ledger = Ledger::new("", &[]);
         let deck = read::deck(&cards, &mut ledger);
+        if !deck.spring_elements.is_empty() {
+            mesh.notices.retain(|notice| !only_springs(notice));
+        }
         let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
         Targets::new(&mut mesh, &deck, &bodies, &mut ledger);
     }
     Ok(mesh)
+}
+
+/// Whether a notice of elements that are not read names only springs, which [`translate`] reads.
+fn only_springs(notice: &str) -> bool {
+    let types = notice.split_once(" of type ").and_then(|(_, rest)| rest.strip_suffix(" not read"));
+    let types = types.and_then(|types| types.strip_suffix(" is").or_else(|| types.strip_suffix(" are")));
+    types.is_some_and(|types| types.split(", ").all(|name| name.starts_with("SPRING")))
 }

@@ -1,5 +1,7 @@
 //! What motions, forces, pressures and contact act on: nodes and faces, grouped into sets of the file.
 
+mod springs;
+
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use slipstick_meshio::{CellKind, ElementFace, FileMesh};
@@ -8,6 +10,7 @@ use crate::bodies::{Bodies, find, rigid_nodes};
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
 use crate::read::{Deck, On, Target};
+pub use springs::{End, Sprung};
 
 /// Nodes whose motion is prescribed alike.
 #[derive(Debug)]
@@ -46,6 +49,7 @@ pub struct Targets {
     pub held: Vec<Held>,
     pub forces: Vec<Forces>,
     pub pressures: Vec<Pressure>,
+    pub sprung: Vec<Sprung>,
     /// Number of load steps of the case, and those of each step.
     pub load_steps: usize,
     pub counts: Vec<usize>,
@@ -78,6 +82,7 @@ impl Targets {
             return targets;
         }
         let motions = finder.motions(&timeline);
+        targets.sprung = finder.springs(&motions);
         targets.held = finder.held(motions);
         let forces = finder.forces(&timeline);
         targets.forces = finder.loaded(forces);

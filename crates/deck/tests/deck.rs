@@ -383,3 +383,57 @@ fn pressures_act_on_faces_that_exist() {
         .replace("*NSET, NSET=BASE", "*ELEMENT, TYPE=C3D6, ELSET=LOW\n3, 1,2,3,5,6,7\n*NSET, NSET=BASE");
     assert!(refused(&wedge).iter().any(|error| error.contains("element 3 has no face 6")), "{:?}", refused(&wedge));
 }
+
+/// Springs to the ground on both cubes, between nodes, to a node that is held, and between rigid bodies.
+#[test]
+fn springs() {
+    let with = |elements: &str, before: &str| {
+        let deck = CUBES.replace("*MATERIAL, NAME", &format!("{elements}*MATERIAL, NAME"));
+        deck.replace("*STEP", &format!("{before}*STEP"))
+    };
+    let ground =
+        with("*ELEMENT, TYPE=SPRING1, ELSET=GROUND\n71, 5\n72, 6\n73, 6\n74, 15\n*SPRING, ELSET=ground\n3\n20.\n", "");
+    assert_eq!(
+        new_tables(&ground),
+        [
+            "[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; direction = [0.0, 0.0, 1.0]; nodal_stiffness = 20.0",
+            "[[spring]]; name = \"spring_2\"; set = \"HIGH_sprung_1\"; direction = [0.0, 0.0, 1.0]; nodal_stiffness = 20.0",
+            "[[spring]]; name = \"spring_3\"; set = \"LOW_sprung_2\"; direction = [0.0, 0.0, 1.0]; nodal_stiffness = 20.0",
+        ]
+    );
+    assert_eq!(mesh(ground.as_bytes()).unwrap().node_sets["sprung_1"].len(), 3);
+    let joined =
+        with("*ELEMENT, TYPE=SPRING2\n71, 5, 11\n*ELSET, ELSET=JOINT\n71\n*SPRING, ELSET=JOINT\n2, 2\n7\n", "");
+    assert_eq!(
+        new_tables(&joined),
+        [
+            "[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; to = \"HIGH_sprung_2\"; direction = [0.0, 1.0, 0.0]; \
+          nodal_stiffness = 7.0"
+        ]
+    );
+    let rope = "*ELEMENT, TYPE=SPRINGA, ELSET=ROPE\n71, 99, 7\n*SPRING, ELSET=ROPE\n\n2.5D1\n";
+    assert_eq!(
+        new_tables(&with(rope, "*BOUNDARY\n99, 1, 3\n")),
+        ["[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; to = [0.5, 0.5, 2.01]; direction = \"line\"; \
+          nodal_stiffness = 25.0"]
+    );
+    let free = with(rope, "");
+    let line = line_of(&free, "*SPRING, ELSET");
+    assert_eq!(
+        refused(&free),
+        [format!(
+            "{line}: *SPRING: an end is a node of no body, which is not held; attach springs to bodies, and to nodes \
+             that *BOUNDARY holds; `--ignore \"SPRING\"` leaves it out"
+        )]
+    );
+    for (wrong, message) in [
+        ("*ELEMENT, TYPE=SPRINGA, ELSET=A\n71, 1\n", "has a number and 2 nodes"),
+        ("*SPRING, ELSET=A\n1\n5\n", "no set of spring elements `A`"),
+        ("*ELEMENT, TYPE=SPRING2, ELSET=A\n71, 1, 11\n*SPRING, ELSET=A\n1, 2\n5\n", "between different components"),
+        ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A\n1\n-5\n", "one with its stiffness > 0"),
+        ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, NONLINEAR\n1\n5\n", "NONLINEAR is not supported"),
+    ] {
+        let messages = refused(&with(wrong, ""));
+        assert!(messages.iter().any(|text| text.contains(message)), "{wrong}: {messages:?}");
+    }
+}

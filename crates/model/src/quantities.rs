@@ -18,10 +18,11 @@
 //! | `external_work` | everything | F L | work of loads and supports since the start of the load case |
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
 //! | `offset_work` | everything, if a pair has an offset | F L | work of the offsets of contact pairs since the start of the load case, Σ ∫ F_n dd |
+//! | `spring_energy` | everything, with springs | F L | energy stored in all springs |
 //! | `viscous_work` | everything, with viscosity | F L | energy that viscous forces have dissipated since the start of the load case |
 //! | `holding_work` | everything, with bodies that only contact holds | F L | work that the springs on their free motions have taken since the start of the load case |
 //! | `plastic_work` | everything, with plasticity | F L | plastic work of all bodies since rest |
-//! | `energy_balance` | everything | F L | external work + offset work − strain energy − plastic work − friction work − viscous work − holding work |
+//! | `energy_balance` | everything | F L | external work + offset work − strain energy − spring energy − plastic work − friction work − viscous work − holding work |
 //!
 //! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
 //! under their own names.
@@ -41,8 +42,10 @@
 //! `friction_work_is_contact_work_at_small_strains`.
 
 mod recording;
+mod spring_force;
 
 pub use recording::{Reached, Recording};
+pub use spring_force::SpringForce;
 
 use slipstick_design::quantity::ExternalWork;
 use slipstick_mesh::{Mesh, Rigid};
@@ -307,10 +310,12 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
     }
     let offset = has_offset(model).then_some("offset_work");
     let work = ["strain_energy", "friction_work", "external_work", "contact_work"].into_iter();
+    let springs = (!model.springs().is_empty()).then_some("spring_energy");
     let viscous = (!model.viscosity().is_none()).then_some("viscous_work");
     let holding = model.may_move_freely().then_some("holding_work");
     let plastic = model.has_memory().then_some("plastic_work");
-    for name in work.chain(plastic).chain(offset).chain(viscous).chain(holding).chain(["energy_balance"]) {
+    for name in work.chain(plastic).chain(offset).chain(springs).chain(viscous).chain(holding).chain(["energy_balance"])
+    {
         push(Subject::Whole, name.into(), name.into(), "F L");
     }
     names

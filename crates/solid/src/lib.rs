@@ -24,6 +24,7 @@ mod reference;
 mod registers;
 pub mod section;
 pub mod simp;
+pub mod spring;
 pub mod stress;
 mod tet4;
 

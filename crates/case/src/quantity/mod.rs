@@ -18,6 +18,7 @@ mod moment;
 mod plastic_strain;
 mod reaction;
 mod reading;
+mod spring_force;
 mod strain_energy;
 mod stress;
 mod volume;
@@ -135,6 +136,7 @@ quantities! {
     strain_energy StrainEnergy
     stress Stress
     plastic_strain PlasticStrain
+    spring_force SpringForce
     compliance Compliance
     volume Volume
     mass Mass

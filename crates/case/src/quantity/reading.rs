@@ -13,6 +13,8 @@ pub(crate) struct Known<'a> {
     pub names: &'a Names,
     /// The slave surfaces of the contact pairs.
     pub slaves: Vec<&'a str>,
+    /// The names of the springs.
+    pub springs: Vec<&'a str>,
 }
 
 /// The table of a quantity.

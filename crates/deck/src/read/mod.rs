@@ -3,6 +3,7 @@
 mod contact;
 mod material;
 mod refused;
+mod spring;
 mod step;
 
 use std::collections::BTreeMap;
@@ -13,6 +14,7 @@ use crate::ledger::Ledger;
 
 pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
 pub use material::{Hyperelastic, Material};
+pub use spring::{SpringElement, SpringSection};
 #[cfg(test)]
 pub use step::Change;
 pub use step::{Condition, On, Step, Target};
@@ -30,6 +32,8 @@ pub struct Deck {
     pub pairs: Vec<Pair>,
     pub ties: Vec<Tie>,
     pub rigids: Vec<Rigid>,
+    pub spring_elements: Vec<SpringElement>,
+    pub springs: Vec<SpringSection>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
     pub steps: Vec<Step>,
@@ -84,7 +88,11 @@ impl Reader<'_> {
                 self.deck.title = card.first_line().unwrap_or_default().to_owned();
                 self.ledger.translated(name, line, "`title`");
             }
-            "NODE" | "NSET" | "ELSET" | "SURFACE" => self.ledger.used(name, line),
+            "NODE" | "NSET" | "ELSET" | "SURFACE" => {
+                self.ledger.used(name, line);
+                self.spring_set(card);
+            }
+            "SPRING" => self.spring(card),
             "ELEMENT" => self.element(card),
             "SOLID SECTION" | "SOLIDSECTION" => self.section(card),
             "AMPLITUDE" => self.amplitude(card),
@@ -99,6 +107,9 @@ impl Reader<'_> {
     fn element(&mut self, card: &Card<'_>) {
         let keyword = &card.keyword;
         let kind = keyword.parameter("TYPE").unwrap_or_default().to_ascii_uppercase();
+        if self.spring_elements(card, &kind) {
+            return;
+        }
         self.deck.element_types.push((kind.clone(), keyword.line));
         let digits: String = kind.chars().skip(3).take_while(char::is_ascii_digit).collect();
         let how = match (kind.starts_with("C3D"), digits.as_str(), &kind[(3 + digits.len()).min(kind.len())..]) {

@@ -61,7 +61,6 @@ const CURES: &[(&str, &str)] = &[
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),
     ("BEAM SECTION", "mesh the part with solid elements"),
-    ("SPRING", "model the support as a part of solid elements"),
     ("TEMPERATURE", "keep the temperature"),
     ("TRANSFORM", "give boundary conditions and loads in global axes"),
 ];

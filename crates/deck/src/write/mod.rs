@@ -3,6 +3,7 @@
 mod bodies;
 mod contact;
 mod motion;
+mod springs;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -31,6 +32,7 @@ pub fn case(
     writer.contact();
     writer.motions();
     writer.loads();
+    writer.springs();
     writer.text
 }
 

@@ -238,8 +238,8 @@ impl VectorMeasure {
         Ok(Self::Along(direction.map(|component| component / length)))
     }
 
-    /// The number.
-    fn of(self, vector: [f64; 3]) -> f64 {
+    /// The number that a vector is reduced to.
+    pub fn of(self, vector: [f64; 3]) -> f64 {
         match self {
             Self::Along(direction) => dot(direction, vector),
             Self::Norm => norm(vector),
@@ -247,7 +247,7 @@ impl VectorMeasure {
     }
 
     /// Its derivative with respect to the vector.
-    fn slope(self, vector: [f64; 3]) -> [f64; 3] {
+    pub fn slope(self, vector: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Along(direction) => direction,
             Self::Norm => match norm(vector) {

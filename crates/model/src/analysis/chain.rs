@@ -419,6 +419,14 @@ impl PathResponses<Design> for Adapter<'_> {
         if reads.previous {
             self.keep_for_previous(response, model, &data.previous, std::mem::take(&mut by.previous), to);
         }
+        if !model.springs().is_empty() {
+            // at the reference point of a rigid body, the reaction is the force of springs minus the loads
+            for i in model.rigid_references().flat_map(|node| 3 * node..3 * node + 3) {
+                let Some(weight) = by.reaction.get_mut(i).filter(|_| model.prescribed().fixed()[i]) else { continue };
+                by.internal_force[i] += *weight;
+                by.external_force[i] -= std::mem::take(weight);
+            }
+        }
         let d = view.displacement;
         let by_internal = by.internal_force.iter().any(|&weight| weight != 0.0);
         if by_internal {

@@ -75,7 +75,7 @@ impl Design {
         Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
     }
 
-    /// Internal force at displacements `d`, with the history of elements with memory at the start of the
+    /// Internal force at displacements `d`, springs included, with the history of elements with memory at the start of the
     /// step (or at its end: the result is the same). \[F\]
     ///
     /// # Errors
@@ -83,6 +83,7 @@ impl Design {
     pub fn internal_force(&self, d: &[f64], history: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let result = self.model.solid.internal_force(d, self.solid_step(history), out).map_err(inverted);
         self.model.share.agree(result)?;
+        self.model.add_spring_force(d, out);
         self.model.share.sum(&mut [out]);
         Ok(())
     }
@@ -112,7 +113,10 @@ impl Design {
         out: &mut [f64],
     ) -> Result<(), StateError> {
         let (solid, step) = (&self.model.solid, self.solid_step(history));
-        self.model.share.add(out, |out| solid.add_tangent_product(d, step, v, out).map_err(inverted))
+        self.model.share.add(out, |out| {
+            self.model.add_spring_tangent_product(d, v, out);
+            solid.add_tangent_product(d, step, v, out).map_err(inverted)
+        })
     }
 
     /// Adds λᵀ ∂f_int/∂φ of every element.

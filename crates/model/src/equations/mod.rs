@@ -58,6 +58,7 @@ use slaves::{ContactElements, SlaveData, StartDesign};
 use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Evaluation, Interpolation, InvertedElements, Material, SolidModel};
+pub use springs::Springs;
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -65,7 +66,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use step::evaluated;
 pub use step::pattern;
 pub use terms::node;
-use terms::{enforcement, law, loads, viscosity};
+use terms::{enforcement, law, loads, springs, viscosity};
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 
@@ -99,6 +100,7 @@ pub struct ContactModel {
     uzawa: Option<Uzawa>,
     prescribed: Prescribed,
     loads: Loads,
+    springs: Springs,
     viscosity: Viscosity,
     /// Bodies that supports alone do not hold.
     loose: LooseBodies,
@@ -132,6 +134,8 @@ pub struct ModelParts {
     pub prescribed: Prescribed,
     /// Loads.
     pub loads: Loads,
+    /// Springs between nodes and to the ground.
+    pub springs: Springs,
     /// Viscous forces.
     pub viscosity: Viscosity,
 }
@@ -166,8 +170,18 @@ impl ContactModel {
     /// default stiffness. `largest_motion` is the largest prescribed displacement on the path;
     /// together with the loads, it sets the tolerances of a start at rest.
     pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
-        let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, viscosity } =
-            parts;
+        let ModelParts {
+            share,
+            solid,
+            designed,
+            interpolation,
+            interfaces,
+            uzawa,
+            prescribed,
+            loads,
+            springs,
+            viscosity,
+        } = parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let map = ContactMap::new(mesh);
         let (slaves, contact_elements) = slaves::tables(mesh, &map, &interfaces);
@@ -183,6 +197,7 @@ impl ContactModel {
         } else {
             mesh.node_neighbours()
         };
+        springs.couple(&mut bulk, &share);
         rigid.couple(&mut bulk);
         let own: Vec<bool> =
             interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
@@ -218,6 +233,7 @@ impl ContactModel {
             uzawa,
             prescribed,
             loads,
+            springs,
             viscosity,
             loose,
             slaves,

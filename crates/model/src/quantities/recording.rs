@@ -342,9 +342,12 @@ impl Recorder<'_> {
         let plastic: f64 = data.plastic_work.iter().sum();
         values.extend(self.model.has_memory().then_some(plastic));
         values.extend(has_offset(self.model).then_some(sums.offset));
+        let springs = self.model.springs();
+        let sprung = springs.energy(&state.unknowns);
+        values.extend((!springs.is_empty()).then_some(sprung));
         values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
         values.extend(self.model.may_move_freely().then_some(sums.holding));
-        let taken = stored + plastic + dissipated + sums.viscous + sums.holding;
+        let taken = stored + sprung + plastic + dissipated + sums.viscous + sums.holding;
         values.push(sums.external + sums.offset - taken);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));

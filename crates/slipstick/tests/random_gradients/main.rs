@@ -20,7 +20,7 @@ use std::time::Instant;
 use curved::FIRST_OF_CURVED;
 use problem::{
     FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS,
-    RandomProblem, random_problem,
+    FIRST_OF_SPRINGS, RandomProblem, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
@@ -265,6 +265,12 @@ fn gradients_of_random_rigid_bodies() {
 #[test]
 fn gradients_of_random_curved_surfaces_and_corners() {
     suite(FIRST_OF_CURVED..FIRST_OF_CURVED + 20, With::Densities);
+}
+
+/// The same with springs to the ground and between the bodies.
+#[test]
+fn gradients_of_random_springs() {
+    suite(FIRST_OF_SPRINGS..FIRST_OF_SPRINGS + 16, With::Densities);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:

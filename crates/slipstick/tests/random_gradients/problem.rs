@@ -7,6 +7,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
 use slipstick::case::LawKind;
 use slipstick::design::ElementValues;
+use slipstick::quantities::SpringForce;
 use std::sync::Arc;
 
 use slipstick_design::quantity::{PlasticStrain, Reaction};
@@ -250,6 +251,32 @@ fn with_plastic_bodies(random: &mut Random, text: &str) -> String {
     out
 }
 
+/// Problems from this seed on are those from [`FIRST_OF_QUANTITIES`] with springs.
+pub const FIRST_OF_SPRINGS: u64 = 9000;
+
+/// One to three springs on the bodies: to the ground or between them, in a direction, in all, or along a line.
+fn springs(random: &mut Random) -> String {
+    let mut text = String::new();
+    for k in 0..one_of(random, &[1, 2, 3]) {
+        let set = one_of(random, &["slab_xmin", "slab_xmax", "block_xmax", "block_zmin", "block_ymin"]);
+        let other = if set.starts_with("slab") { "block_xmin" } else { "slab_zmax" };
+        let to = one_of(random, &["", "other", "[9.0, -7.0, 8.0]"]).replace("other", &format!("\"{other}\""));
+        let axis: [f64; 3] = direction(random).into_inner().into();
+        let acts = match one_of(random, &[0, 1, 2]) {
+            0 => String::new(),
+            1 if !to.is_empty() => "direction = \"line\"\n".into(),
+            _ => format!("direction = {axis:?}\n"),
+        };
+        let to = if to.is_empty() { to } else { format!("to = {to}\n") };
+        let stiffness = match one_of(random, &["stiffness", "nodal_stiffness", "stiffness_per_area"]) {
+            "nodal_stiffness" => format!("nodal_stiffness = {:?}", random.within(1.0, 30.0)),
+            key => format!("{key} = {:?}", random.within(5.0, 200.0)),
+        };
+        let _ = writeln!(text, "[[spring]]\nname = \"spring_{k}\"\nset = \"{set}\"\n{to}{acts}{stiffness}");
+    }
+    text
+}
+
 /// What the hexahedra of a body become.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -335,6 +362,11 @@ pub fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
         let elements: Vec<u32> = (0..problem.mesh.elements.len() as u32).collect();
         all.push(Arc::new(PlasticStrain::new("plastic strain", elements, 6.0).expect("a quantity")));
     }
+    let sprung = problem.analysis.model().springs();
+    for name in sprung.names() {
+        let along = VectorMeasure::along([0.4, 1.0, -0.7]).expect("a direction");
+        all.push(Arc::new(SpringForce::new("spring force", sprung.of(name).to_vec(), along)));
+    }
     let count = one_of(random, &[1, 1, 1, 2, 3]);
     let worst = chance(random, 0.2);
     let steps = problem.analysis.times.len();
@@ -360,9 +392,11 @@ pub fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
 
 /// The problem of a seed.
 pub fn random_problem(seed: u64) -> RandomProblem {
-    if seed >= FIRST_OF_CURVED {
+    if (FIRST_OF_CURVED..FIRST_OF_SPRINGS).contains(&seed) {
         return curved_problem(seed);
     }
+    let sprung = seed.checked_sub(FIRST_OF_SPRINGS).map_or(String::new(), |k| springs(&mut Random::new(!k)));
+    let seed = seed.checked_sub(FIRST_OF_SPRINGS).map_or(seed, |k| FIRST_OF_QUANTITIES + k);
     let mut random = Random::new(seed);
     let r = &mut random;
     let slab = [r.within(1.5, 4.0), r.within(0.5, 1.2), r.within(0.8, 2.0)];
@@ -429,6 +463,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         let inside = |c: usize| centre[c].min(slab[c] - centre[c]) > 0.4 * block[c];
         with_rigid_block(r, &text, middle.into(), gap == 0.0 && inside(0) && inside(2))
     };
+    let text = text + &sprung;
     let is_plastic = (FIRST_OF_PLASTIC..FIRST_OF_RIGID).contains(&seed);
     let text = if is_plastic { with_plastic_bodies(r, &text) } else { text };
     let mut problem = match seed {

@@ -1,5 +1,5 @@
 //! The pull-back of a design's steps into every input, compared with central differences at converged
-//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces and loads.
+//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces, springs and loads.
 
 use crate::common::scene::*;
 use crate::common::*;
@@ -65,8 +65,12 @@ fn kinds() -> Vec<Kind> {
         ));
         scenes.push((
             format!("{name}, loaded"),
-            Scene { more: "[[load]]\nsurface = \"slab_xmax\"\npressure = 20\n".into(), ..base },
+            Scene { more: "[[load]]\nsurface = \"slab_xmax\"\npressure = 20\n".into(), ..base.clone() },
         ));
+        let springs = "[[spring]]\nname = 'foot'\nset = 'slab_xmax'\nstiffness_per_area = 80\n\
+                       [[spring]]\nname = 'rope'\nset = 'block_xmax'\nto = 'slab_xmax'\ndirection = 'line'\n\
+                       stiffness = 50\n";
+        scenes.push((format!("{name}, springs"), Scene { more: springs.into(), ..base }));
     }
     let mut kinds: Vec<Kind> =
         scenes.iter().map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: true }).collect();

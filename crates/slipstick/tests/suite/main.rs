@@ -45,6 +45,7 @@ mod sections;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]
 mod solved;
+mod springs;
 mod symmetry;
 #[path = "../common/table.rs"]
 mod table;

@@ -7,9 +7,11 @@ use crate::common::quantities::every_quantity;
 use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
 use crate::common::{Random, designed, forward, norm, problem, problem_with, random_density, status_path};
 use slipstick::build::Problem;
+use slipstick::design::VectorMeasure;
 use slipstick::design::quantity::PlasticStrain;
 use slipstick::design::{Bound, Constraint, Curve, ElementValues, ObservedSteps, Reduction, Response, Term};
 use slipstick::model::Parameter;
+use slipstick::quantities::SpringForce;
 use slipstick_mesh::{BoxShape, box_mesh};
 use slipstick_path::Silent;
 use std::sync::Arc;
@@ -30,6 +32,11 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
         let elements = (0..problem.mesh.elements.len() as u32).collect();
         let strain = PlasticStrain::new("plastic strain", elements, 6.0).expect("right");
         responses.push(Response::of(Arc::new(strain), ObservedSteps::Last, 1.0));
+    }
+    let springs = problem.analysis.model().springs();
+    for name in springs.names() {
+        let force = SpringForce::new(format!("force of `{name}`"), springs.of(name).to_vec(), VectorMeasure::Norm);
+        responses.push(Response::of(Arc::new(force), ObservedSteps::All, 1.0));
     }
     let term = |i: usize, weight| Term { quantity: all[i].clone(), steps: ObservedSteps::All, weight };
     responses.push(Response::new("largest", vec![term(1, 1.0), term(7, 0.7)], Reduction::Largest));

@@ -14,6 +14,7 @@ mod run;
 mod schedule;
 mod sets;
 mod shaping;
+mod spring;
 mod symmetry;
 
 use super::document::Table;
@@ -38,6 +39,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &bodies, &load_cases, load_path.steps);
     let loads = load::loads(&root, &names, &bodies, &load_cases, load_path.steps);
+    let springs = spring::springs(&root, &names);
     let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
     let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =
         (moving.collect(), loads.iter().map(|load| (load.surface.clone(), load.load_case.clone())).collect());
@@ -46,7 +48,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     load_case::check_differences(&root, &load_cases, &moving, &loaded);
     let design = design::design(&root, &names, &bodies);
     let slaves = contacts.iter().map(|contact| contact.slave.as_str()).collect();
-    let known = Known { names: &names, slaves };
+    let known = Known { names: &names, slaves, springs: springs.iter().map(|spring| spring.name.as_str()).collect() };
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known, load_path.steps);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
@@ -60,7 +62,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let adjoint = run::adjoint(&root);
     // symmetry planes support bodies too, but which ones is only known with the mesh
     if symmetries.is_empty() {
-        motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet);
+        motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet, &springs);
     }
     root.finish();
     Case {
@@ -74,6 +76,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         load_cases,
         dirichlet,
         loads,
+        springs,
         load_path,
         design,
         quantities,

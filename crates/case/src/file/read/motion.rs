@@ -4,7 +4,8 @@ use super::super::CaseCode;
 use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, Component, Contact, Dirichlet, LoadCase, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
+    Body, Component, Contact, Dirichlet, LoadCase, LoadPath, RotationAxis, Spring, SpringEnd, StartValues, Tolerance,
+    Waypoint,
 };
 use super::common::direction;
 use super::load_case;
@@ -288,6 +289,7 @@ pub(super) fn warn_unsupported(
     bodies: &[Body],
     contacts: &[Contact],
     dirichlet: &[Dirichlet],
+    springs: &[Spring],
 ) {
     let body_of = |name: &str| names.find(name).map(|(_, body)| body);
     // A set of several bodies may support any of them, and an unknown name is already an error.
@@ -300,7 +302,10 @@ pub(super) fn warn_unsupported(
             Some(Some(body)) => body == number,
             of_several => of_several.is_some(),
         };
-        if dirichlet.iter().any(|condition| on_body(&condition.set)) {
+        let sprung = springs
+            .iter()
+            .any(|spring| on_body(&spring.set) || matches!(&spring.to, Some(SpringEnd::Set(to)) if on_body(to)));
+        if sprung || dirichlet.iter().any(|condition| on_body(&condition.set)) {
             continue;
         }
         let touches = contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master));

@@ -16,6 +16,7 @@ mod promise;
 mod quantity;
 mod sets;
 mod shaping;
+mod spring;
 mod units;
 
 pub use bodies::*;
@@ -30,6 +31,7 @@ pub use promise::*;
 pub use quantity::*;
 pub use sets::*;
 pub use shaping::*;
+pub use spring::*;
 pub use units::*;
 
 use schemars::JsonSchema;
@@ -68,6 +70,9 @@ pub struct Case {
     /// Loads on surfaces.
     #[serde(rename = "load", skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
+    /// Springs.
+    #[serde(rename = "spring", skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Spring>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
     /// The design; `None` if the case is only for a forward analysis.

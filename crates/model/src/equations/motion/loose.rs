@@ -10,7 +10,7 @@
 //! ℓ_f d is the mean translation or rotation of a body, the rigid motion in the reference configuration
 //! that is closest to the displacements of the nodes at the corners of the body. The free motions are known
 //! from the status: with the rigid motions φ_k of the bodies, they are the null space of all
-//! conditions of supports, ties and closed nodes on Σ q_k φ_k. The mean motions f are those that
+//! conditions of supports, springs, ties and closed nodes on Σ q_k φ_k. The mean motions f are those that
 //! determine the free motions best (pivoted elimination). In equilibrium R has no component along a
 //! free motion, so the springs carry no force: the original equations hold, whatever κ is, and ℓ_f d =
 //! ℓ_f d_n−1, so a body stays where it was. Motions that are nearly free are held too, with a force that
@@ -220,6 +220,7 @@ impl ContactModel {
                 rows.push(at_points.iter().map(|mode| along(mode)).collect());
             }
         }
+        rows.extend(self.restrained_by_springs(y, &modes));
         if self.share.has_rest() {
             let fixed = self.prescribed.fixed();
             for body in &self.loose.bodies {

@@ -53,7 +53,12 @@ impl Design {
         determinants.iter_mut().zip(&volumes).filter(|(_, volume)| **volume == 0.0).for_each(|(j, _)| *j = 1.0);
         let mut internal = Cow::Borrowed(&known.internal_force[..]);
         let equilibrium = match internal.is_empty() {
-            true => solid.internal_force(d, step, grown(internal.to_mut(), d.len())),
+            true => {
+                let internal = grown(internal.to_mut(), d.len());
+                let result = solid.internal_force(d, step, internal);
+                model.springs().list().iter().for_each(|spring| spring.add_force(d, internal));
+                result
+            }
             false => Ok(()),
         };
         let energies = match known.energies.is_empty() {

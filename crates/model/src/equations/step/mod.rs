@@ -87,6 +87,7 @@ impl StepProblem for Design {
                 .solid
                 .internal_force(&y[..split], self.solid_step(step.solid_history(model)), &mut internal)
                 .map_err(inverted);
+            model.add_spring_force(&y[..split], &mut internal);
             workspace.timings.end(Phase::Solid, begin);
         }
         let begin = workspace.timings.begin();
@@ -153,6 +154,7 @@ impl StepProblem for Design {
         if !model.loads.is_empty() && model.share.has_rest() {
             model.loads.add_tangent(step.time, &model.positions(y), matrix);
         }
+        model.add_spring_tangent(&y[..split], matrix);
         model.add_viscous_tangent(step, matrix);
         model.add_holding_tangent(&at.state.free, matrix);
         workspace.timings.end(Phase::Solid, begin);
@@ -313,7 +315,7 @@ impl Design {
         SolidStep { scalings: &self.scalings, history }
     }
 
-    /// Carries the tangent over to the unknowns of rigid bodies, on which loads and contact act.
+    /// Carries the tangent over to the unknowns of rigid bodies, on which loads, springs and contact act.
     fn carry_over(&self, step: &Step, at: &Evaluated<Self>, matrix: &mut BlockMatrix) {
         let model = &*self.model;
         if model.rigid.is_empty() {
@@ -323,6 +325,7 @@ impl Design {
         if !model.loads.is_empty() && model.share.has_rest() {
             model.loads.add_residual(step.time, &model.positions(&at.unknowns), &mut forces);
         }
+        model.add_spring_force(&at.unknowns, &mut forces);
         model.add_from_contact(&mut forces, |out| {
             at.state.nodes_here().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
         });

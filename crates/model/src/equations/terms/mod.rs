@@ -1,7 +1,8 @@
-//! The terms of the equations: the law of each slave node, loads, viscous forces.
+//! The terms of the equations: the law of each slave node, loads, springs, viscous forces.
 
 pub(in crate::equations) mod enforcement;
 pub(in crate::equations) mod law;
 pub(in crate::equations) mod loads;
 pub mod node;
+pub(in crate::equations) mod springs;
 pub(in crate::equations) mod viscosity;

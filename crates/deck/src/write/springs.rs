@@ -1,0 +1,48 @@
+//! Springs.
+
+use super::{Writer, quoted, vector};
+use crate::targets::{End, Sprung};
+
+impl Writer<'_> {
+    pub(super) fn springs(&mut self) {
+        let mut number = 0;
+        for sprung in &self.targets.sprung {
+            for set in self.attached(&sprung.end) {
+                number += 1;
+                self.spring(sprung, &set, number);
+            }
+        }
+    }
+
+    /// The sets of an end in the case, one for each body.
+    fn attached(&self, end: &End) -> Vec<String> {
+        match end {
+            End::Nodes(set, bodies) => bodies.iter().map(|&body| self.on(body, set)).collect(),
+            End::Body(body) => vec![self.bodies.list[*body].name.clone()],
+            End::Held(_) => Vec::new(),
+        }
+    }
+
+    fn spring(&mut self, sprung: &Sprung, set: &str, number: usize) {
+        self.table("spring", "SPRING", sprung.line);
+        self.line(format!("name = \"spring_{number}\"\nset = {}", quoted(set)));
+        match &sprung.to {
+            // along an axis, any fixed point is the ground
+            Some(End::Held(node)) if sprung.component.is_none() => {
+                let point = vector(&self.mesh.points[*node as usize]);
+                self.line(format!("to = {point}"));
+            }
+            Some(end) => self.attached(end).iter().for_each(|to| self.line(format!("to = {}", quoted(to)))),
+            None => {}
+        }
+        let mut axis = [0.0; 3];
+        match sprung.component {
+            Some(component) => {
+                axis[usize::from(component)] = 1.0;
+                self.line(format!("direction = {}", vector(&axis)));
+            }
+            None => self.line("direction = \"line\""),
+        }
+        self.line(format!("nodal_stiffness = {:?}", sprung.stiffness));
+    }
+}
