@@ -178,8 +178,10 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     let mut notices = Vec::new();
     let bodies = bodies(&problem.mesh, problem.analysis.model().prescribed().fixed());
     let held_by_ties = held_by_ties(case, &problem.mesh, &bodies, problem.analysis.model().prescribed().fixed());
+    let model = problem.analysis.model();
+    let sprung = |name: &str| !model.springs().is_empty() && model.is_held_without_contact(name);
     for (b, body) in bodies.iter().enumerate() {
-        if body.free_motions > 0 && !held_by_ties[b] {
+        if body.free_motions > 0 && !held_by_ties[b] && !sprung(&body.name) {
             notices.push(Notice {
                 kind: NoticeKind::LooseBody,
                 path: format!("body[{b}]"),

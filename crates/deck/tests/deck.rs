@@ -414,9 +414,11 @@ fn springs() {
     let rope = "*ELEMENT, TYPE=SPRINGA, ELSET=ROPE\n71, 99, 7\n*SPRING, ELSET=ROPE\n\n2.5D1\n";
     assert_eq!(
         new_tables(&with(rope, "*BOUNDARY\n99, 1, 3\n")),
-        ["[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; to = [0.5, 0.5, 2.01]; direction = \"line\"; \
-          nodal_stiffness = 25.0"]
+        ["[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; to = [0.5, 0.5, 2.01]; \
+          direction = [0.5, 0.5, -1.0099999999999998]; nodal_stiffness = 25.0"]
     );
+    let turning = with(rope, "*BOUNDARY\n99, 1, 3\n").replace("*STEP", "*STEP, NLGEOM");
+    assert!(translated(&turning).text.contains("to = [0.5, 0.5, 2.01]\ndirection = \"line\"\nnodal_stiffness = 25.0"));
     let free = with(rope, "");
     let line = line_of(&free, "*SPRING, ELSET");
     assert_eq!(

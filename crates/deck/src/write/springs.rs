@@ -23,6 +23,18 @@ impl Writer<'_> {
         }
     }
 
+    /// Where an end with a single node is.
+    fn position(&self, end: &End) -> [f64; 3] {
+        let node = match end {
+            End::Nodes(set, _) => self.mesh.node_sets.get(set).and_then(|nodes| nodes.first().copied()),
+            End::Body(body) => {
+                self.bodies.list[*body].rigid.and_then(|rigid| self.bodies.position(self.deck.rigids[rigid].reference))
+            }
+            End::Held(node) => Some(*node),
+        };
+        node.map_or([0.0; 3], |node| self.mesh.points[node as usize])
+    }
+
     fn spring(&mut self, sprung: &Sprung, set: &str, number: usize) {
         self.table("spring", "SPRING", sprung.line);
         self.line(format!("name = \"spring_{number}\"\nset = {}", quoted(set)));
@@ -41,7 +53,14 @@ impl Writer<'_> {
                 axis[usize::from(component)] = 1.0;
                 self.line(format!("direction = {}", vector(&axis)));
             }
-            None => self.line("direction = \"line\""),
+            None if self.deck.steps.iter().any(|step| step.nlgeom) => self.line("direction = \"line\""),
+            // linear steps keep the line of the mesh
+            None => {
+                let (from, to) =
+                    (self.position(&sprung.end), sprung.to.as_ref().map_or([0.0; 3], |to| self.position(to)));
+                let line: [f64; 3] = std::array::from_fn(|c| from[c] - to[c]);
+                self.line(format!("direction = {}", vector(&line)));
+            }
         }
         self.line(format!("nodal_stiffness = {:?}", sprung.stiffness));
     }

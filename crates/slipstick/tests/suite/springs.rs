@@ -7,6 +7,7 @@ use crate::quantity_gradients::check;
 use slipstick::analysis::Forward;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
+use slipstick::check::inspect;
 use slipstick::quantities::quantities;
 
 /// A bar of length 4 and cross-section 1 × 1 without lateral contraction, E A/L = 25.
@@ -99,7 +100,9 @@ fn bodies_that_only_springs_hold() {
          spring_force = {{ spring = 'foot', component = 'x' }}\n",
         bar("bar", 0.0)
     );
-    let (problem, forward) = solved(&text);
+    let (mut problem, forward) = solved(&text);
+    let inspection = inspect(&parse_case(&text, "case.toml").unwrap().case, &mut problem).unwrap();
+    assert_eq!(inspection.notices, [], "springs hold both bodies");
     near(last(&problem, &forward, "foot"), 3.0 / 6.0, 1e-9);
     near(last(&problem, &forward, "push"), -3.0, 1e-9);
     near(moved(&problem, &forward, "tool_ymin")[1], 3.0 / 12.0, 1e-9);

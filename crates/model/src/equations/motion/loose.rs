@@ -155,7 +155,7 @@ impl LooseBody {
     }
 }
 
-fn add_condition(gram: &mut DMatrix<f64>, row: &[f64]) {
+pub(in crate::equations) fn add_condition(gram: &mut DMatrix<f64>, row: &[f64]) {
     let filled: Vec<usize> = (0..row.len()).filter(|&k| row[k] != 0.0).collect();
     for &k in &filled {
         filled.iter().for_each(|&l| gram[(k, l)] += row[k] * row[l]);
@@ -163,7 +163,7 @@ fn add_condition(gram: &mut DMatrix<f64>, row: &[f64]) {
 }
 
 /// A basis of the null space of the conditions, and of the principal motions that are `nearly` in it.
-fn free_of(gram: DMatrix<f64>, nearly: impl Fn(&[f64]) -> bool) -> DMatrix<f64> {
+pub(in crate::equations) fn free_of(gram: DMatrix<f64>, nearly: impl Fn(&[f64]) -> bool) -> DMatrix<f64> {
     let n = gram.nrows();
     let largest = gram.diagonal().iter().copied().fold(0.0, f64::max);
     if largest == 0.0 {
@@ -220,13 +220,8 @@ impl ContactModel {
                 rows.push(at_points.iter().map(|mode| along(mode)).collect());
             }
         }
-        rows.extend(self.restrained_by_springs(y, &modes));
         if self.share.has_rest() {
-            let fixed = self.prescribed.fixed();
-            for body in &self.loose.bodies {
-                let prescribed = body.unknowns.clone().filter(|&i| fixed[i]);
-                rows.extend(prescribed.map(|i| modes.iter().map(|mode| mode[i]).collect::<Vec<f64>>()));
-            }
+            rows.extend(self.restraints(y, &modes));
         }
         rows.retain(|row| row.iter().all(|value| value.is_finite()));
         let mut gram = DMatrix::zeros(modes.len(), modes.len());

@@ -3,6 +3,7 @@
 pub(in crate::equations) mod approach;
 pub(in crate::equations) mod loose;
 pub mod prescribed;
+pub(in crate::equations) mod restraints;
 pub(in crate::equations) mod rigid;
 pub(in crate::equations) mod rotation;
 

@@ -48,6 +48,15 @@ impl Springs {
         self.all.iter().map(|spring| spring.energy(d)).sum()
     }
 
+    /// The rates at which they restrain motions, a row for each direction: `motions` are displacements.
+    pub(in crate::equations) fn restrained(&self, d: &[f64], motions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let rows = |spring: &Spring| {
+            let along = |n| motions.iter().map(|motion| spring.along(n, motion)).collect::<Vec<f64>>();
+            spring.restrained(d).into_iter().map(along).collect::<Vec<_>>()
+        };
+        self.all.iter().flat_map(rows).collect()
+    }
+
     /// Adds the couplings of their ends to the rows of a part of the model, if this part has the springs.
     pub(in crate::equations) fn couple(&self, rows: &mut [Vec<u32>], share: &Share) {
         for spring in self.all.iter().filter(|_| share.has_rest()) {
@@ -83,14 +92,5 @@ impl ContactModel {
         self.own_springs().for_each(|spring| {
             spring.tangent(d, |row, column, block| matrix.add(row as usize, column as usize, block));
         });
-    }
-
-    /// The rates at which they restrain motions, a row for each direction: `motions` are displacements.
-    pub(in crate::equations) fn restrained_by_springs(&self, d: &[f64], motions: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let rows = |spring: &Spring| {
-            let along = |n| motions.iter().map(|motion| spring.along(n, motion)).collect::<Vec<f64>>();
-            spring.restrained(d).into_iter().map(along).collect::<Vec<_>>()
-        };
-        self.own_springs().flat_map(rows).collect()
     }
 }

@@ -1,0 +1,32 @@
+//! What restrains rigid motions besides contact.
+
+use crate::equations::ContactModel;
+use crate::equations::loose::{add_condition, free_of};
+use nalgebra::DMatrix;
+
+/// Share of a free motion below which a body does not take part in it.
+const APART: f64 = 1e-6;
+
+impl ContactModel {
+    /// The rates at which supports, springs and equations restrain motions of the bodies at y, a row for each
+    /// condition: `modes` are displacements.
+    pub(in crate::equations) fn restraints(&self, y: &[f64], modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut rows = self.springs.restrained(y, modes);
+        let fixed = self.prescribed.fixed();
+        for body in &self.loose.bodies {
+            let prescribed = body.unknowns.clone().filter(|&i| fixed[i]);
+            rows.extend(prescribed.map(|i| modes.iter().map(|mode| mode[i]).collect::<Vec<f64>>()));
+        }
+        rows
+    }
+
+    /// Whether supports and springs prevent all rigid motions of a body at rest, without contact.
+    pub fn is_held_without_contact(&self, name: &str) -> bool {
+        let Some(body) = self.loose.bodies.iter().position(|body| body.name == name) else { return true };
+        let y = self.rest().unknowns;
+        let modes = self.rigid_motions(&y);
+        let mut gram = DMatrix::zeros(modes.len(), modes.len());
+        self.restraints(&y, &modes).iter().for_each(|row| add_condition(&mut gram, row));
+        free_of(gram, |_| false).rows(6 * body, 6).norm() < APART
+    }
+}
