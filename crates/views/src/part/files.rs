@@ -54,7 +54,7 @@ pub fn write_script(path: &Path, bodies: &[PartBody]) -> Result<(), OutputError>
             faces.map(|face| (face.group.clone(), json!(face.patches))).collect();
         json!({
             "name": body.name, "surface": body.surface_file(), "mesh": body.mesh_file(), "size": body.size,
-            "curved": body.curved_file(), "pieces": body.pieces, "groups": groups,
+            "curved": body.curved_file(), "pieces": body.pieces, "cut": body.cut, "groups": groups,
         })
     };
     let list: Vec<serde_json::Value> = bodies.iter().map(of_body).collect();

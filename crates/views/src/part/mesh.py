@@ -15,8 +15,8 @@ import sys
 import gmsh
 
 # For each body: its surface, the points of its curved faces between those of the surface, the mesh
-# to write, the length of the edges, the surfaces around each piece of material, and the surfaces of
-# each named face.
+# to write, the length of the edges, the surfaces around each piece of material, those inside the design
+# domain, and the surfaces of each named face.
 BODIES = []
 
 # Gmsh's algorithms for the interior, in the order in which they are tried.
@@ -129,10 +129,78 @@ def lift(body):
         print(f"{body['mesh']}: {len(short)} points of curved faces lie up to {max(short):.2g} off, for better elements")
 
 
+# Quality of tetrahedra, 1 if regular, below which their corners move, and how far those on the surface may, relative
+# to the edges.
+FLAT, FREEDOM = 0.2, 0.1
+
+# Ways to move a point, along the axes and between them, and lengths of a move, relative to the edges.
+WAYS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z]
+REACHES = (0.1, 0.05, 0.02, 0.01)
+
+
+def tetrahedron_quality(a, b, c, d):
+    """6 √2 V / l³ with the root mean square l of the edges."""
+    u, v, w = ([q - p for p, q in zip(a, other)] for other in (b, c, d))
+    volume = sum(u[k] * (v[k - 2] * w[k - 1] - v[k - 1] * w[k - 2]) for k in range(3)) / 6.0
+    edges = ((a, b), (a, c), (a, d), (b, c), (b, d), (c, d))
+    square = sum((q - p) ** 2 for start, end in edges for p, q in zip(start, end)) / 6.0
+    return 6.0 * 2.0**0.5 * volume / square**1.5 if square > 0.0 else 0.0
+
+
+def raise_flat(body):
+    """Moves corners of flat tetrahedra, as at necks of the material that are thinner than the edges, as long as the
+    worst tetrahedron at a corner becomes better. Outer faces stay; other points of the surface hardly move."""
+    held, free = set(), set()
+    for _, surface in gmsh.model.getEntities(2):
+        tags = gmsh.model.mesh.getNodes(2, surface, includeBoundary=True)[0]
+        (free if surface in body["cut"] else held).update(tags)
+    tags, flat, _ = gmsh.model.mesh.getNodes()
+    points = {tag: [float(c) for c in flat[3 * place : 3 * place + 3]] for place, tag in enumerate(tags)}
+    elements, around = [], {}
+    for _, some, nodes in zip(*gmsh.model.mesh.getElements(3)):
+        elements += [list(nodes[4 * place : 4 * place + 4]) for place in range(len(some))]
+    for own in elements:
+        for tag in own:
+            around.setdefault(tag, []).append(own)
+
+    def quality(own):
+        return tetrahedron_quality(*(points[tag] for tag in own))
+
+    def better_place(tag):
+        now, best, place = points[tag], 1.01 * min(map(quality, around[tag])) + 1e-9, None
+        for reach in REACHES:
+            for way in WAYS:
+                to = [c + reach * body["size"] * w for c, w in zip(now, way)]
+                off = sum((a - b) ** 2 for a, b in zip(to, origin.get(tag, now))) ** 0.5
+                if tag in free and off > FREEDOM * body["size"]:
+                    continue
+                points[tag] = to
+                found = min(map(quality, around[tag]))
+                if found > best:
+                    best, place = found, to
+        points[tag] = now
+        return place
+
+    origin = {}
+    for _ in range(40):
+        poor = sorted((value, own) for own in elements if (value := quality(own)) < FLAT)
+        moved = {}
+        for tag in dict.fromkeys(tag for _, own in poor for tag in own if tag not in held):
+            place = better_place(tag)
+            if place:
+                origin.setdefault(tag, points[tag])
+                moved[tag] = points[tag] = place
+        for tag, place in moved.items():
+            gmsh.model.mesh.setNode(tag, place, [])
+        if not moved:
+            return
+
+
 def mesh(body, hexahedra):
     fill(body)
     gmsh.model.mesh.optimize("")
     gmsh.model.mesh.optimize("Netgen")
+    raise_flat(body)
     if hexahedra:
         gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
         gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)

@@ -87,6 +87,8 @@ pub struct PartBody {
     pub faces: Vec<NamedFace>,
     /// The patches around each piece of its material, including those of cavities; counted from 1.
     pub pieces: Vec<Vec<u32>>,
+    /// The patches that do not lie on outer faces of the design domain; counted from 1.
+    cut: Vec<u32>,
     /// Names of the faces with material on loose pieces.
     left_out: BTreeSet<String>,
     /// Number of pairs of its triangles that cross each other; 0 unless elements are inverted.
@@ -224,6 +226,7 @@ fn part_body(
     let mut curved = Curved::new(mesh, facets, smooth);
     let nodes = curved.nodes();
     let outer = |patch: u32| list[patch as usize].outer;
+    let cut = (0..list.len() as u32).filter(|&patch| !outer(patch)).map(|patch| patch + 1).collect();
     let fixed = |point| nodes.contains(&curved::bits(point));
     let mut fine = remeshed(&patched, size, |patch| !outer(patch), fixed);
     let flat = fine.clone();
@@ -234,6 +237,7 @@ fn part_body(
         faces: found,
         crossings: fine.crossings(),
         moves,
+        cut,
         name,
         size,
         volume: fine.volume(),

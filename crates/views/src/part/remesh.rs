@@ -3,13 +3,15 @@
 //! The corners where patches meet stay in place, bit for bit. Points on the border between two
 //! patches move along this border; all other points move within their patch. Each pass splits long
 //! edges, collapses short ones, flips edges to enlarge the smallest angle, and moves points to the
-//! centroid of their triangles; moved points are projected onto the original surface. A change that
+//! centroid of their triangles; moved points are projected onto the original surface. Finally, the rim of the
+//! material on outer faces moves within them until they have their original areas. A change that
 //! would make triangles cross or fold is not made, so an embedded surface stays embedded. Bends between points
 //! that are to stay, as those between the facets of a curved face, stay too.
 //!
 //! Method: M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004.
 
 mod operations;
+mod rims;
 #[cfg(test)]
 mod tests;
 
@@ -100,6 +102,8 @@ struct Remesh<'a> {
 struct Original {
     patches: BTreeMap<u32, ClosestPoint>,
     borders: BTreeMap<Pair, ClosestPoint>,
+    /// Areas of the patches. \[L²\]
+    areas: BTreeMap<u32, f64>,
 }
 
 /// The surface with edges of about this length \[L\]; `free` returns whether a patch is not an
@@ -142,9 +146,10 @@ pub(super) fn remeshed(
         remesh.near = Near::of(&remesh.points, &remesh.alive());
         remesh.collapse_short();
         remesh.flip();
-        remesh.relax();
+        remesh.relax(true);
     }
     remesh.flip();
+    remesh.restore_areas(&free);
     remesh.finish()
 }
 
@@ -197,8 +202,10 @@ fn places(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>, free: &i
 impl Original {
     fn new(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>) -> Self {
         let mut triangles: BTreeMap<u32, Vec<Simplex>> = BTreeMap::new();
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
         for (t, &patch) in surface.patch.iter().enumerate() {
             let corners = surface.corners(t);
+            *areas.entry(patch).or_default() += 0.5 * norm(area(corners));
             triangles.entry(patch).or_default().push(Simplex { corners, normal: unit_normal(corners) });
         }
         let mut segments: BTreeMap<Pair, Vec<Simplex>> = BTreeMap::new();
@@ -208,7 +215,7 @@ impl Original {
         }
         let patches = triangles.into_iter().map(|(patch, all)| (patch, ClosestPoint::new(all))).collect();
         let borders = segments.into_iter().map(|(pair, all)| (pair, ClosestPoint::new(all))).collect();
-        Self { patches, borders }
+        Self { patches, borders, areas }
     }
 
     /// The point of a patch or border nearest to `x`; `normal` is the surface normal at `x`.

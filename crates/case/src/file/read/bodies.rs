@@ -27,7 +27,10 @@ pub(super) fn bodies(root: &Table<'_>, names: &mut Names, files: &MeshFiles<'_>)
         names.excuse_all();
     }
     let mut bodies: Vec<Body> = tables.into_iter().map(|table| body(table, names, files)).collect();
-    files.warn_of_unused(root.reader);
+    // the designed bodies of a part have files of their own
+    if root.value("promise").is_none() {
+        files.warn_of_unused(root.reader);
+    }
     // nothing but the default stiffness of contact depends on the material of a rigid body
     let deformable = bodies.iter().filter(|body| body.rigid.is_none()).map(|body| body.material);
     let stiffest = deformable.max_by(|a, b| a.youngs_modulus().total_cmp(&b.youngs_modulus()));

@@ -25,7 +25,7 @@ impl Remesh<'_> {
     }
 
     /// Inserts a point in the middle of an edge; returns its number.
-    fn split(&mut self, a: u32, b: u32, pair: [u32; 2]) -> u32 {
+    pub(super) fn split(&mut self, a: u32, b: u32, pair: [u32; 2]) -> u32 {
         let [p, q] = pair.map(|t| self.patch[t as usize]);
         let place = match p == q {
             true if self.is_crease([a, b], pair) => Place::Corner,
@@ -167,11 +167,12 @@ impl Remesh<'_> {
     }
 
     /// Moves points within the surface towards the centroid of their triangles, and points on
-    /// borders towards the middle of their two neighbours there; then projects them.
-    pub(super) fn relax(&mut self) {
+    /// borders, if these are to move, towards the middle of their two neighbours there; then projects them.
+    pub(super) fn relax(&mut self, borders: bool) {
         for n in 0..self.points.len() as u32 {
             let place = self.places[n as usize];
-            if self.around[n as usize].is_empty() || place == Place::Corner {
+            let stays = place == Place::Corner || !borders && matches!(place, Place::Border(..));
+            if self.around[n as usize].is_empty() || stays {
                 continue;
             }
             let (x, normal) = (self.points[n as usize], self.normal(n));

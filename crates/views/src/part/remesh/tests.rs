@@ -121,3 +121,31 @@ fn results_are_reproducible() {
     let surface = block([2.0, 1.0, 1.0], [4, 2, 2]);
     assert_eq!(remeshed(&surface, 0.2, |_| false, |_| false), remeshed(&surface, 0.2, |_| false, |_| false));
 }
+
+/// The rim of material on a face, a convex and a concave arc by hand: a quarter disc of radius 1 at a corner of a
+/// block's face, and the face without it, keep their areas when the edges become five times as long.
+#[test]
+fn faces_keep_their_areas_where_the_rim_of_the_material_is_curved() {
+    let shape = BoxShape { min: [0.0; 3], max: [3.0, 1.0, 3.0], elements: [36, 12, 36], grading: [1.0; 3] };
+    let mesh = box_mesh("block", &shape).expect("a box");
+    let mut labels = FaceLabels::default();
+    for (number, surface) in (1..).zip(mesh.surfaces.values()) {
+        labels.extend(surface.facets.iter().map(|facet| (facet.nodes.sorted(), number)));
+    }
+    let on_top = |surface: &PatchedSurface| {
+        let top = (0..surface.triangles.len()).filter(|&t| surface.corners(t).iter().all(|x| x[1] == 1.0));
+        top.map(|t| 0.5 * norm(area(surface.corners(t)))).sum::<f64>()
+    };
+    for convex in [true, false] {
+        let near = |[x, _, z]: [f64; 3]| x.hypot(z) < 1.0;
+        let density: Vec<f64> = mesh.centroids().into_iter().map(|x| f64::from(u8::from(near(x) == convex))).collect();
+        let options = ExportOptions { threshold: Some(0.5), ..ExportOptions::default() };
+        let surface = labelled_surface(&mesh, &density, &options, &labels).expect("a surface").surface;
+        let patch = surface.labels.clone();
+        let surface = PatchedSurface { points: surface.points, triangles: surface.triangles, patch };
+        let coarse = remeshed(&surface, 0.45, |patch| patch == 0, |_| false);
+        let (before, after) = (on_top(&surface), on_top(&coarse));
+        assert!((after / before - 1.0).abs() < 2e-3, "{after} of {before}");
+        assert_eq!((coarse.crossings(), open_edges(&coarse)), (0, 0));
+    }
+}
