@@ -7,7 +7,7 @@
 
 use super::buffers::Buffers;
 use super::scalar::Scalar;
-use super::symbolic::{Entry, MISSING, Structure, Supernode, front_operations, local};
+use super::symbolic::{Entry, MISSING, Places, Structure, Supernode, front_operations, local};
 use super::trapezoid::Trapezoid;
 use super::{PIVOT_THRESHOLD, dense, pivoting};
 use faer::prelude::ReborrowMut;
@@ -99,13 +99,13 @@ pub(super) struct Contribution<T> {
 /// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate in the
 /// first rejected column.
 pub(super) fn process<T: Scalar>(
-    structure: &Structure,
+    (structure, places): (&Structure, &Places),
     values: &[T],
     k: usize,
     children: Vec<Contribution<T>>,
     buffers: &Buffers<T>,
 ) -> (Front<T>, Contribution<T>, f64) {
-    let mut assembly = Assembly::new(structure, values, k, children);
+    let mut assembly = Assembly::new((structure, places), values, k, children);
     let symmetric = assembly.is_symmetric();
     if symmetric && let Ok((front, contribution)) = assembly.eliminate_symmetric(buffers) {
         return (front, contribution, 0.0);
@@ -145,6 +145,7 @@ pub(super) struct Child<T> {
 /// The data assembled into a front with p fully summed rows and columns, and r beyond.
 pub(super) struct Assembly<'a, T> {
     structure: &'a Structure,
+    places: &'a Places,
     pub values: &'a [T],
     k: usize,
     pub rows: Vec<u32>,
@@ -155,7 +156,12 @@ pub(super) struct Assembly<'a, T> {
 
 impl<'a, T: Scalar> Assembly<'a, T> {
     /// Own pivots come first, then the delayed ones of the children in their order.
-    fn new(structure: &'a Structure, values: &'a [T], k: usize, contributions: Vec<Contribution<T>>) -> Self {
+    fn new(
+        (structure, places): (&'a Structure, &'a Places),
+        values: &'a [T],
+        k: usize,
+        contributions: Vec<Contribution<T>>,
+    ) -> Self {
         let supernode = &structure.supernodes[k];
         let own = supernode.first as u32..(supernode.first + supernode.pivots) as u32;
         let (mut rows, mut columns): (Vec<u32>, Vec<u32>) = (own.clone().collect(), own.collect());
@@ -171,7 +177,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
                 Child::new(supernode, &structure.supernodes[c], at, contribution, rows.len())
             })
             .collect();
-        Self { structure, values, k, rows, columns, beyond: supernode.rows.len(), children }
+        Self { structure, places, values, k, rows, columns, beyond: supernode.rows.len(), children }
     }
 
     /// Fully summed columns: F11, p × p, and F21, r × p.
@@ -225,7 +231,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
 
     /// Matrix entries, local indices of the analysis, where the own pivots come first.
     pub fn entries(&self) -> &[Entry] {
-        &self.structure.entries[self.structure.entry_offsets[self.k]..self.structure.entry_offsets[self.k + 1]]
+        self.places.of(self.k)
     }
 
     /// Adds the contributions to the fully summed rows (`upper`) and the rows beyond (`lower`) of

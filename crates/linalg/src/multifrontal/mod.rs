@@ -49,7 +49,7 @@ pub use elimination::EliminationTree;
 use front::Front;
 use scalar::Scalar;
 use std::sync::{Arc, Mutex, PoisonError};
-use symbolic::{Ordering, Structure};
+use symbolic::{Ordering, Places, Structure};
 
 /// Smallest accepted ratio of a pivot to the largest entry of its column in the front.
 pub const PIVOT_THRESHOLD: f64 = 0.01;
@@ -114,6 +114,7 @@ pub struct MultifrontalSolver {
 #[derive(Debug)]
 struct Analysis {
     structure: Arc<Structure>,
+    places: Places,
     ordering: Arc<Ordering>,
 }
 
@@ -155,7 +156,7 @@ impl MultifrontalSolver {
         symbolic: &Symbolic,
         a: &CsrMatrix,
     ) -> Result<MultifrontalFactorization, FactorizationError> {
-        let structure = symbolic.content_for::<Analysis>(a)?.structure.clone();
+        let analysis = symbolic.content_for::<Analysis>(a)?;
         // the lock is not held during parallel work; a panic between taking the scaling and storing
         // the new one leaves none, which is harmless
         let kept = || self.scaling.lock().unwrap_or_else(PoisonError::into_inner);
@@ -163,8 +164,8 @@ impl MultifrontalSolver {
         let scaling = Scaling::follow(earlier, a);
         *kept() = Some(scaling.clone());
         let factors = match self.precision {
-            Precision::F64 => Factors::Double(Numeric::factorize(structure, scaling, a, self.packed)?),
-            Precision::F32 => Factors::Single(Numeric::factorize(structure, scaling, a, self.packed)?),
+            Precision::F64 => Factors::Double(Numeric::factorize(analysis, scaling, a, self.packed)?),
+            Precision::F32 => Factors::Single(Numeric::factorize(analysis, scaling, a, self.packed)?),
         };
         Ok(MultifrontalFactorization { factors })
     }
@@ -185,8 +186,8 @@ impl LinearSolver for MultifrontalSolver {
         }
         let known = own().next().map(|(_, analysis)| &analysis.ordering);
         let failed = |reason| FactorizationError::Backend { solver: NAME, n: pattern.n(), reason };
-        let (structure, ordering) = Structure::analyse(pattern, known).map_err(failed)?;
-        Ok(Symbolic::new(pattern, Analysis { structure: Arc::new(structure), ordering }))
+        let (structure, places, ordering) = Structure::analyse(pattern, known).map_err(failed)?;
+        Ok(Symbolic::new(pattern, Analysis { structure: Arc::new(structure), places, ordering }))
     }
 
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
@@ -226,13 +227,14 @@ struct Numeric<T> {
 
 impl<T: Scalar> Numeric<T> {
     fn factorize(
-        structure: Arc<Structure>,
+        analysis: &Analysis,
         scaling: Scaling,
         a: &CsrMatrix,
         packed: bool,
     ) -> Result<Self, FactorizationError> {
         let values: Vec<T> = scaling.apply(a, T::from_f64);
-        let fronts = numeric::factorize(&structure, &values, packed)?;
+        let structure = analysis.structure.clone();
+        let fronts = numeric::factorize(&structure, &analysis.places, &values, packed)?;
         let growth = fronts.iter().fold(0.0, |m: f64, f| m.max(f.growth));
         if !growth.is_finite() {
             return Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN });

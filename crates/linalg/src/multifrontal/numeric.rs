@@ -3,7 +3,7 @@
 use super::buffers::Buffers;
 use super::front::{self, Contribution, Front};
 use super::scalar::Scalar;
-use super::symbolic::Structure;
+use super::symbolic::{Places, Structure};
 use crate::solver::FactorizationError;
 use rayon::prelude::*;
 
@@ -17,16 +17,18 @@ type Subtree<T> = (Vec<Front<T>>, Contribution<T>);
 /// or not.
 pub(super) fn factorize<T: Scalar>(
     structure: &Structure,
+    places: &Places,
     values: &[T],
     packed: bool,
 ) -> Result<Vec<Front<T>>, FactorizationError> {
-    let walk = Walk { structure, values, packed, buffers: Buffers::new() };
+    let walk = Walk { structure, places, values, packed, buffers: Buffers::new() };
     let trees = walk.subtrees(&structure.roots)?;
     Ok(trees.into_iter().flat_map(|(fronts, _)| fronts).collect())
 }
 
 struct Walk<'a, T> {
     structure: &'a Structure,
+    places: &'a Places,
     values: &'a [T],
     packed: bool,
     buffers: Buffers<T>,
@@ -66,7 +68,7 @@ impl<T: Scalar> Walk<'_, T> {
         fronts: &mut Vec<Front<T>>,
     ) -> Result<Contribution<T>, FactorizationError> {
         let (mut front, contribution, best_rejected) =
-            front::process(self.structure, self.values, k, children, &self.buffers);
+            front::process((self.structure, self.places), self.values, k, children, &self.buffers);
         if self.structure.supernodes[k].parent.is_none()
             && let Some(&column) = front.delayed_columns.first()
         {

@@ -51,7 +51,7 @@ pub(super) fn front_operations(p: f64, r: f64, symmetric: bool) -> f64 {
     if symmetric { 0.5 * lu } else { lu }
 }
 
-/// All data that depend only on the pattern.
+/// The fronts and their order, which depend only on the pattern.
 #[derive(Debug)]
 pub(super) struct Structure {
     pub n: usize,
@@ -60,10 +60,22 @@ pub(super) struct Structure {
     /// In postorder.
     pub supernodes: Vec<Supernode>,
     pub roots: Vec<usize>,
-    /// Start of each supernode's entries, then their total number.
-    pub entry_offsets: Vec<usize>,
-    pub entries: Vec<Entry>,
     pub operations: f64,
+}
+
+/// Where the entries of a matrix go. Factors do not keep this, because it can be as large as they are.
+#[derive(Debug)]
+pub(super) struct Places {
+    /// Start of each supernode's entries, then their total number.
+    offsets: Vec<usize>,
+    entries: Vec<Entry>,
+}
+
+impl Places {
+    /// The entries of a supernode.
+    pub fn of(&self, supernode: usize) -> &[Entry] {
+        &self.entries[self.offsets[supernode]..self.offsets[supernode + 1]]
+    }
 }
 
 /// An elimination order that may be suitable for other patterns of the same unknowns.
@@ -94,9 +106,13 @@ impl Structure {
     /// A matrix is unsymmetric only in the contact zone, and so are the fronts that eliminate the zone,
     /// with all fronts above. If the zone is small, it costs least to eliminate it last: the fronts of
     /// the bodies are then symmetric. A known order is adapted to a zone that has grown since.
-    pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
+    pub fn analyse(
+        pattern: &CsrPattern,
+        known: Option<&Arc<Ordering>>,
+    ) -> Result<(Self, Places, Arc<Ordering>), String> {
         let (structure, ordering) = Self::without_entries(pattern, known, true)?;
-        Ok((structure.place_entries(pattern), ordering))
+        let places = place_entries(pattern, &structure.permutation, &structure.supernodes);
+        Ok((structure, places, ordering))
     }
 
     /// The same without the positions of the matrix entries, which need most of the memory;
@@ -147,11 +163,6 @@ impl Structure {
             if s.symmetric { trapezoid } else { 2 * trapezoid }
         };
         (self.supernodes.iter().map(of_front).sum::<usize>() as f64, self.operations)
-    }
-
-    fn place_entries(mut self, pattern: &CsrPattern) -> Self {
-        (self.entry_offsets, self.entries) = place_entries(pattern, &self.permutation, &self.supernodes);
-        self
     }
 
     /// Without the positions of the matrix entries.
@@ -436,12 +447,11 @@ fn number(
         }
     }
     let operations = roots.iter().map(|&r| supernodes[r].subtree_operations).sum();
-    let (entry_offsets, entries) = (Vec::new(), Vec::new());
-    Structure { n: pattern.n(), permutation, supernodes, roots, entry_offsets, entries, operations }
+    Structure { n: pattern.n(), permutation, supernodes, roots, operations }
 }
 
 /// An entry belongs to the front that eliminates its row or column, whichever comes first.
-fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supernode]) -> (Vec<usize>, Vec<Entry>) {
+fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supernode]) -> Places {
     let position = inverse(permutation);
     let mut owner = vec![0u32; pattern.n()];
     for (s, supernode) in supernodes.iter().enumerate() {
@@ -479,7 +489,7 @@ fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supern
             next[s] += 1;
         }
     }
-    (offsets, entries)
+    Places { offsets, entries }
 }
 
 /// Index of a permuted unknown in a front: pivots first, then the rows beyond.
