@@ -93,11 +93,9 @@ impl<'a> Watch<'a> {
     }
 
     /// A pseudo-time, preceded by the load case if it has a name.
-    fn place(&self, time: f64) -> String {
-        match LoadTime::named(&self.load_cases, time) {
-            (Some(name), own) => format!("{name} t = {own:.5}"),
-            (None, time) => format!("t = {time:.5}"),
-        }
+    fn place(&self, time: LoadTime) -> String {
+        let name = time.name(&self.load_cases).map_or(String::new(), |name| format!("{name} "));
+        format!("{name}t = {:.5}", time.t)
     }
 
     fn accepted(&mut self, state: &PathState) {
@@ -115,8 +113,8 @@ impl<'a> Watch<'a> {
         self.console.event(
             "step",
             json!({
-                "iteration": self.iteration, "step": state.completes, "time": state.time,
-                "load_case": LoadTime::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
+                "iteration": self.iteration, "step": state.completes, "time": state.time.on_axis(),
+                "load_case": state.time.name(&self.load_cases), "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
                 "rescued": state.report.rescued, "left_free": state.report.left_free, "holding": state.report.holding, "holding_work": state.report.holding_work,
                 "open": open, "stick": stick, "slip": slip,
             }),
@@ -170,8 +168,8 @@ impl MarchObserver for Watch<'_> {
                 self.console.event(
                     "retry",
                     json!({
-                        "iteration": self.iteration, "step": step, "time": time,
-                        "load_case": LoadTime::named(&self.load_cases, *time).0, "message": kind.to_string(), "rung": rung.to_string(), "newton_iterations": iterations, "next": next,
+                        "iteration": self.iteration, "step": step, "time": time.on_axis(),
+                        "load_case": time.name(&self.load_cases), "message": kind.to_string(), "rung": rung.to_string(), "newton_iterations": iterations, "next": next,
                     }),
                 );
                 if self.console.shows(self.level.max(1)) {

@@ -20,7 +20,7 @@ pub use rounding::Rounding;
 use slipstick_design::ElementValues;
 use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
-    Guide, LinearSystem, MarchObserver, MarchOptions, Path, PathGradient, PathState, SweepOptions, Timings,
+    Guide, LinearSystem, LoadTime, MarchObserver, MarchOptions, Path, PathGradient, PathState, SweepOptions, Timings,
 };
 
 /// A model with load steps, objective and solver: everything that a density determines.
@@ -30,9 +30,9 @@ pub struct Analysis {
     pub design: Design,
     /// Buffers of its evaluations.
     pub workspace: Workspace,
-    /// Ends of the user's steps in pseudo-time, ascending.
-    pub times: Vec<f64>,
-    /// The load cases, which follow each other on the [axis](crate::equations::LoadTime) of pseudo-time.
+    /// Ends of the user's steps, ascending: those of each load case in turn.
+    pub times: Vec<LoadTime>,
+    /// The load cases, which follow each other.
     pub cases: LoadCases,
     /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
     pub objective: Option<Response>,
@@ -52,6 +52,11 @@ impl Analysis {
     /// The discrete problem without its densities.
     pub fn model(&self) -> &ContactModel {
         self.design.model()
+    }
+
+    /// The ends of the user's steps on [one axis](LoadTime::on_axis).
+    fn axis(&self) -> Vec<f64> {
+        self.times.iter().map(|time| time.on_axis()).collect()
     }
 
     /// Sets the density of every element, 1 outside the design.
@@ -203,14 +208,14 @@ impl Analysis {
         let mut extremes = quantities.split_off(responses.len()).into_iter();
         let mut extreme = |response: &Option<Response>| {
             let response = response.as_ref()?;
-            extremes.next().map(|of| response.reduce(&of, &self.times).0)
+            extremes.next().map(|of| response.reduce(&of, &self.axis()).0)
         };
         let extremes: Vec<Option<f64>> = of_extremes.iter().map(&mut extreme).collect();
         let step_values = match &self.objective {
             Some(objective) => objective.step_values(&quantities[0]),
             None => vec![0.0; steps],
         };
-        let values = responses.iter().zip(&quantities).map(|(response, of)| response.reduce(of, &self.times).0);
+        let values = responses.iter().zip(&quantities).map(|(response, of)| response.reduce(of, &self.axis()).0);
         let mut parts: Vec<f64> = values.collect();
         let constraints = parts.split_off(parts.len() - self.constraints.len());
         let value = parts.get(largest(&parts)).copied().unwrap_or(0.0);
@@ -289,7 +294,7 @@ impl Analysis {
     pub fn response_gradients(&mut self, forward: &Forward, parameters: bool) -> Result<Vec<Gradients>, AnalysisError> {
         let responses = self.responses();
         let each = responses.iter().zip(&forward.quantities);
-        let slopes: Vec<_> = each.map(|(response, of)| response.reduce(of, &self.times).1).collect();
+        let slopes: Vec<_> = each.map(|(response, of)| response.reduce(of, &self.axis()).1).collect();
         let gradients = self.sweep_back(forward, &responses, &slopes, parameters)?;
         Ok(gradients.into_iter().map(|gradient| self.named(gradient)).collect())
     }
@@ -329,7 +334,7 @@ impl Analysis {
         // the part that is the objective
         let part = largest(&forward.parts);
         let responses = &self.responses()[part..=part];
-        let slopes = [responses[0].reduce(&forward.quantities[part], &self.times).1];
+        let slopes = [responses[0].reduce(&forward.quantities[part], &self.axis()).1];
         self.sweep_back(forward, responses, &slopes, parameters).map(|mut gradients| gradients.swap_remove(0))
     }
 

@@ -8,6 +8,7 @@
 //! a step does not count in that step.
 //! Test: `an_edge_that_digs_in_loses_work` (tests/suite/losses.rs).
 
+use slipstick_path::LoadTime;
 use std::fmt;
 
 use serde::Serialize;
@@ -75,7 +76,7 @@ pub(crate) struct ContactAt<'a> {
     /// Positions of the points of the contact surfaces. \[L\]
     pub positions: &'a [f64],
     pub results: &'a ContactResults,
-    pub time: f64,
+    pub time: LoadTime,
 }
 
 impl Losses {

@@ -7,7 +7,7 @@ use crate::words::quantity;
 use serde::Serialize;
 use slipstick_contact::Overlap;
 use slipstick_mesh::{FacetNodes, Mesh};
-use slipstick_path::Path;
+use slipstick_path::{LoadTime, Path};
 use std::fmt;
 
 /// Depths that differ by less than this fraction are equal; the first one is reported.
@@ -97,7 +97,7 @@ pub fn overlaps(problem: &Problem, path: &Path) -> Vec<OpenOverlap> {
 
 /// The deepest overlap of each pair that is active at a time, at unknowns `y`; `open` says for the
 /// slave nodes of all pairs whether they transmit no force.
-pub fn overlaps_at(mesh: &Mesh, model: &ContactModel, y: &[f64], time: f64, open: &[bool]) -> Vec<OpenOverlap> {
+pub fn overlaps_at(mesh: &Mesh, model: &ContactModel, y: &[f64], time: LoadTime, open: &[bool]) -> Vec<OpenOverlap> {
     let x = model.contact_positions(y);
     let of = |(pair, (at, open)): (usize, (&ModelInterface, &[bool]))| {
         let interface = &at.interface;

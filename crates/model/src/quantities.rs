@@ -49,7 +49,7 @@ pub use spring_force::SpringForce;
 
 use slipstick_design::quantity::ExternalWork;
 use slipstick_mesh::{Mesh, Rigid};
-use slipstick_path::Path;
+use slipstick_path::{LoadTime, Path};
 
 use crate::equations::{ContactModel, NodalContact};
 use crate::losses::LostWork;
@@ -93,8 +93,8 @@ pub struct QuantityName {
 pub struct QuantityRow {
     /// Load step, counted through all load cases; 0 at rest.
     pub step: usize,
-    /// Pseudo-time, counted through all load cases.
-    pub time: f64,
+    /// When.
+    pub time: LoadTime,
     /// One number per name; NaN from the first state on that cannot be evaluated, which is rare
     /// because states have converged.
     pub values: Vec<f64>,
@@ -368,7 +368,7 @@ mod tests {
             };
             let row = |(step, values): (usize, &[f64; 2])| QuantityRow {
                 step,
-                time: step as f64,
+                time: (step as f64).into(),
                 values: values.to_vec(),
                 slipped: Vec::new(),
             };
@@ -401,7 +401,7 @@ mod tests {
             };
             let row = |(step, values): (usize, [f64; 3])| QuantityRow {
                 step,
-                time: step as f64,
+                time: (step as f64).into(),
                 values: values.to_vec(),
                 slipped: Vec::new(),
             };

@@ -6,6 +6,7 @@ use crate::iterations::StepReport;
 use crate::newton::{self, NewtonOptions, Start};
 use crate::problem::{Attempt, Evaluated, Iteration, Method, StepProblem};
 use crate::solver::Solver;
+use crate::time::LoadTime;
 use crate::unknowns::StepState;
 use crate::uzawa;
 
@@ -18,7 +19,7 @@ pub(crate) fn solve_increment<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     step: &P::Step,
     start: Start<P>,
-    time: f64,
+    time: LoadTime,
     attempt: Attempt,
     options: &NewtonOptions,
 ) -> Result<(Vec<f64>, StepReport, Evaluated<P>), StepFailure> {

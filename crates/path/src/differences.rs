@@ -5,6 +5,7 @@
 use crate::failure::StateError;
 use crate::inputs::Inputs;
 use crate::problem::{Adjoint, Iteration, StepProblem, Wanted};
+use crate::time::Span;
 use std::ops::Range;
 
 /// A converged step of a problem, and how to vary its inputs.
@@ -13,8 +14,8 @@ pub struct Comparison<'a, P: StepProblem> {
     pub problem: &'a dyn Fn(&Inputs) -> P,
     /// A workspace of a problem.
     pub workspace: &'a dyn Fn(&P) -> P::Workspace,
-    /// Pseudo-times at which the step starts and ends.
-    pub span: [f64; 2],
+    /// When the step starts and ends.
+    pub span: Span,
     /// The inputs, with unknowns that solve the step's equations. All derivatives are exact there; elsewhere,
     /// the equations may depend on settings of the iteration. An empty list is not compared.
     pub at: Inputs,
@@ -142,7 +143,7 @@ impl<P: StepProblem> Comparison<'_, P> {
         let step = problem.begin(&previous, &geometry, self.span, workspace)?;
         let at = problem.evaluate(&step, &inputs.unknowns, None, Iteration::default(), Wanted::Both, workspace)?;
         let mut prescribed = vec![0.0; inputs.unknowns.len()];
-        problem.prescribe(self.span[1], &mut prescribed);
+        problem.prescribe(self.span.end(), &mut prescribed);
         Ok([at.residual.clone(), problem.finish(&step, &at)?, prescribed])
     }
 }
@@ -189,7 +190,7 @@ mod tests {
         let comparison = Comparison {
             problem: &problem,
             workspace: &workspace,
-            span: [0.5, 1.0],
+            span: [0.5, 1.0].into(),
             at: spring(),
             increments: [1e-3; 5],
             history: vec![("first", 0..1), ("others", 1..3)],
@@ -205,7 +206,7 @@ mod tests {
             let comparison = Comparison {
                 problem: &problem,
                 workspace: &Differentiated::workspace,
-                span: [0.5, 1.0],
+                span: [0.5, 1.0].into(),
                 at: Inputs {
                     unknowns: vec![0.02, -0.02, 0.0],
                     previous: vec![before, -0.02, 0.0],

@@ -2,8 +2,8 @@
 //! differentiation.
 
 use crate::{
-    Adjoint, Evaluated, Explicit, Inputs, Iteration, Observed, PathResponses, Scales, StateError, StepProblem,
-    StepState, Unknowns, Wanted,
+    Adjoint, Evaluated, Explicit, Inputs, Iteration, LoadTime, Observed, PathResponses, Scales, Span, StateError,
+    StepProblem, StepState, Unknowns, Wanted,
 };
 use nalgebra::DMatrix;
 use num_dual::Dual64;
@@ -24,20 +24,19 @@ pub trait Equations {
     /// φ: one value per design.
     fn design(&self) -> Vec<f64>;
 
-    /// Writes the prescribed unknowns of pseudo-time `time` into `y`; by default they remain as they
-    /// are.
-    fn prescribe(&self, time: f64, y: &mut [f64]) {
+    /// Writes the prescribed unknowns of this time into `y`; by default they remain as they are.
+    fn prescribe(&self, time: LoadTime, y: &mut [f64]) {
         let _ = (time, y);
     }
 
-    /// Factors of the external forces at pseudo-time `time`; by default there are no such forces.
-    fn load_factors(&self, time: f64) -> Vec<f64> {
+    /// Factors of the external forces at this time; by default there are no such forces.
+    fn load_factors(&self, time: LoadTime) -> Vec<f64> {
         let _ = time;
         Vec::new()
     }
 
-    /// F and h of the step that ends at pseudo-time `time`.
-    fn step(&self, time: f64, at: &Inputs<Dual64>) -> Outputs;
+    /// F and h of the step over `span`.
+    fn step(&self, span: Span, at: &Inputs<Dual64>) -> Outputs;
 }
 
 /// The results of the equations of a step.
@@ -82,8 +81,8 @@ impl<E: Equations + 'static> Differentiated<E> {
 
 impl<E: Equations + 'static> StepProblem for Differentiated<E> {
     type Geometry = ();
-    /// The previous state, and the time at the end of the step.
-    type Step = (StepState, f64);
+    /// The previous state, and the start and end of the step.
+    type Step = (StepState, Span);
     /// h, and the derivatives of (F, h).
     type State = (Vec<f64>, DMatrix<f64>);
     type Workspace = BlockMatrix;
@@ -92,11 +91,11 @@ impl<E: Equations + 'static> StepProblem for Differentiated<E> {
         self.0.unknowns()
     }
 
-    fn prescribe(&self, time: f64, y: &mut [f64]) {
+    fn prescribe(&self, time: LoadTime, y: &mut [f64]) {
         self.0.prescribe(time, y);
     }
 
-    fn load_factors(&self, time: f64) -> Vec<f64> {
+    fn load_factors(&self, time: LoadTime) -> Vec<f64> {
         self.0.load_factors(time)
     }
 
@@ -104,19 +103,13 @@ impl<E: Equations + 'static> StepProblem for Differentiated<E> {
         Ok(())
     }
 
-    fn begin(
-        &self,
-        previous: &StepState,
-        (): &(),
-        [_, time]: [f64; 2],
-        _: &mut BlockMatrix,
-    ) -> Result<Self::Step, StateError> {
-        Ok((previous.clone(), time))
+    fn begin(&self, previous: &StepState, (): &(), span: Span, _: &mut BlockMatrix) -> Result<Self::Step, StateError> {
+        Ok((previous.clone(), span))
     }
 
     fn evaluate(
         &self,
-        (previous, time): &Self::Step,
+        (previous, span): &Self::Step,
         y: &[f64],
         _: Option<&()>,
         _: Iteration,
@@ -131,7 +124,7 @@ impl<E: Equations + 'static> StepProblem for Differentiated<E> {
             .map(|column| {
                 let all = inputs.fields_mut().into_iter().flatten();
                 all.enumerate().for_each(|(i, x)| x.eps = f64::from(u8::from(i == column)));
-                self.0.step(*time, &inputs)
+                self.0.step(*span, &inputs)
             })
             .collect();
         let Outputs { residual, history, status } = &columns[0];
@@ -249,14 +242,14 @@ mod tests {
             vec![2.0]
         }
 
-        fn step(&self, time: f64, at: &Inputs<Dual64>) -> Outputs {
-            let residual = at.unknowns[..self.returned].iter().map(|u| at.density[0] * u - time).collect();
+        fn step(&self, span: Span, at: &Inputs<Dual64>) -> Outputs {
+            let residual = at.unknowns[..self.returned].iter().map(|u| at.density[0] * u - span.to).collect();
             Outputs { residual, history: Vec::new(), status: Vec::new() }
         }
     }
 
     fn evaluated(springs: &Differentiated<Springs>) -> Evaluated<Differentiated<Springs>> {
-        let (y, step) = ([0.1, 0.2, 0.3], (springs.rest(), 1.0));
+        let (y, step) = ([0.1, 0.2, 0.3], (springs.rest(), Span::from([0.0, 1.0])));
         springs.evaluate(&step, &y, None, Iteration::default(), Wanted::Both, &mut springs.workspace()).unwrap()
     }
 
@@ -267,11 +260,11 @@ mod tests {
         let at = evaluated(&springs);
         assert_eq!(at.residual, [-0.8, -0.6, -0.4]);
         let mut matrix = springs.workspace();
-        let tangent = springs.tangent(&(springs.rest(), 1.0), &at, &mut matrix).unwrap();
+        let tangent = springs.tangent(&(springs.rest(), [0.0, 1.0].into()), &at, &mut matrix).unwrap();
         assert_eq!(tangent.values(), [[2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0]]);
         let mut into = Inputs { density: vec![0.5], ..Inputs::default() };
         let adjoint = Adjoint { lambda: &[1.0, 10.0, 100.0], ..Adjoint::default() };
-        springs.pull_back(&(springs.rest(), 1.0), &at, &adjoint, &mut into).unwrap();
+        springs.pull_back(&(springs.rest(), [0.0, 1.0].into()), &at, &adjoint, &mut into).unwrap();
         assert!((into.density[0] - 32.6).abs() < 1e-13, "{into:?}");
     }
 

@@ -10,6 +10,7 @@ use crate::newton::{NewtonOptions, Start};
 use crate::problem::{Attempt, HeldMotions, HoldFreeMotions, Iteration, StepProblem, Wanted};
 use crate::solver::Solver;
 use crate::store::PathState;
+use crate::time::LoadTime;
 use crate::unknowns::StepState;
 
 /// Most times that bodies are moved on in a step.
@@ -35,7 +36,7 @@ impl FreeSteps {
         step: &mut P::Step,
         last: &PathState,
         geometry: &P::Geometry,
-        to: (f64, Attempt),
+        to: (LoadTime, Attempt),
         options: &NewtonOptions,
     ) -> Option<Result<Accepted<P>, StepFailure>> {
         let problem = solver.problem;
@@ -71,7 +72,7 @@ impl FreeSteps {
         step: &mut P::Step,
         last: &PathState,
         geometry: &P::Geometry,
-        to: (f64, Attempt),
+        to: (LoadTime, Attempt),
         options: &NewtonOptions,
         result: Result<Accepted<P>, StepFailure>,
     ) -> Result<Accepted<P>, StepFailure> {
@@ -121,7 +122,7 @@ fn solve<P: StepProblem>(
     step: &mut P::Step,
     last: &PathState,
     geometry: &P::Geometry,
-    (time, attempt): (f64, Attempt),
+    (time, attempt): (LoadTime, Attempt),
     options: &NewtonOptions,
 ) -> Option<Result<Accepted<P>, StepFailure>> {
     let (problem, previous) = (solver.problem, &last.state);

@@ -9,6 +9,7 @@
 
 use crate::failure::StateError;
 use crate::problem::{Iteration, StepProblem, Wanted};
+use crate::time::{LoadTime, Span};
 use crate::unknowns::StepState;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -16,12 +17,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Computes the history at the end of a step from its unknowns, as the march has done.
 pub trait HistoryUpdate: Debug + Send + Sync {
-    /// h_n = G(y_n; y_{n−1}, h_{n−1}) of the step with pseudo-times `span` and unknowns `y` at its end, which
+    /// h_n = G(y_n; y_{n−1}, h_{n−1}) of the step over `span` with unknowns `y` at its end, which
     /// the march has [held](crate::HoldFreeMotions), or not.
     ///
     /// # Errors
     /// If the equations have no value there.
-    fn update(&self, previous: &StepState, y: &[f64], span: [f64; 2], held: bool) -> Result<Vec<f64>, StateError>;
+    fn update(&self, previous: &StepState, y: &[f64], span: Span, held: bool) -> Result<Vec<f64>, StateError>;
 }
 
 /// The history of a problem's steps, evaluated by the problem itself.
@@ -32,8 +33,8 @@ pub struct Evaluator<P: StepProblem> {
 
 struct Buffers<P: StepProblem> {
     workspace: P::Workspace,
-    /// The geometry at the end of the last step, with its pseudo-time.
-    latest: Option<(f64, P::Geometry)>,
+    /// The geometry at the end of the last step, with its time.
+    latest: Option<(LoadTime, P::Geometry)>,
 }
 
 impl<P: StepProblem> Evaluator<P> {
@@ -55,11 +56,11 @@ where
     P::Workspace: Send,
     P::Geometry: Send,
 {
-    fn update(&self, previous: &StepState, y: &[f64], span: [f64; 2], held: bool) -> Result<Vec<f64>, StateError> {
+    fn update(&self, previous: &StepState, y: &[f64], span: Span, held: bool) -> Result<Vec<f64>, StateError> {
         let mut buffers = self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
         let Buffers { workspace, latest } = &mut *buffers;
         let problem = &self.problem;
-        let geometry = match latest.take().filter(|(time, _)| *time == span[0]) {
+        let geometry = match latest.take().filter(|(time, _)| *time == span.start()) {
             Some((_, geometry)) => geometry,
             None => problem.geometry(&previous.unknowns, Wanted::Residual, workspace)?,
         };
@@ -69,14 +70,14 @@ where
         }
         let at = problem.evaluate(&step, y, None, Iteration::default(), Wanted::Residual, workspace)?;
         let history = problem.finish(&step, &at)?;
-        *latest = Some((span[1], at.geometry));
+        *latest = Some((span.end(), at.geometry));
         Ok(history)
     }
 }
 
 /// What the history of the next state depends on.
 pub(crate) struct KnownState {
-    pub time: f64,
+    pub time: LoadTime,
     /// Whether its free motions were held.
     pub held: bool,
     pub state: StepState,
@@ -116,7 +117,7 @@ impl Histories {
         let mut previous = state(from);
         while from < n {
             let next = state(from + 1);
-            let (before, span) = (StepState { history, ..previous.state }, [previous.time, next.time]);
+            let (before, span) = (StepState { history, ..previous.state }, Span::new(previous.time, next.time.t));
             let updated = self.update.update(&before, &next.state.unknowns, span, next.held);
             history = updated.expect("the march has evaluated the same step");
             from += 1;
@@ -143,7 +144,7 @@ mod tests {
     struct Counting(Evaluator<Spring>, Arc<AtomicUsize>);
 
     impl HistoryUpdate for Counting {
-        fn update(&self, previous: &StepState, y: &[f64], span: [f64; 2], held: bool) -> Result<Vec<f64>, StateError> {
+        fn update(&self, previous: &StepState, y: &[f64], span: Span, held: bool) -> Result<Vec<f64>, StateError> {
             self.1.fetch_add(1, Ordering::Relaxed);
             self.0.update(previous, y, span, held)
         }

@@ -5,6 +5,7 @@
 use crate::failure::{StateError, StepFailure, StepFailureKind};
 use crate::iterations::still_falls;
 use crate::problem::{Attempt, StepProblem};
+use crate::time::LoadTime;
 use std::fmt;
 
 /// A rung of the ladder: how an attempt at a (sub-)step iterates.
@@ -51,8 +52,8 @@ impl Rung {
 /// A failed attempt at a (sub-)step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FailedAttempt {
-    /// Pseudo-time at the end of the increment.
-    pub time: f64,
+    /// The end of the increment.
+    pub time: LoadTime,
     /// How it iterated.
     pub rung: Rung,
     /// Why it failed.
@@ -151,8 +152,12 @@ mod tests {
     #[test]
     fn patience_is_counted_in_iterations() {
         let tried = |iterations: usize, solve: usize| {
-            let failed =
-                |iterations, rung| FailedAttempt { time: 1.0, rung, kind: StepFailureKind::Diverged, iterations };
+            let failed = |iterations, rung| FailedAttempt {
+                time: 1.0.into(),
+                rung,
+                kind: StepFailureKind::Diverged,
+                iterations,
+            };
             let others = iterations - 375 - solve;
             [failed(375, Rung::Held(0)), failed(others, Rung::Penalty), failed(solve, Rung::LastState)]
         };

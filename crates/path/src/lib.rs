@@ -52,6 +52,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 mod thinning;
+mod time;
 mod timings;
 mod unknowns;
 mod uzawa;
@@ -72,5 +73,6 @@ pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};
 pub use store::{Path, PathState};
 pub use sweep::{Explicit, Observed, PathGradient, PathResponses, SweepError, SweepOptions, sweep, sweep_states};
+pub use time::{LoadTime, Span};
 pub use timings::{Phase, Timings};
 pub use unknowns::{Held, StepState, Unknowns};

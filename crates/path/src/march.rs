@@ -12,6 +12,7 @@ use crate::solver::Solver;
 use crate::start::{self, Guide, StartValues};
 use crate::store::{Path, PathState};
 use crate::thinning::Thinning;
+use crate::time::{LoadTime, Span};
 use crate::unknowns::{Held, StepState};
 use std::any::Any;
 use std::sync::Arc;
@@ -109,11 +110,11 @@ impl MarchObserver for Silent {}
 pub struct MarchFailure {
     /// The user's step (1-based) in which it failed.
     pub step: usize,
-    /// Start and end of the smallest increment tried, in pseudo-time.
-    pub increment: (f64, f64),
-    /// Every increment that failed in that step: its target time, and the reason for which the method
-    /// itself failed.
-    pub attempts: Vec<(f64, StepFailureKind)>,
+    /// Start and end of the smallest increment tried.
+    pub increment: Span,
+    /// Every increment that failed in that step: its end, and the reason for which the method itself
+    /// failed.
+    pub attempts: Vec<(LoadTime, StepFailureKind)>,
     /// Every attempt in that step, each with its rung and its cost.
     pub tried: Vec<FailedAttempt>,
     /// Whether smaller increments were left untried, because the attempts had cost too much.
@@ -133,14 +134,14 @@ pub struct MarchFailure {
 
 impl std::fmt::Display for MarchFailure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (from, to) = self.increment;
+        let Span { from, to, .. } = self.increment;
         let last = self.attempts.last().map(|a| a.1.to_string()).unwrap_or_default();
         write!(
             f,
             "load step {} failed: {last}; {} increments tried, down to t = {from:.6} … {to:.6}; t = {:.6} was reached",
             self.step,
             self.attempts.len(),
-            self.path.states.last().map_or(0.0, |s| s.time),
+            self.path.states.last().map_or(0.0, |s| s.time.t),
         )
     }
 }
@@ -150,11 +151,11 @@ impl std::error::Error for MarchFailure {}
 /// The load path to follow.
 #[derive(Debug, Clone)]
 pub struct LoadPath<'a> {
-    /// Pseudo-time of the start.
-    pub begin: f64,
+    /// When it starts.
+    pub begin: LoadTime,
     /// The state there, at rest.
     pub start: StepState,
-    /// Ends of the user's steps, ascending, > `begin`.
+    /// Ends of the user's steps in pseudo-time of the same load case, ascending, after `begin`.
     pub times: &'a [f64],
     /// Number of the user's steps in earlier load cases; step numbers continue from there.
     pub steps_before: usize,
@@ -165,10 +166,9 @@ pub struct LoadPath<'a> {
 }
 
 impl<'a> LoadPath<'a> {
-    /// A path from `start` at time 0 to each of the `times`, without earlier load cases and without
-    /// a guide.
+    /// A path from `start` at time 0 to each of the `times` of the first load case, without a guide.
     pub fn new(start: StepState, times: &'a [f64]) -> Self {
-        Self { begin: 0.0, start, times, steps_before: 0, guide: None, histories: None }
+        Self { begin: LoadTime::default(), start, times, steps_before: 0, guide: None, histories: None }
     }
 }
 
@@ -213,7 +213,7 @@ pub fn march<P: StepProblem>(
     let mut geometry: Option<P::Geometry> = None;
     for (index, &end) in times.iter().enumerate() {
         let step = steps_before + index + 1;
-        let begin = path.states.last().expect("holds the start").time;
+        let LoadTime { case, t: begin } = path.states.last().expect("holds the start").time;
         let whole = end - begin;
         let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
         let mut increment = whole;
@@ -225,12 +225,14 @@ pub fn march<P: StepProblem>(
             if observer.cancelled() {
                 return Ok(path);
             }
-            let now = path.states.last().expect("holds the start").time;
-            let led = guide.and_then(|g| g.next_step(now + 1e-9 * whole)).filter(|&t| t < end && !failed);
+            let now = path.states.last().expect("holds the start").time.t;
+            let led = guide.and_then(|g| g.next_step(LoadTime { case, t: now + 1e-9 * whole }));
+            let led = led.filter(|&t| t < end && !failed);
             let last = led.is_none() && end - now <= increment * (1.0 + 1e-9);
-            let target = led.unwrap_or(if last { end } else { now + increment });
-            let halvings = (whole / (target - now)).log2().round() as i32;
-            let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
+            let span = Span { case, from: now, to: led.unwrap_or(if last { end } else { now + increment }) };
+            let target = span.end();
+            let halvings = (whole / span.duration()).log2().round() as i32;
+            let rescue = RESCUED.contains(&halvings) || 0.5 * span.duration() < smallest;
             let neighbour = path.states.last().map_or(0, |last| last.report.iterations.len());
             let progress = Progress { done: (now - begin) / whole, before: counted, neighbour };
             let increment_to = Increment { path: &path, time: target, step, rescue, progress, options, guide };
@@ -270,13 +272,13 @@ pub fn march<P: StepProblem>(
                         tried.push(FailedAttempt { time: target, rung: Rung::LastState, kind, iterations: 0 });
                     }
                     failed = true;
-                    increment = 0.5 * (target - now);
+                    increment = 0.5 * span.duration();
                     let prescribed = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
                     let exhausted = ladder::is_exhausted(&tried, progress, options.newton.max_iterations);
                     if increment < smallest || prescribed || exhausted {
                         return Err(Box::new(MarchFailure {
                             step,
-                            increment: (now, target),
+                            increment: span,
                             attempts,
                             iterate: failure.iterate,
                             at_start: failure.at_start,
@@ -301,7 +303,7 @@ pub fn march<P: StepProblem>(
 /// An increment from the last state of a path.
 struct Increment<'a> {
     path: &'a Path,
-    time: f64,
+    time: LoadTime,
     /// The user's step.
     step: usize,
     /// Whether held multipliers are tried.
@@ -325,7 +327,7 @@ impl Increment<'_> {
         let &Self { path, time, step, options, guide, .. } = self;
         let problem = solver.problem;
         let last = path.states.last().expect("holds the start");
-        let (previous, span) = (&last.state, [last.time, time]);
+        let (previous, span) = (&last.state, Span::new(last.time, time.t));
         let as_failure = |e: StateError| StepFailure {
             kind: e.into(),
             iterations: vec![],

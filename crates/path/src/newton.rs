@@ -345,7 +345,7 @@ mod tests {
             let spring = Spring { stiffness: [1.5, 0.5, 3.0], ..Spring::linear() };
             let (mut linear, mut workspace) = (LinearSystem::new(SolverChoice::Auto), Spring::workspace());
             let (y, iteration) = (vec![0.2, 0.4, -0.1, 0.0, 0.0, 0.0], Iteration::default());
-            let step = spring.begin(&Spring::rest(), &(), [0.0, 1.0], &mut workspace).unwrap();
+            let step = spring.begin(&Spring::rest(), &(), [0.0, 1.0].into(), &mut workspace).unwrap();
             let start = Base::from(spring.evaluate(&step, &y, None, iteration, Wanted::Both, &mut workspace).unwrap());
             // K is φ + 1
             let increment: Vec<f64> = (0..6)

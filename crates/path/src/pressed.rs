@@ -12,9 +12,9 @@ use crate::attempt::solve_increment;
 use crate::equations::UnknownAt;
 use crate::newton::Start;
 use crate::{
-    Adjoint, Attempt, Evaluated, Inputs, Iteration, LinearSystem, LoadPath, MarchFailure, MarchOptions, Method, Path,
-    Scales, Silent, Solver, StateError, StepFailureKind, StepProblem, StepState, SweepOptions, Unknowns, UzawaOptions,
-    Wanted, march, sweep,
+    Adjoint, Attempt, Evaluated, Inputs, Iteration, LinearSystem, LoadPath, LoadTime, MarchFailure, MarchOptions,
+    Method, Path, Scales, Silent, Solver, Span, StateError, StepFailureKind, StepProblem, StepState, SweepOptions,
+    Unknowns, UzawaOptions, Wanted, march, sweep,
 };
 use slipstick_linalg::{BlockMatrix, BlockPattern, SolverChoice};
 use std::sync::Arc;
@@ -65,14 +65,14 @@ impl StepProblem for Pressed {
         &self.unknowns
     }
 
-    fn prescribe(&self, _: f64, _: &mut [f64]) {}
+    fn prescribe(&self, _: LoadTime, _: &mut [f64]) {}
 
     fn geometry(&self, _: &[f64], _: Wanted, _: &mut BlockMatrix) -> Result<(), StateError> {
         Ok(())
     }
 
-    fn begin(&self, _: &StepState, (): &(), [_, time]: [f64; 2], _: &mut BlockMatrix) -> Result<f64, StateError> {
-        Ok(time)
+    fn begin(&self, _: &StepState, (): &(), span: Span, _: &mut BlockMatrix) -> Result<f64, StateError> {
+        Ok(span.to)
     }
 
     fn evaluate(
@@ -203,7 +203,7 @@ fn a_growing_penalty_ends_at_the_multiplier() {
     let mut solver = Solver { problem: &problem, linear: &mut linear, workspace };
     let start = || Start::<Pressed> { unknowns: vec![0.0; 6], geometry: None, at_start: true };
     let newton = MarchOptions::default().newton;
-    let (y, report, _) = solve_increment(&mut solver, &0.7, start(), 0.7, Attempt::Penalty(0), &newton).unwrap();
+    let (y, report, _) = solve_increment(&mut solver, &0.7, start(), 0.7.into(), Attempt::Penalty(0), &newton).unwrap();
     assert!(y[0].abs() < 1e-12 && (y[3] - 1.4).abs() < 1e-12, "{y:?}");
     assert!(report.rescued);
     let starts = report.iterations.iter().filter(|record| record.iteration == 1).count();

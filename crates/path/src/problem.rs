@@ -2,6 +2,7 @@
 
 use crate::failure::StateError;
 use crate::inputs::Inputs;
+use crate::time::{LoadTime, Span};
 use crate::unknowns::{Held, StepState, Unknowns};
 use slipstick_linalg::BlockMatrix;
 
@@ -156,11 +157,11 @@ pub trait StepProblem: Sized + 'static {
     /// Numbers of unknowns and inputs, and which unknowns are prescribed.
     fn unknowns(&self) -> &Unknowns;
 
-    /// Writes the prescribed displacements of pseudo-time `time` into `y`.
-    fn prescribe(&self, time: f64, y: &mut [f64]);
+    /// Writes the prescribed displacements of this time into `y`.
+    fn prescribe(&self, time: LoadTime, y: &mut [f64]);
 
-    /// Factors of the external forces at pseudo-time `time`; empty if there are no such forces.
-    fn load_factors(&self, time: f64) -> Vec<f64> {
+    /// Factors of the external forces at this time; empty if there are no such forces.
+    fn load_factors(&self, time: LoadTime) -> Vec<f64> {
         let _ = time;
         Vec::new()
     }
@@ -177,7 +178,7 @@ pub trait StepProblem: Sized + 'static {
     ) -> Result<Self::Geometry, StateError>;
 
     /// The step from the previous state, whose geometry is given; for the adjoint, with derivatives.
-    /// `span`: the pseudo-times at which it starts and ends.
+    /// `span`: when it starts and ends, and how long it takes.
     ///
     /// # Errors
     /// If no step can begin there.
@@ -185,7 +186,7 @@ pub trait StepProblem: Sized + 'static {
         &self,
         previous: &StepState,
         geometry: &Self::Geometry,
-        span: [f64; 2],
+        span: Span,
         workspace: &mut Self::Workspace,
     ) -> Result<Self::Step, StateError>;
 

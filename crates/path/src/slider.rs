@@ -37,9 +37,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use crate::Inputs;
-use crate::Unknowns;
 use crate::equations::{Equations, Outputs};
+use crate::{Inputs, LoadTime, Span, Unknowns};
 use num_dual::Dual64;
 
 /// The problem; its numbers do not change along a path.
@@ -74,11 +73,11 @@ impl Equations for Slider {
         vec![self.stiffness]
     }
 
-    fn load_factors(&self, time: f64) -> Vec<f64> {
-        vec![time] // the moving end of the spring loads the block
+    fn load_factors(&self, time: LoadTime) -> Vec<f64> {
+        vec![time.t] // the moving end of the spring loads the block
     }
 
-    fn step(&self, time: f64, at: &Inputs<Dual64>) -> Outputs {
+    fn step(&self, span: Span, at: &Inputs<Dual64>) -> Outputs {
         let (u, zero) = (&at.unknowns, Dual64::from_re(0.0));
         let pressure = -u[1] * self.penalty;
         let trial = at.history[0] + (u[0] - at.previous[0]) * self.penalty;
@@ -90,7 +89,7 @@ impl Equations for Slider {
         } else {
             (2, pressure, limit * trial.re.signum())
         };
-        let pulled = at.density[0] * (u[0] - self.pull[0] * time);
+        let pulled = at.density[0] * (u[0] - self.pull[0] * span.to);
         let pressed = at.density[0] * (u[1] + self.pull[1]);
         Outputs {
             residual: vec![pulled + friction, pressed - pressure, u[2]],

@@ -9,7 +9,9 @@
 //! u is the free node's displacement, v that of the driven one, S is unsymmetric. The design is φ,
 //! the only parameter is a.
 
-use crate::{Adjoint, Evaluated, Inputs, Iteration, Scales, StateError, StepProblem, StepState, Unknowns, Wanted};
+use crate::{
+    Adjoint, Evaluated, Inputs, Iteration, LoadTime, Scales, Span, StateError, StepProblem, StepState, Unknowns, Wanted,
+};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use std::sync::Arc;
 
@@ -61,7 +63,7 @@ impl Spring {
 
     /// ∂F/∂y at `y`.
     pub fn tangent_at<'w>(&self, y: [f64; 6], matrix: &'w mut BlockMatrix) -> &'w BlockMatrix {
-        let step = self.begin(&Self::rest(), &(), [0.0, 1.0], matrix).unwrap();
+        let step = self.begin(&Self::rest(), &(), [0.0, 1.0].into(), matrix).unwrap();
         let at = self.evaluate(&step, &y, None, Iteration::default(), Wanted::Both, matrix).unwrap();
         self.tangent(&step, &at, matrix).unwrap()
     }
@@ -94,28 +96,22 @@ impl StepProblem for Spring {
         &self.unknowns
     }
 
-    fn prescribe(&self, time: f64, y: &mut [f64]) {
+    fn prescribe(&self, time: LoadTime, y: &mut [f64]) {
         for c in 0..3 {
-            y[c] = self.amplitude * time * DIRECTION[c];
+            y[c] = self.amplitude * time.t * DIRECTION[c];
         }
     }
 
-    fn load_factors(&self, time: f64) -> Vec<f64> {
-        vec![(self.load)(time)]
+    fn load_factors(&self, time: LoadTime) -> Vec<f64> {
+        vec![(self.load)(time.t)]
     }
 
     fn geometry(&self, _: &[f64], _: Wanted, _: &mut BlockMatrix) -> Result<(), StateError> {
         Ok(())
     }
 
-    fn begin(
-        &self,
-        previous: &StepState,
-        (): &(),
-        [_, time]: [f64; 2],
-        _: &mut BlockMatrix,
-    ) -> Result<Self::Step, StateError> {
-        Ok((previous.clone(), time))
+    fn begin(&self, previous: &StepState, (): &(), span: Span, _: &mut BlockMatrix) -> Result<Self::Step, StateError> {
+        Ok((previous.clone(), span.to))
     }
 
     fn evaluate(

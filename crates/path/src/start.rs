@@ -6,6 +6,7 @@
 use crate::divided::on_first;
 use crate::problem::StepProblem;
 use crate::store::{Path, PathState};
+use crate::time::LoadTime;
 use crate::unknowns::Held;
 use slipstick_linalg::{Ranks, own_range};
 
@@ -60,7 +61,7 @@ impl Guide {
             all[own].iter().map(|&v| v as f32).collect()
         };
         Self {
-            times: path.states.iter().map(|s| s.time).collect(),
+            times: path.states.iter().map(|s| s.time.on_axis()).collect(),
             unknowns: path.states.iter().map(part).collect(),
             length,
             holds_steps: false,
@@ -75,16 +76,18 @@ impl Guide {
 
     /// Only the steps and sub-steps of a path, without its states.
     pub fn steps_of(path: &Path) -> Self {
-        let times: Vec<f64> = path.states.iter().map(|s| s.time).collect();
+        let times: Vec<f64> = path.states.iter().map(|s| s.time.on_axis()).collect();
         Self { unknowns: vec![Vec::new(); times.len()], times, length: 0, holds_steps: true }
     }
 
-    /// The time of the guide's next state after `time`, if paths must use the guide's steps.
-    pub(crate) fn next_step(&self, time: f64) -> Option<f64> {
-        self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
+    /// The pseudo-time of the guide's next state after `time` in the same load case, if paths must use the
+    /// guide's steps.
+    pub(crate) fn next_step(&self, time: LoadTime) -> Option<f64> {
+        let next = self.times.iter().copied().find(|&t| t > time.on_axis()).filter(|_| self.holds_steps)?;
+        Some(next - LoadTime::start(time.case).on_axis())
     }
 
-    /// Builds a guide from pseudo-times, ascending from 0, and, for each time, this rank's part of
+    /// Builds a guide from [times](LoadTime::on_axis), ascending from 0, and, for each time, this rank's part of
     /// the `length` unknowns ([`own_range`]). On one rank, this part is all of them.
     ///
     /// # Errors
@@ -107,7 +110,7 @@ impl Guide {
         Ok(Self { times, unknowns, length, holds_steps: false })
     }
 
-    /// Pseudo-times of the states.
+    /// [Times](LoadTime::on_axis) of the states.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -138,8 +141,8 @@ impl Guide {
 
     /// The last state plus the guide's increment from its time to `time`; `None` if the guide does
     /// not reach that far or has different unknowns. Each rank computes its part.
-    fn ahead(&self, last: &[f64], from: f64, time: f64, ranks: &dyn Ranks) -> Option<Vec<f64>> {
-        let (begin, end) = (self.at(from)?, self.at(time)?);
+    fn ahead(&self, last: &[f64], from: LoadTime, time: LoadTime, ranks: &dyn Ranks) -> Option<Vec<f64>> {
+        let (begin, end) = (self.at(from.on_axis())?, self.at(time.on_axis())?);
         if self.length != last.len() {
             return None;
         }
@@ -148,7 +151,7 @@ impl Guide {
         Some(if ranks.size() == 1 { ahead } else { ranks.join(&ahead) })
     }
 
-    /// The position of `time`: number of the state before it, and the fraction of the way to the
+    /// The position of a time on the axis: number of the state before it, and the fraction of the way to the
     /// next.
     fn at(&self, time: f64) -> Option<(usize, f64)> {
         let next = self.times.partition_point(|&t| t < time).max(1);
@@ -167,7 +170,7 @@ impl Guide {
 pub(crate) fn candidates<P: StepProblem>(
     problem: &P,
     path: &Path,
-    time: f64,
+    time: LoadTime,
     values: StartValues,
     guide: Option<&Guide>,
     ranks: &dyn Ranks,
@@ -200,13 +203,13 @@ fn prescribed<P: StepProblem>(problem: &P) -> impl Iterator<Item = (usize, &bool
 
 /// The extrapolation of the last two states to `time`; `None` if the path has fewer than two
 /// states, or if the prescribed motion or a load does not continue as before.
-fn extrapolated<P: StepProblem>(problem: &P, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
+fn extrapolated<P: StepProblem>(problem: &P, path: &Path, time: LoadTime, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
     if last.rest {
         return None;
     }
     let (from, to) = (&before.state.unknowns, &last.state.unknowns);
-    let ratio = (time - last.time) / (last.time - before.time);
+    let ratio = (time.t - last.time.t) / (last.time.t - before.time.t);
     let ahead: Vec<f64> = from.iter().zip(to).map(|(a, b)| b + ratio * (b - a)).collect();
     let (mut increment, mut difference) = (0.0, 0.0);
     for (i, &fixed) in prescribed(problem) {
@@ -247,12 +250,15 @@ mod tests {
         );
         assert_eq!(guide.at(2.1), None);
         // u is (0.5, −1) at 0.25 and (1.75, −1) at 0.875
-        assert_eq!(guide.ahead(&[10.0, 20.0], 0.25, 0.875, &Alone), Some(vec![11.25, 20.0]));
-        assert_eq!(guide.ahead(&[10.0, 20.0], 0.25, 2.5, &Alone), None);
-        assert_eq!(guide.ahead(&[10.0, 20.0, 30.0], 0.25, 0.875, &Alone), None);
-        assert_eq!(guide.next_step(0.5), None);
+        assert_eq!(guide.ahead(&[10.0, 20.0], 0.25.into(), 0.875.into(), &Alone), Some(vec![11.25, 20.0]));
+        assert_eq!(guide.ahead(&[10.0, 20.0], 0.25.into(), 2.5.into(), &Alone), None);
+        assert_eq!(guide.ahead(&[10.0, 20.0, 30.0], 0.25.into(), 0.875.into(), &Alone), None);
+        assert_eq!(guide.next_step(0.5.into()), None);
         let holding = guide.holding_steps();
-        assert_eq!([0.0, 0.5, 1.9, 2.0].map(|time| holding.next_step(time)), [Some(0.5), Some(2.0), Some(2.0), None]);
+        assert_eq!(
+            [0.0, 0.5, 1.9, 2.0].map(|time| holding.next_step(time.into())),
+            [Some(0.5), Some(2.0), Some(2.0), None]
+        );
     }
 
     #[test]
@@ -274,9 +280,9 @@ mod tests {
     fn line(spring: &Spring) -> Path {
         let at = |time: f64| {
             let mut unknowns = vec![0.0, 0.0, 0.0, 3.0 * time, 1.0 - time, 2.0];
-            spring.prescribe(time, &mut unknowns);
+            spring.prescribe(time.into(), &mut unknowns);
             PathState {
-                time,
+                time: time.into(),
                 state: StepState { unknowns, history: vec![0.0; 3] },
                 completes: None,
                 report: StepReport::default(),
@@ -295,7 +301,7 @@ mod tests {
     #[test]
     fn start_values_go_on_where_motion_and_loads_do() {
         let starts =
-            |spring: &Spring, values: StartValues| candidates(spring, &line(spring), 2.25, values, None, &Alone);
+            |spring: &Spring, values: StartValues| candidates(spring, &line(spring), 2.25.into(), values, None, &Alone);
         let last = [1.2, -0.6, 0.3, 4.5, -0.5, 2.0];
         let ahead = [1.8, -0.9, 0.45, 6.75, -1.25, 2.0];
         let close = |found: &[Vec<f64>], exact: &[[f64; 6]]| {
@@ -325,12 +331,12 @@ mod tests {
         for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
             let mut turned = line(&spring);
             turned.states[0].state.unknowns[0] = before;
-            let found = candidates(&spring, &turned, 2.25, StartValues::Extrapolated, None, &Alone);
+            let found = candidates(&spring, &turned, 2.25.into(), StartValues::Extrapolated, None, &Alone);
             close(&found, &[ahead, last][usize::from(!steady)..]);
         }
         let mut anew = line(&spring);
         anew.states[1].rest = true;
-        close(&candidates(&spring, &anew, 2.25, StartValues::Extrapolated, None, &Alone), &[last]);
+        close(&candidates(&spring, &anew, 2.25.into(), StartValues::Extrapolated, None, &Alone), &[last]);
     }
 
     /// For a linear spring, steps that start on the line through the last two states start at the

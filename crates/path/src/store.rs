@@ -4,6 +4,7 @@ use crate::divided::on_first;
 use crate::history::{Histories, KnownState};
 use crate::iterations::StepReport;
 use crate::reuse::KeptFactors;
+use crate::time::LoadTime;
 use crate::unknowns::StepState;
 use slipstick_linalg::{Ranks, own_range};
 use std::borrow::Cow;
@@ -13,8 +14,8 @@ use std::sync::Arc;
 /// An accepted state.
 #[derive(Clone)]
 pub struct PathState {
-    /// Pseudo-time.
-    pub time: f64,
+    /// When.
+    pub time: LoadTime,
     /// Unknowns and history; with several ranks, each may hold only [its part](Path::state), and the
     /// history may be empty because it can be computed again.
     pub state: StepState,

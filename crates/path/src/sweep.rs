@@ -6,6 +6,7 @@ use crate::problem::{Adjoint, Evaluated, Iteration, StepProblem, Wanted};
 use crate::reuse::{InUse, KeptFactors};
 use crate::solver::Solver;
 use crate::store::{Path, PathState};
+use crate::time::{LoadTime, Span};
 use crate::timings::Phase;
 use crate::unknowns::{Held, StepState, Unknowns};
 use std::collections::VecDeque;
@@ -39,8 +40,8 @@ pub trait PathResponses<P: StepProblem> {
 pub struct Observed<'a, P: StepProblem> {
     /// Index of the state in the path.
     pub index: usize,
-    /// Pseudo-time of the state.
-    pub time: f64,
+    /// When the state is reached.
+    pub time: LoadTime,
     /// The state before it.
     pub previous: &'a StepState,
     /// The state.
@@ -95,8 +96,8 @@ impl Default for SweepOptions {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("adjoint at t = {time}: {kind}")]
 pub struct SweepError {
-    /// Pseudo-time of the state.
-    pub time: f64,
+    /// When the state is reached.
+    pub time: LoadTime,
     /// The reason.
     pub kind: StepFailureKind,
 }
@@ -158,7 +159,7 @@ pub fn sweep_states<P: StepProblem>(
     let entries = || gradients.iter().flat_map(|gradient| gradient.design.iter().chain(&gradient.parameters));
     if let Some(index) = entries().position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
-        return Err(SweepError { time: 0.0, kind });
+        return Err(SweepError { time: LoadTime::default(), kind });
     }
     Ok(gradients)
 }
@@ -230,7 +231,7 @@ struct RightHandSide {
 impl<P: StepProblem> Run<'_, '_, P> {
     fn step_back(&mut self, index: usize, previous: &StepState, state: &StepState) -> Result<(), StepFailureKind> {
         let here = &self.path.states[index];
-        let span = [self.path.states[index - 1].time, here.time];
+        let span = Span::new(self.path.states[index - 1].time, here.time.t);
         let problem = self.solver.problem;
         self.solver.linear.check_interrupt()?;
         let geometry = self.geometry.take();

@@ -2,8 +2,8 @@
 
 use crate::spring::Spring;
 use crate::{
-    Explicit, Guide, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Observed, Path,
-    PathGradient, PathResponses, PathState, Remedy, Silent, Solver, StartValues, StateError, StepFailureKind,
+    Explicit, Guide, LinearSystem, LoadPath, LoadTime, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Observed,
+    Path, PathGradient, PathResponses, PathState, Remedy, Silent, Solver, StartValues, StateError, StepFailureKind,
     StepProblem, SweepOptions, Tolerance, Tolerances, march, sweep,
 };
 use slipstick_linalg::{Alone, SolverChoice};
@@ -152,16 +152,16 @@ fn the_gradient_of_a_spring_matches_differences() {
 fn a_linear_spring_follows() {
     let spring = Spring::linear();
     let first = LoadPath::new(Spring::rest(), &[0.5]);
-    let second = LoadPath { begin: 1.0, steps_before: 1, ..LoadPath::new(Spring::rest(), &[2.0]) };
+    let second = LoadPath { begin: 1.0.into(), steps_before: 1, ..LoadPath::new(Spring::rest(), &[2.0]) };
     let follow = |load_path| follow(&spring, &mut linear(), load_path, &options(), &mut Silent).unwrap();
     let mut path = follow(&first);
     path.append(follow(&second));
     assert_eq!((path.steps, path.load_cases()), (2, vec![0..2, 2..4]));
-    let states: Vec<_> = path.states.iter().map(|s| (s.time, s.completes, s.rest)).collect();
+    let states: Vec<_> = path.states.iter().map(|s| (s.time.t, s.completes, s.rest)).collect();
     assert_eq!(states, [(0.0, None, true), (0.5, Some(1), false), (1.0, None, true), (2.0, Some(2), false)]);
     for at in &path.states {
         let mut driven = vec![0.0; 6];
-        spring.prescribe(if at.rest { 0.0 } else { at.time }, &mut driven);
+        spring.prescribe(if at.rest { LoadTime::default() } else { at.time }, &mut driven);
         for c in 0..3 {
             let share = spring.stiffness[c] / (spring.stiffness[c] + 1.0);
             assert!((at.state.unknowns[c] - driven[c]).abs() < 1e-15);
@@ -180,8 +180,8 @@ struct Tried {
 impl MarchObserver for Tried {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match event {
-            MarchEvent::Accepted { state, .. } => self.accepted.push(state.time),
-            MarchEvent::Retry { failed, remedy, .. } => self.again.push((failed.time, *remedy == Remedy::CutBack)),
+            MarchEvent::Accepted { state, .. } => self.accepted.push(state.time.t),
+            MarchEvent::Retry { failed, remedy, .. } => self.again.push((failed.time.t, *remedy == Remedy::CutBack)),
         }
     }
 }
@@ -215,8 +215,8 @@ fn increments_are_halved_and_grow_again() {
     }
     // one halving is not enough: the last failure is that of the step to 0.5
     let failure = follow(None, &MarchOptions { max_cutbacks: 1, ..previous }, &mut Tried::default()).unwrap_err();
-    assert_eq!((failure.step, failure.increment), (1, (0.0, 0.5)));
-    assert_eq!(failure.attempts.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [1.0, 0.5]);
+    assert_eq!((failure.step, failure.increment), (1, [0.0, 0.5].into()));
+    assert_eq!(failure.attempts.iter().map(|(time, _)| time.t).collect::<Vec<_>>(), [1.0, 0.5]);
 }
 
 /// A guide provides the solution as the initial guess, so that its path takes one iteration per

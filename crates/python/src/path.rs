@@ -49,8 +49,8 @@ impl Path {
             increments += 1;
             iterations += state.report.iterations.len();
             if state.completes.is_some() {
-                let (case, time) = LoadTime::named(&names, state.time);
-                steps.push((case.map(str::to_owned), time, increments, iterations));
+                let case = state.time.name(&names);
+                steps.push((case.map(str::to_owned), state.time.t, increments, iterations));
                 (increments, iterations) = (0, 0);
             }
         }

@@ -35,7 +35,7 @@ use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
 use slipstick::linalg::{CsrMatrix, Reduction};
 use slipstick::mesh::Mesh;
-use slipstick::path::{Held, Iteration, Silent, StepProblem, Wanted};
+use slipstick::path::{Held, Iteration, Silent, Span, StepProblem, Wanted};
 use slipstick::run::load_density;
 
 /// Height of each block; both are about 2 × 2 wide.
@@ -153,7 +153,7 @@ fn converged_tangent(problem: &mut Problem, density: &ElementValues) -> Result<(
     let Analysis { design, workspace, .. } = &mut problem.analysis;
     let wanted = Wanted::Derivatives;
     let geometry = design.geometry(&previous.state.unknowns, wanted, workspace)?;
-    let step = design.begin(&previous.state, &geometry, [previous.time, last.time], workspace)?;
+    let step = design.begin(&previous.state, &geometry, Span::new(previous.time, last.time.t), workspace)?;
     let at = design.evaluate(&step, &last.state.unknowns, None, Iteration::default(), wanted, workspace)?;
     let tangent = design.tangent(&step, &at, workspace)?;
     let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);

@@ -114,7 +114,7 @@ fn lagrange_path_matches_step_by_step() {
         let states: Vec<_> = forward.path.states.iter().map(|s| s.state.clone()).collect();
         assert_eq!(states.len(), steps.len() + 1, "no step was cut back");
         for (n, expected) in steps.iter().enumerate() {
-            let found = problem.analysis.design.contact_results(&states[n], &states[n + 1], 1.0).unwrap().nodes;
+            let found = problem.analysis.design.contact_results(&states[n], &states[n + 1], 1.0.into()).unwrap().nodes;
             for (j, offset) in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].iter().enumerate() {
                 let at = [0.6 + 0.8 * offset[0], 1.0, 0.1 + 0.8 * offset[1]];
                 let node = problem.mesh.nearest_node(at, Some(&problem.mesh.set_nodes("cube_ymin").unwrap())).unwrap();

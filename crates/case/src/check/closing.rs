@@ -128,8 +128,8 @@ fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: 
     let (mut closest, mut known, mut largest) = (gap, gap, 0.0f64);
     let mut prescribed = vec![0.0; reference.len()];
     for &time in &problem.analysis.times {
-        let LoadTime { case: load_case, t: own } = LoadTime::on_path(time);
-        if own <= problem.analysis.times[0] * (1.0 + 1e-9) {
+        let LoadTime { case: load_case, t: own } = time;
+        if own <= problem.analysis.times[0].t * (1.0 + 1e-9) {
             // each load case starts at rest
             last.copy_from_slice(&reference);
             known = gap;

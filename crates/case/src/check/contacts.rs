@@ -22,9 +22,9 @@ pub(super) fn contacts(
     notices: &mut Vec<Notice>,
 ) -> Result<Vec<ContactSummary>, StateError> {
     let rest = problem.analysis.model().rest();
-    let found = problem.analysis.design.contact_results(&rest, &rest, 0.0)?.nodes;
+    let found = problem.analysis.design.contact_results(&rest, &rest, LoadTime::default())?.nodes;
     let open: Vec<bool> = found.iter().map(|at| at.status == Status::Inactive).collect();
-    let overlaps = overlaps_at(&problem.mesh, problem.analysis.model(), &rest.unknowns, 0.0, &open);
+    let overlaps = overlaps_at(&problem.mesh, problem.analysis.model(), &rest.unknowns, LoadTime::default(), &open);
     notices.extend(overlaps.iter().map(|overlap| Notice {
         kind: NoticeKind::OpenOverlap,
         path: format!("contact[{}]", overlap.pair),
@@ -145,7 +145,7 @@ fn gaps_of_load_cases(case: &Case, problem: &Problem) -> Result<Vec<(String, Vec
         return Ok(Vec::new());
     }
     let of = |(number, load_case): (usize, &LoadCase)| {
-        let time = LoadTime::start(number).of_path();
+        let time = LoadTime::start(number);
         let design = problem.analysis.design_at(time);
         let rest = design.model().rest();
         Ok((load_case.name.clone(), design.contact_results(&rest, &rest, time)?.nodes))

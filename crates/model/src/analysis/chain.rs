@@ -6,14 +6,14 @@ use std::sync::Arc;
 use slipstick_design::quantity::{ContactNode, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView};
 use slipstick_design::response::Response;
 use slipstick_linalg::Ranks;
-use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
+use slipstick_path::{Explicit, LoadTime, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
 use crate::equations::{ContactModel, ContactResults, Design, Kinematics, Known};
 
 /// The data of a state that quantities can read.
 pub(crate) struct StateData {
-    time: f64,
+    time: LoadTime,
     /// f_int. \[F\]
     pub(crate) internal: Vec<f64>,
     /// f_ext. \[F\]
@@ -39,7 +39,7 @@ pub(crate) struct StateData {
 /// What quantities can see of the state at the start of a (sub-)step.
 #[derive(Default)]
 pub(crate) struct PreviousData {
-    time: f64,
+    time: LoadTime,
     /// Whether nothing has happened there: no deformation, no contact.
     rest: bool,
     displacement: Vec<f64>,
@@ -62,7 +62,7 @@ impl PreviousData {
     }
 
     /// At a state of rest, where the reactions balance the loads on prescribed unknowns.
-    pub(crate) fn at_rest(design: &Design, time: f64, state: &StepState) -> Self {
+    pub(crate) fn at_rest(design: &Design, time: LoadTime, state: &StepState) -> Self {
         let model = design.model();
         let none = vec![0.0; model.prescribed().fixed().len()];
         let displacement = state.unknowns[..none.len()].to_vec();
@@ -83,7 +83,7 @@ impl StateData {
     pub(crate) fn of(
         design: &Design,
         reads: Reads,
-        time: f64,
+        time: LoadTime,
         (previous, state): (&StepState, &StepState),
         known: Known<'_>,
     ) -> Result<Self, StateError> {
@@ -163,7 +163,7 @@ impl StateData {
         StateView {
             step,
             steps,
-            time: self.time,
+            time: self.time.on_axis(),
             displacement: &state.unknowns[..self.internal.len()],
             internal_force: &self.internal,
             external_force: &self.external,
@@ -204,12 +204,12 @@ pub(crate) fn steps_of(path: &Path) -> Vec<usize> {
 /// step. Columns of steps that a term does not observe are 0. `design_at` returns the design of the
 /// load case at a pseudo-time.
 pub(super) fn values<'a>(
-    design_at: &dyn Fn(f64) -> &'a Design,
+    design_at: &dyn Fn(LoadTime) -> &'a Design,
     path: &Path,
     steps: usize,
     responses: &[&Response],
 ) -> Result<Vec<Vec<Vec<f64>>>, AnalysisError> {
-    let ranks = design_at(0.0).model().share().ranks().clone();
+    let ranks = design_at(LoadTime::default()).model().share().ranks().clone();
     let mut values: Vec<Vec<Vec<f64>>> =
         responses.iter().map(|response| vec![vec![0.0; steps]; response.terms().len()]).collect();
     // of the increments since the start of the load case

@@ -45,7 +45,7 @@ impl Analysis {
             let state = StateView {
                 step: (step - 1) % each + 1,
                 steps: each,
-                time,
+                time: time.on_axis(),
                 displacement: &displacement,
                 internal_force: &internal_force,
                 external_force: &external_force,

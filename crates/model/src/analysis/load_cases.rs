@@ -90,8 +90,8 @@ impl LoadCases {
 
     /// The discrete problem of the load case at a pseudo-time; `shared` is that of the load cases
     /// that do not differ.
-    pub fn design_at<'a>(&'a self, shared: &'a Design, time: f64) -> &'a Design {
-        self.design(shared, if self.count() > 1 { LoadTime::on_path(time).case } else { 0 })
+    pub fn design_at<'a>(&'a self, shared: &'a Design, time: LoadTime) -> &'a Design {
+        self.design(shared, if self.count() > 1 { time.case } else { 0 })
     }
 
     /// Follows a change of the model that all load cases share.
@@ -109,8 +109,8 @@ impl LoadCases {
     }
 
     /// The user's steps of each load case among the ends `times` of all of them.
-    fn steps(&self, times: &[f64]) -> Vec<Range<usize>> {
-        let start = |case: usize| times.partition_point(|&time| LoadTime::on_path(time).case < case);
+    fn steps(&self, times: &[LoadTime]) -> Vec<Range<usize>> {
+        let start = |case: usize| times.partition_point(|time| time.case < case);
         let ends = (1..self.count()).map(start).chain([times.len()]);
         let mut begin = 0;
         ends.map(|end| std::mem::replace(&mut begin, end)..end).collect()
@@ -131,7 +131,7 @@ impl<'a> Designs<'a> {
     }
 
     /// That of the load case at a pseudo-time.
-    pub fn at(self, time: f64) -> &'a Design {
+    pub fn at(self, time: LoadTime) -> &'a Design {
         self.cases.design_at(self.shared, time)
     }
 
@@ -150,7 +150,7 @@ struct Worker {
 impl Analysis {
     /// The discrete problem of the load case at a pseudo-time, with the densities of the last
     /// analysis.
-    pub fn design_at(&self, time: f64) -> &Design {
+    pub fn design_at(&self, time: LoadTime) -> &Design {
         self.cases.design_at(&self.design, time)
     }
 
@@ -198,10 +198,11 @@ impl Analysis {
             |case: usize, linear: &mut LinearSystem, workspace: &mut Workspace, observer: &mut dyn MarchObserver| {
                 workspace.forget();
                 let problem = cases.design(design, case);
+                let ends: Vec<f64> = times[steps[case].clone()].iter().map(|time| time.t).collect();
                 let load_path = LoadPath {
-                    begin: LoadTime::start(case).of_path(),
+                    begin: LoadTime::start(case),
                     start: problem.model().rest(),
-                    times: &times[steps[case].clone()],
+                    times: &ends,
                     steps_before: steps[case].start,
                     guide,
                     histories: problem.history_update(),

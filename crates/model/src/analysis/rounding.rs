@@ -4,6 +4,7 @@ use super::Analysis;
 use super::forward::{ForwardNotice, in_words};
 use crate::words::quantity;
 use slipstick_design::quantity::Dimension;
+use slipstick_path::LoadTime;
 use std::fmt;
 
 /// Values below this fraction of the problem's own scale are round-off. It is some hundred times
@@ -94,7 +95,7 @@ impl Analysis {
         let size = model.smallest_element().cbrt();
         let n = model.prescribed().fixed().len();
         let (still, mut force) = (vec![0.0; n], vec![0.0; n]);
-        let load = |&time: &f64| {
+        let load = |&time: &LoadTime| {
             model.external_force(&still, time, &mut force);
             force.iter().map(|f| f * f).sum::<f64>().sqrt()
         };

@@ -23,7 +23,6 @@
 
 mod design;
 mod layout;
-mod load_time;
 pub mod motion;
 mod parameters;
 mod results;
@@ -39,7 +38,6 @@ pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, G
 pub(crate) use evaluated::Known;
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 use layout::{conditions, pair, partition, points, share, slaves};
-pub use load_time::LoadTime;
 pub use loads::{Loaded, Loads};
 use loose::LooseBodies;
 pub use motion::prescribed;
@@ -56,6 +54,7 @@ use rigid::RigidBodies;
 pub use share::Share;
 use slaves::{ContactElements, SlaveData, StartDesign};
 use slipstick_mesh::{ContactMap, Mesh};
+pub use slipstick_path::LoadTime;
 use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Evaluation, Interpolation, InvertedElements, Material, SolidModel};
 pub use springs::Springs;

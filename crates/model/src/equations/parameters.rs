@@ -6,6 +6,7 @@ use super::evaluated::{ContactState, Step};
 use super::law::LawWeights;
 use super::{ContactModel, Design, Enforcement, GivenStiffness, Method, SlaveData};
 use slipstick_contact::enforcement::friction_share;
+use slipstick_path::LoadTime;
 use slipstick_solid::ElementScaling;
 use std::ops::Range;
 
@@ -87,7 +88,7 @@ impl ContactModel {
     pub(super) fn pull_back_amplitudes(
         &self,
         d: &[f64],
-        time: f64,
+        time: LoadTime,
         lambda: &[f64],
         by_prescribed: &[f64],
         out: &mut [f64],
@@ -100,13 +101,13 @@ impl ContactModel {
     }
 
     /// Adds weightsᵀ ∂f_ext/∂a of every load.
-    pub(crate) fn pull_back_loads(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
+    pub(crate) fn pull_back_loads(&self, d: &[f64], time: LoadTime, weights: &[f64], out: &mut [f64]) {
         let first = out.len() - self.loads.len();
         self.loads.pull_back_amplitudes(time, &self.positions(d), weights, &mut out[first..]);
     }
 
     /// External force at displacements `d` and pseudo-time `time`. \[F\]
-    pub fn external_force(&self, d: &[f64], time: f64, out: &mut [f64]) {
+    pub fn external_force(&self, d: &[f64], time: LoadTime, out: &mut [f64]) {
         out.fill(0.0);
         if !self.loads.is_empty() {
             self.loads.add_residual(time, &self.positions(d), out);
@@ -116,7 +117,7 @@ impl ContactModel {
 
     /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to
     /// the displacements, times `weights`.
-    pub fn pull_back_external_force(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
+    pub fn pull_back_external_force(&self, d: &[f64], time: LoadTime, weights: &[f64], out: &mut [f64]) {
         if !self.loads.is_empty() {
             let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
             self.loads.add_transposed_product(time, &self.positions(d), &weights, out);

@@ -5,7 +5,7 @@ use super::functions::Designs;
 use super::{Bounds, Optimization, OptimizeError, guard};
 use crate::crushed::CrushedVoid;
 use slipstick_design::{Judgement, Optimizer, VariableValues};
-use slipstick_path::{MarchEvent, MarchObserver, StateError, StepFailureKind};
+use slipstick_path::{LoadTime, MarchEvent, MarchObserver, StateError, StepFailureKind};
 use slipstick_solid::EnergyInterpolation;
 
 /// How many times an update is halved when the path of the new design cannot be marched.
@@ -44,8 +44,8 @@ impl MarchObserver for Failures<'_> {
 }
 
 /// The states at which these attempts failed.
-fn states_of(attempts: &[(f64, StepFailureKind)]) -> Vec<StateError> {
-    let state = |(_, kind): &(f64, StepFailureKind)| match kind {
+fn states_of(attempts: &[(LoadTime, StepFailureKind)]) -> Vec<StateError> {
+    let state = |(_, kind): &(LoadTime, StepFailureKind)| match kind {
         StepFailureKind::State(error) => Some(error.clone()),
         _ => None,
     };

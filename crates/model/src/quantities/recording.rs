@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
-use slipstick_path::{Evaluated, PathState, StepState};
+use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
 
 use super::{
     Quantities, QuantityName, QuantityRow, Slipped, Subject, Support, built_in, external_work, has_offset,
@@ -21,8 +21,8 @@ use crate::problem::Problem;
 /// Where a state lies on a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reached {
-    /// Pseudo-time, counted through all load cases.
-    pub time: f64,
+    /// When.
+    pub time: LoadTime,
     /// The load step that the state completes.
     pub completes: Option<usize>,
     /// Whether the path, or a load case, starts there.
@@ -145,7 +145,7 @@ impl<'a> Recording<'a> {
             sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
             sums.add_own(recorder.own, &own);
             sums.holding += at.holding_work;
-            sums.viscous += recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time - old.time);
+            sums.viscous += recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time.t - old.time.t);
         }
         if let Some(step) = step {
             self.found.rows.push(QuantityRow {
@@ -168,7 +168,7 @@ impl<'a> Recording<'a> {
 /// The last state that was added.
 #[derive(Default)]
 struct Last<'a> {
-    time: f64,
+    time: LoadTime,
     state: Cow<'a, StepState>,
     /// `None` if it could not be evaluated.
     results: Option<StateResults>,
@@ -180,7 +180,7 @@ struct Last<'a> {
 
 /// The force against the offset of each pair, Σ s_j A_j ζ_nj, and the offset, at a pseudo-time.
 /// \[F, L\]
-fn pressed(model: &ContactModel, contact: &ContactResults, time: f64) -> Vec<[f64; 2]> {
+fn pressed(model: &ContactModel, contact: &ContactResults, time: LoadTime) -> Vec<[f64; 2]> {
     let of = |(pair, nodes): (&ModelInterface, &[NodalContact])| {
         let slant = |j: usize| pair.slants.get(j).copied().unwrap_or(1.0);
         let force = |(j, at): (usize, &NodalContact)| slant(j) * at.covered_area * at.multiplier[0];
@@ -231,8 +231,8 @@ impl Sums {
     fn add(
         &mut self,
         model: &ContactModel,
-        (before, earlier, old): (&StepState, f64, &ContactResults),
-        (now, time, contact): (&StepState, f64, &ContactResults),
+        (before, earlier, old): (&StepState, LoadTime, &ContactResults),
+        (now, time, contact): (&StepState, LoadTime, &ContactResults),
     ) {
         let [from, to] = [before, now].map(|state| model.contact_positions(&state.unknowns));
         self.lost.add(
@@ -288,7 +288,7 @@ impl Recorder<'_> {
         nodes.map(|node| (place(node) - centre).cross(&vector(force, node))).sum::<Vector3<f64>>().into()
     }
 
-    fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
+    fn unknown(&self, step: usize, time: LoadTime, count: usize) -> QuantityRow {
         QuantityRow { step, time, values: vec![f64::NAN; count], slipped: Vec::new() }
     }
 

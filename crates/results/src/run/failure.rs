@@ -11,7 +11,7 @@ use slipstick_path::{FailedAttempt, IterationRecord, MarchFailure, Rung, StateEr
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
 use slipstick_model::crushed::CURE;
-use slipstick_model::model::{LoadTime, Method};
+use slipstick_model::model::Method;
 use slipstick_model::problem::Problem;
 use slipstick_model::words::counted;
 
@@ -126,8 +126,9 @@ impl FailureReport {
             }
             AnalysisError::Sweep(error) => {
                 let mut report = Self::of_kind(&error.kind, mesh, model);
-                report.reached = Some(error.time);
-                report.cause = format!("adjoint at t = {:.6}: {}", error.time, report.cause);
+                report.load_case = number(error.time.case);
+                report.reached = Some(error.time.t);
+                report.cause = format!("adjoint at t = {:.6}: {}", error.time.t, report.cause);
                 report
             }
             AnalysisError::State(error) => {
@@ -143,14 +144,14 @@ impl FailureReport {
 
     /// Explains a failed march.
     pub fn of_march(failure: &MarchFailure, problem: &Problem) -> Self {
-        let (mesh, design) = (&problem.mesh, problem.analysis.design_at(failure.increment.1));
+        let (mesh, design) = (&problem.mesh, problem.analysis.design_at(failure.increment.end()));
         let contact = failure.path.states.last().filter(|last| {
             // the last state is complete on every rank
             let whole = failure.iterate.len() == last.state.unknowns.len();
             whole && failure.iterate.iter().all(|value| value.is_finite())
         });
         let contact = contact.and_then(|last| {
-            let time = failure.increment.1;
+            let time = failure.increment.end();
             design.contact_at(&last.state, &failure.iterate, time, failure.at_start).ok()
         });
         let model = Trial { model: design.model(), contact: contact.as_ref() };
@@ -159,8 +160,8 @@ impl FailureReport {
             None => Self::empty("no attempt was made".into()),
         };
         report.step = Some(failure.step);
-        report.load_case = Some(1 + LoadTime::on_path(failure.increment.1).case).filter(|&case| case > 1);
-        report.reached = failure.path.states.last().map(|state| state.time);
+        report.load_case = number(failure.increment.case);
+        report.reached = failure.path.states.last().map(|state| state.time.t);
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
         report.attempts = attempts(failure, mesh, model);
@@ -255,6 +256,11 @@ impl fmt::Display for FailureReport {
     }
 }
 
+/// The number of a later load case, from 1.
+fn number(case: usize) -> Option<usize> {
+    (case > 0).then_some(case + 1)
+}
+
 /// The attempts at the failed step in order; consecutive failures of the same kind share a line,
 /// and the middle of a long list is left out.
 fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
@@ -262,9 +268,9 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String
     for (time, kind) in &failure.attempts {
         match groups.last_mut() {
             Some((_, last, count, same)) if discriminant(*same) == discriminant(kind) => {
-                (*last, *count, *same) = (*time, *count + 1, kind);
+                (*last, *count, *same) = (time.t, *count + 1, kind);
             }
-            _ => groups.push((*time, *time, 1, kind)),
+            _ => groups.push((time.t, time.t, 1, kind)),
         }
     }
     let line = |(first, last, count, kind): &(f64, f64, usize, &StepFailureKind)| {

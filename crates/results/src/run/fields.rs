@@ -1,6 +1,6 @@
 //! The load path of a design as files for ParaView.
 
-use slipstick_path::{MarchFailure, Path, StateError, StepState};
+use slipstick_path::{LoadTime, MarchFailure, Path, StateError, StepState};
 
 use super::first::agree;
 use super::{PathWriter, RunDirectory, RunError, on_first};
@@ -57,7 +57,7 @@ pub fn write_failure(run: Option<&RunDirectory>, problem: &Problem, failure: &Ma
 fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> Result<bool, RunError> {
     let Some(last) = failure.path.states.last() else { return Ok(false) };
     let (mesh, designs) = (&problem.mesh, problem.analysis.designs());
-    let design = designs.at(failure.increment.1);
+    let design = designs.at(failure.increment.end());
     if last.completes.is_none() && failure.path.states.len() > 1 {
         // the last two states are complete on every rank
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
@@ -70,8 +70,8 @@ fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> 
         return Ok(false);
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
-    let contact = of_contact(design.contact_results(&last.state, &iterate, failure.increment.1));
-    Files::whole(run, mesh, designs).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
+    let contact = of_contact(design.contact_results(&last.state, &iterate, failure.increment.end()));
+    Files::whole(run, mesh, designs).save("failure.vtu", failure.increment.end(), &iterate, (&contact, &[]))?;
     Ok(true)
 }
 
@@ -133,7 +133,7 @@ impl<'a> Files<'a> {
     pub fn save(
         &mut self,
         name: &str,
-        time: f64,
+        time: LoadTime,
         state: &StepState,
         (known, slipped): (&StateResults, &[Slipped]),
     ) -> Result<(), OutputError> {
@@ -148,10 +148,10 @@ impl<'a> Files<'a> {
         let (density, elements) = (design.density(), &elements);
         let state = fields::State { displacement, contact, density, elements, slipped, no_gap };
         let fields = fields::of_state(mesh, &state);
-        fields::write_state(&self.run.file(name), mesh, time, &fields, self.pieces.as_deref())?;
+        fields::write_state(&self.run.file(name), mesh, time.on_axis(), &fields, self.pieces.as_deref())?;
         #[cfg(feature = "vtkhdf")]
         if let Some(series) = &mut self.series {
-            series.step(time, &fields)?;
+            series.step(time.on_axis(), &fields)?;
         }
         Ok(())
     }

@@ -103,11 +103,11 @@ impl<'a> PathWriter<'a> {
 impl MarchObserver for PathWriter<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         let &MarchEvent::Accepted { state, evaluated } = event else { return };
-        let LoadTime { case, .. } = LoadTime::on_path(state.time);
+        let LoadTime { case, .. } = state.time;
         if self.case != Some(case) {
             // each load case starts at rest
             self.case = Some(case);
-            let time = LoadTime::start(case).of_path();
+            let time = LoadTime::start(case);
             let rest = self.designs.at(time).model().rest();
             self.add(Reached { time, completes: None, rest: true, holding_work: 0.0 }, Cow::Owned(rest), None);
         }
@@ -149,7 +149,7 @@ impl PathFiles<'_> {
         let name = RunDirectory::numbered("path", step);
         let row = recording.found().rows.last();
         self.files.save(&name, at.time, now, (&known, row.map_or(&[], |row| &row.slipped)))?;
-        self.collection.add(at.time, self.run.in_series(&name))?;
+        self.collection.add(at.time.on_axis(), self.run.in_series(&name))?;
         // a state that cannot be evaluated has no results
         if !known.contact.nodes.is_empty() {
             self.contact.add(step, at.time, &pair_results(self.designs.model(), &known.contact));

@@ -125,8 +125,7 @@ impl<'a> ContactTable<'a> {
     }
 
     /// Adds a load step.
-    pub fn add(&mut self, step: usize, time: f64, pairs: &[PairResult]) {
-        let LoadTime { case, t: time } = LoadTime::on_path(time);
+    pub fn add(&mut self, step: usize, LoadTime { case, t: time }: LoadTime, pairs: &[PairResult]) {
         let time = rounded(time, 12);
         for (number, pair) in pairs.iter().enumerate() {
             // write −0 as 0
@@ -203,7 +202,7 @@ pub(super) fn quantity_heading(leading: &str, quantities: &Quantities) -> String
 
 /// A line of `quantities.csv`.
 pub(super) fn quantity_line(leading: &str, row: &QuantityRow) -> String {
-    let LoadTime { case, t: time } = LoadTime::on_path(row.time);
+    let LoadTime { case, t: time } = row.time;
     let cell = |value: &f64| if value.is_finite() { format!(",{value:?}") } else { ",".to_owned() };
     let cells: String = row.values.iter().map(cell).collect();
     format!("{leading}{},{case},{:?}{cells}\n", row.step, rounded(time, 12))
@@ -292,7 +291,7 @@ impl NewtonTable {
             self.csv.row(&[
                 self.iteration.into(),
                 step.into(),
-                state.time.into(),
+                state.time.on_axis().into(),
                 at.iteration.into(),
                 at.residual.into(),
                 at.contact.into(),
@@ -315,7 +314,7 @@ impl NewtonTable {
         let mut row: [Cell; 13] = std::array::from_fn(|_| Cell::Empty);
         row[0] = self.iteration.into();
         row[1] = self.step.into();
-        row[2] = (*time).into();
+        row[2] = time.on_axis().into();
         row[3] = (*iterations).into();
         let reason = format!("{rung}: {kind}");
         row[12] = reason.as_str().into();

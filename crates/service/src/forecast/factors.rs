@@ -36,7 +36,7 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem) -> Result<Factor
     let rest = design.model().rest();
     let wanted = Wanted::Derivatives;
     let geometry = design.geometry(&rest.unknowns, wanted, workspace)?;
-    let step = design.begin(&rest, &geometry, [0.0, 1.0], workspace)?;
+    let step = design.begin(&rest, &geometry, [0.0, 1.0].into(), workspace)?;
     let iteration = Iteration { at_start: true, ..Iteration::default() };
     let at = design.evaluate(&step, &rest.unknowns, Some(&geometry), iteration, wanted, workspace)?;
     let matrix = design.tangent(&step, &at, workspace)?;

@@ -102,7 +102,7 @@ struct Forces {
 fn forces(problem: &mut Problem, run: &Forward) -> Forces {
     let states: Vec<_> = run.path.states.iter().map(|at| at.state.clone()).collect();
     let [.., before, last] = &states[..] else { panic!("a path") };
-    let results = problem.analysis.design.contact_results(before, last, 1.0).unwrap();
+    let results = problem.analysis.design.contact_results(before, last, 1.0.into()).unwrap();
     let d = &last.unknowns[..3 * problem.mesh.nodes.len()];
     let mut force = vec![0.0; d.len()];
     problem.analysis.design.internal_force(d, &[], &mut force).unwrap();

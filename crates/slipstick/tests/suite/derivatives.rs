@@ -136,7 +136,7 @@ impl Generic {
     /// The step from the previous state, with derivatives.
     fn step(&self, workspace: &mut Workspace) -> Step {
         let geometry = self.design().geometry(&self.previous.unknowns, Wanted::Derivatives, workspace).unwrap();
-        self.design().begin(&self.previous, &geometry, [0.0, TIME], workspace).unwrap()
+        self.design().begin(&self.previous, &geometry, [0.0, TIME].into(), workspace).unwrap()
     }
 
     /// The equations at `y`, with derivatives.
@@ -157,7 +157,7 @@ impl Generic {
 
     /// The measures of all slave nodes at `y`.
     fn measures(&self, y: &[f64]) -> Vec<NodeMeasures> {
-        let contact = self.design().contact_at(&self.previous, y, 1.0, false).unwrap();
+        let contact = self.design().contact_at(&self.previous, y, 1.0.into(), false).unwrap();
         (0..).map_while(|j| contact.measures(j).copied()).collect()
     }
 
@@ -302,7 +302,7 @@ fn check_pull_back(name: &str, generic: &Generic) {
     let comparison = Comparison {
         problem: &|_: &Inputs| Design::new(model.clone(), &generic.density),
         workspace: &|_: &Design| Workspace::default(),
-        span: [0.0, TIME],
+        span: [0.0, TIME].into(),
         at: Inputs {
             unknowns: generic.y.clone(),
             previous: generic.previous.unknowns.clone(),
@@ -370,7 +370,7 @@ fn a_step_beyond_the_search_radius_is_refused() {
     let reach = design.model().interfaces()[0].interface.reach();
     let rest = design.model().rest();
     let geometry = design.geometry(&rest.unknowns, Wanted::Residual, &mut workspace).unwrap();
-    let step = design.begin(&rest, &geometry, [0.0, TIME], &mut workspace).unwrap();
+    let step = design.begin(&rest, &geometry, [0.0, TIME].into(), &mut workspace).unwrap();
     let mut after = |u: [f64; 3]| {
         let mut y = rest.unknowns.clone();
         block.clone().for_each(|n| y[3 * n..3 * n + 3].copy_from_slice(&u));

@@ -176,7 +176,7 @@ fn springs_take_the_work_of_a_load_that_nothing_else_resists() {
         corners.iter().map(|&node| state.state.unknowns[3 * node]).sum::<f64>() / corners.len() as f64
     };
     let states = &run.path.states;
-    let moves = states.windows(2).map(|pair| load * pair[1].time * (mean(&pair[1]) - mean(&pair[0])));
+    let moves = states.windows(2).map(|pair| load * pair[1].time.t * (mean(&pair[1]) - mean(&pair[0])));
     let expected: f64 = moves.sum();
     let last = *taken.last().expect("a step");
     assert!(expected > 0.0 && (last / expected - 1.0).abs() < 1e-6, "{last} {expected}");

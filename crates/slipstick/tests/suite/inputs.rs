@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use slipstick::design::ElementValues;
 use slipstick::model::{Design, Parameter, Workspace};
 use slipstick_path::differences::Comparison;
-use slipstick_path::{Inputs, StepProblem};
+use slipstick_path::{Inputs, Span, StepProblem};
 use std::collections::BTreeMap;
 
 /// Relative to the largest derivative with respect to an input.
@@ -192,7 +192,7 @@ fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
         let comparison = Comparison {
             problem: &of,
             workspace: &|_: &Design| Workspace::default(),
-            span: [previous.time, state.time],
+            span: Span::new(previous.time, state.time.t),
             at: Inputs {
                 unknowns: state.state.unknowns.clone(),
                 previous: previous.state.unknowns.clone(),

@@ -151,7 +151,7 @@ fn forces_balance() {
                 contact.iter().map(|c| Vector3::from(c.global_multiplier) * c.covered_area).sum();
             let states: Vec<_> = run.path.states.iter().map(|at| at.state.clone()).collect();
             let [.., before, last] = &states[..] else { panic!("a path") };
-            let results = problem.analysis.design.contact_results(before, last, 1.0).unwrap();
+            let results = problem.analysis.design.contact_results(before, last, 1.0.into()).unwrap();
             let pairs = pair_results(problem.analysis.model(), &results);
             let [pair] = &pairs[..] else { panic!("one pair") };
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];

@@ -45,7 +45,7 @@ fn a_contact_that_jumps_is_followed() {
     let (lagrange, watch, mut problem) = run(LAGRANGE);
     let (augmented, ..) = run("{ augmented = {} }");
     let rescued: Vec<f64> =
-        lagrange.path.states.iter().filter(|state| state.report.rescued).map(|state| state.time).collect();
+        lagrange.path.states.iter().filter(|state| state.report.rescued).map(|state| state.time.t).collect();
     assert_eq!(rescued, [0.32], "two halvings before it is tried");
     assert!(watch.cut_backs.len() <= 2, "{:?}", watch.cut_backs);
     // failed iterations are counted at the next state of the path: some attempts of 25 iterations
@@ -141,7 +141,7 @@ fn table_of_the_onset_of_sliding() {
         let steps: Vec<String> = (1..=10)
             .map(|step| {
                 let of = |time: f64| (10.0 * time - 1e-9).ceil() as usize == step;
-                let states = path.states.iter().filter(|state| !state.rest && of(state.time));
+                let states = path.states.iter().filter(|state| !state.rest && of(state.time.t));
                 states.map(|state| state.report.iterations.len()).sum::<usize>().to_string()
             })
             .collect();

@@ -106,7 +106,7 @@ fn designs_for_two_load_cases() {
     while !optimization.finished() {
         let forward = optimization.advance(&mut Silent).unwrap();
         assert_eq!(forward.path.steps, 12);
-        let rests: Vec<f64> = forward.path.states.iter().filter(|s| s.rest).map(|s| s.time).collect();
+        let rests: Vec<f64> = forward.path.states.iter().filter(|s| s.rest).map(|s| s.time.on_axis()).collect();
         assert_eq!(rests, [0.0, 2.0]);
         counts.push(forward.path.newton_iterations());
     }

@@ -7,7 +7,8 @@ use slipstick::analysis::AnalysisError;
 use slipstick::design::ElementValues;
 use slipstick_linalg::Alone;
 use slipstick_path::{
-    Guide, IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Remedy, Silent, StateError, StepFailureKind,
+    Guide, IterationRecord, LoadTime, MarchEvent, MarchFailure, MarchObserver, Path, Remedy, Silent, Span, StateError,
+    StepFailureKind,
 };
 
 /// Uzawa's iteration without acceleration and with one pass: only its inner Newton iteration.
@@ -123,7 +124,7 @@ fn a_step_that_is_too_large_is_reached_in_sub_steps() {
             path.ok().filter(|path: &Path| path.states.len() > 2).map(|path| (path, watch))
         };
         let (path, watch) = runs.into_iter().find_map(reached).expect("some depth is too much");
-        let times: Vec<f64> = path.states.iter().map(|s| s.time).collect();
+        let times: Vec<f64> = path.states.iter().map(|s| s.time.t).collect();
         println!("{method}: {times:?} after {:?}", watch.cut_backs);
         assert!(!watch.cut_backs.is_empty());
         assert!(times.is_sorted_by(|a, b| a < b) && *times.last().unwrap() == 1.0);
@@ -147,10 +148,10 @@ fn sub_steps_of_a_guide_are_taken() {
     let density = random_density(&problem, 7);
     let coarse = problem.analysis.forward(&density, &mut Silent).expect("converges");
     let times = problem.analysis.times.clone();
-    problem.analysis.times = vec![0.125, 0.25, 0.5, 1.0];
+    problem.analysis.times = [0.125, 0.25, 0.5, 1.0].map(LoadTime::from).to_vec();
     let fine = problem.analysis.forward(&density, &mut Silent).expect("converges");
     problem.analysis.times = times;
-    let of = |path: &Path| path.states.iter().map(|s| (s.time, s.completes)).collect::<Vec<_>>();
+    let of = |path: &Path| path.states.iter().map(|s| (s.time.t, s.completes)).collect::<Vec<_>>();
     assert_eq!(of(&coarse.path), [(0.0, None), (0.5, Some(1)), (1.0, Some(2))]);
     for guide in [Guide::steps_of(&fine.path), Guide::of(&fine.path, &Alone).holding_steps()] {
         problem.analysis.guide = Some(guide);
@@ -182,7 +183,7 @@ fn a_hopeless_step_fails_with_its_place_and_the_inverted_elements() {
     assert!((2..=5).contains(&failure.step));
     assert_eq!(failure.path.steps, failure.step - 1, "what converged before is kept");
     assert!(failure.path.states.iter().all(|s| s.state.unknowns.iter().all(|u| u.is_finite())));
-    let (from, to) = failure.increment;
+    let Span { from, to, .. } = failure.increment;
     let step = 0.2;
     assert!((failure.step - 1) as f64 * step <= from && from < to && to <= failure.step as f64 * step + 1e-12);
     assert!(to - from < 0.25 * step, "the increment was halved three times before giving up");

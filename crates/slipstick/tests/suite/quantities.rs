@@ -152,7 +152,7 @@ fn fields_of_a_bar() {
     let density = random_density(&problem, 1);
     let forward = forward(&mut problem, &density);
     let state = &forward.path.states.last().expect("states").state;
-    let fields = problem.analysis.design.element_fields(&problem.mesh, state, 1.0, &StateResults::default());
+    let fields = problem.analysis.design.element_fields(&problem.mesh, state, 1.0.into(), &StateResults::default());
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
     for (e, stress) in fields.stress.chunks_exact(6).enumerate() {
         stress.iter().zip([0.0, 0.0, 7.0, 0.0, 0.0, 0.0]).for_each(|(found, expected)| near(*found, expected));

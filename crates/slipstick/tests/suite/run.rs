@@ -16,7 +16,7 @@ use slipstick::run::{
     RunPart, RunRecord, load_density, load_design, read_density, sha256, write_densities, write_failure, write_path,
 };
 use slipstick_path::{
-    FailedAttempt, MarchEvent, MarchFailure, MarchObserver, Path, Rung, Silent, StateError, StepFailureKind,
+    FailedAttempt, LoadTime, MarchEvent, MarchFailure, MarchObserver, Path, Rung, Silent, StateError, StepFailureKind,
 };
 use tempfile::TempDir;
 
@@ -295,17 +295,18 @@ fn an_optimization_writes_its_load_path_meanwhile() {
 fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchFailure {
     let mut iterate = path.states[path.states.len() - 1].state.unknowns.clone();
     iterate[3 * (problem.mesh.nodes.len() - 1)] += 0.01;
-    let attempts: Vec<_> = kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32), kind)).collect();
-    let tried = |(time, kind): &(f64, StepFailureKind)| FailedAttempt {
+    let attempts: Vec<_> =
+        kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32).into(), kind)).collect();
+    let tried = |(time, kind): &(LoadTime, StepFailureKind)| FailedAttempt {
         time: *time,
-        rung: if *time < 1.0 { Rung::LastState } else { Rung::Predicted },
+        rung: if time.t < 1.0 { Rung::LastState } else { Rung::Predicted },
         kind: kind.clone(),
         iterations: 10,
     };
     let iterations = path.states.last().map_or(vec![], |state| state.report.iterations.clone());
     MarchFailure {
         step: 3,
-        increment: (0.66, 0.7),
+        increment: [0.66, 0.7].into(),
         tried: attempts.iter().map(tried).collect(),
         exhausted: false,
         attempts,

@@ -177,7 +177,8 @@ fn step(
         Some(layout.slaves.iter().map(|&n| values[n as usize]).collect())
     };
     let status = of_slaves("contact_status")?.into_iter().map(|status| status.clamp(0.0, 2.0) as u8);
-    let (load_case, time) = LoadTime::named(load_cases, time);
+    let at = LoadTime::of_axis(time);
+    let load_case = at.name(load_cases);
     let of_elements = |name: &str| {
         stored.values(name, mesh.elements.len()).map(|values| {
             let shown = layout.elements.iter().chain(&layout.behind);
@@ -187,7 +188,7 @@ fn step(
     Some(Step {
         number,
         load_case: load_case.map(str::to_owned),
-        time,
+        time: at.t,
         displacement: Packed::numbers(&displacement),
         pressure: Packed::numbers(&of_slaves("contact_pressure")?),
         gap: Packed::numbers(&of_slaves("contact_gap")?),

@@ -104,15 +104,15 @@ impl ModelInterface {
         Friction { coefficient: self.friction, shear_limit: self.shear_limit }
     }
 
-    /// The offset at a pseudo-time, [`OffsetPoint::at`]. \[L\]
-    pub fn offset_at(&self, time: f64) -> f64 {
-        OffsetPoint::at(&self.offset, LoadTime::on_path(time).t)
+    /// The offset at a time, [`OffsetPoint::at`]. \[L\]
+    pub fn offset_at(&self, time: LoadTime) -> f64 {
+        OffsetPoint::at(&self.offset, time.t)
     }
 
-    /// Whether the surfaces interact in a load step that ends at a pseudo-time, and, if they do
-    /// from the start, at rest.
-    pub(crate) fn is_active(&self, time: f64) -> bool {
-        let ([from, to], LoadTime { t, .. }) = (self.active, LoadTime::on_path(time));
+    /// Whether the surfaces interact in a load step that ends at a time, and, if they do from the start,
+    /// at rest.
+    pub(crate) fn is_active(&self, LoadTime { t, .. }: LoadTime) -> bool {
+        let [from, to] = self.active;
         (from == 0.0 || t > from + SAME_TIME) && t <= to + SAME_TIME
     }
 }

@@ -138,11 +138,11 @@ impl Prescribed {
         let mut d = vec![0.0; self.fixed.len()];
         // at its waypoints, a rotation may happen to return to the plane
         let of = |(motion, case): (&Dirichlet, &Option<usize>)| {
-            let start = LoadTime::start(case.unwrap_or(0)).of_path();
+            let case = case.unwrap_or(0);
             let times = motion.motion.iter().flat_map(|point| [point.t, 0.618 * point.t]);
-            times.map(|t| start + t).collect::<Vec<f64>>()
+            times.map(|t| LoadTime { case, t }).collect::<Vec<_>>()
         };
-        let times: Vec<f64> = self.motions.iter().zip(&self.cases).flat_map(of).collect();
+        let times: Vec<LoadTime> = self.motions.iter().zip(&self.cases).flat_map(of).collect();
         for time in times {
             self.apply(time, &mut d);
             let moved = |entry: &&Entry| {
@@ -245,13 +245,11 @@ impl Prescribed {
         self.mirrored.iter().flat_map(|&dof| self.rigid.moved_by(dof)).collect()
     }
 
-    /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis,
-    /// then translation.
-    pub fn apply(&self, time: f64, d: &mut [f64]) {
+    /// Writes the prescribed displacements of a time into `d`: rotation about the axis, then translation.
+    pub fn apply(&self, LoadTime { case, t: time }: LoadTime, d: &mut [f64]) {
         for &dof in &self.mirrored {
             d[dof as usize] = self.at_rest(dof);
         }
-        let LoadTime { case, t: time } = LoadTime::on_path(time);
         let pose = |(motion, own): (&Dirichlet, &Option<usize>)| {
             own.is_none_or(|own| own == case).then(|| (motion.at(time), motion.rotation))
         };
@@ -286,12 +284,11 @@ impl Prescribed {
         self.motions.len()
     }
 
-    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 is a factor on its
+    /// Adds Σ μ ∂d/∂a of each motion at a time, where a = 1 is a factor on its
     /// translation and its angle θ: with the unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
     ///
     /// Test: `amplitudes_match_finite_differences`.
-    pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
-        let LoadTime { case, t: time } = LoadTime::on_path(time);
+    pub fn pull_back_amplitudes(&self, LoadTime { case, t: time }: LoadTime, by_prescribed: &[f64], out: &mut [f64]) {
         for &Entry { dof, component, motion, what } in &self.entries {
             if self.cases[motion as usize].is_some_and(|own| own != case) {
                 continue;
@@ -316,19 +313,20 @@ impl Prescribed {
     }
 
     /// Largest prescribed displacement at any of the `times`. \[L\]
-    pub fn largest(&self, times: &[f64]) -> f64 {
-        self.largest_of(times.iter().map(|&t| (LoadTime::start(LoadTime::on_path(t).case).of_path(), t)))
+    pub fn largest(&self, times: &[LoadTime]) -> f64 {
+        self.largest_of(times.iter().map(|&time| (LoadTime::start(time.case), time)))
     }
 
     /// Largest change of a prescribed displacement between consecutive `times`; each load case
     /// starts at rest. \[L\]
-    pub fn largest_step(&self, times: &[f64]) -> f64 {
-        let starts = std::iter::once(0.0).chain(times.iter().copied());
-        let within = |(from, to): (f64, f64)| (from.max(LoadTime::start(LoadTime::on_path(to).case).of_path()), to);
+    pub fn largest_step(&self, times: &[LoadTime]) -> f64 {
+        let starts = std::iter::once(LoadTime::default()).chain(times.iter().copied());
+        let within =
+            |(from, to): (LoadTime, LoadTime)| (if from.case == to.case { from } else { LoadTime::start(to.case) }, to);
         self.largest_of(starts.zip(times.iter().copied()).map(within))
     }
 
-    fn largest_of(&self, spans: impl Iterator<Item = (f64, f64)>) -> f64 {
+    fn largest_of(&self, spans: impl Iterator<Item = (LoadTime, LoadTime)>) -> f64 {
         let n = self.fixed.len();
         let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
         let mut largest: f64 = 0.0;

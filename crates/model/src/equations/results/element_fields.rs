@@ -2,7 +2,7 @@
 
 use crate::equations::{ContactResults, Design};
 use slipstick_mesh::Mesh;
-use slipstick_path::StepState;
+use slipstick_path::{LoadTime, StepState};
 use slipstick_solid::stress::{stress_points, von_mises};
 use std::borrow::Cow;
 
@@ -43,7 +43,13 @@ impl Design {
     /// Fields of the bodies at a state and its pseudo-time; any rank may call it without the others.
     ///
     /// Test: `fields_of_a_bar` (tests/suite/quantities.rs).
-    pub fn element_fields(&self, mesh: &Mesh, state: &StepState, time: f64, known: &StateResults) -> ElementFields {
+    pub fn element_fields(
+        &self,
+        mesh: &Mesh,
+        state: &StepState,
+        time: LoadTime,
+        known: &StateResults,
+    ) -> ElementFields {
         let model = &*self.model;
         let d = &state.unknowns[..model.displacement_count()];
         let step = self.solid_step(model.solid_history(state));

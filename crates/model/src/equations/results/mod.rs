@@ -20,7 +20,7 @@ use crate::equations::{ContactModel, Design};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{FacetCorners, facet_corner_areas};
-use slipstick_path::{StateError, StepState};
+use slipstick_path::{LoadTime, StateError, StepState};
 
 /// Contact results at the mortar row of a slave node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +77,7 @@ impl Design {
         &self,
         previous: &StepState,
         state: &StepState,
-        time: f64,
+        time: LoadTime,
     ) -> Result<ContactResults, StateError> {
         let contact = self.contact_at(previous, &state.unknowns, time, false)?;
         Ok(contact.results(&self.model, &self.model.contact_positions(&state.unknowns)))

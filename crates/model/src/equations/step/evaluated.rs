@@ -10,7 +10,7 @@ use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{InterfaceError, InterfaceWorkspace};
 use slipstick_linalg::BlockMatrix;
-use slipstick_path::{Evaluated, Iteration, StateError, StepState, Timings};
+use slipstick_path::{Evaluated, Iteration, LoadTime, StateError, StepState, Timings};
 use slipstick_solid::model::Scatter;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -62,8 +62,8 @@ pub struct Step {
     pub(in crate::equations) rows: Vec<PreviousRow>,
     /// History of the previous state.
     pub(in crate::equations) history: Vec<f64>,
-    /// Pseudo-time at its end.
-    pub(in crate::equations) time: f64,
+    /// When it ends.
+    pub(in crate::equations) time: LoadTime,
     /// What the viscous forces are measured from.
     pub(in crate::equations) rate: Rate,
     /// Rotation vectors of the rigid bodies before the step. \[rad\]
@@ -77,7 +77,7 @@ impl Step {
         model: &ContactModel,
         previous: Arc<Kinematics>,
         history: &[f64],
-        time: f64,
+        time: LoadTime,
     ) -> Self {
         // bonded surfaces do not slip from step to step: their displacements are measured from rest
         let of = |(now, slave): (&NodeKinematics, &SlaveData)| match model.pair(slave).is_bonded() {
@@ -284,7 +284,7 @@ impl Design {
     }
 
     /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it
-    /// without the others. `time`: pseudo-time of `y`; `at_start`: it is the start of a step.
+    /// without the others. `time`: that of `y`; `at_start`: it is the start of a step.
     ///
     /// # Errors
     /// If one of the two states cannot be evaluated.
@@ -292,7 +292,7 @@ impl Design {
         &self,
         previous: &StepState,
         y: &[f64],
-        time: f64,
+        time: LoadTime,
         at_start: bool,
     ) -> Result<ContactState, StateError> {
         self.contact_with(previous, y, (time, at_start), Known::default())
@@ -303,7 +303,7 @@ impl Design {
         &self,
         previous: &StepState,
         y: &[f64],
-        (time, at_start): (f64, bool),
+        (time, at_start): (LoadTime, bool),
         known: Known<'_>,
     ) -> Result<ContactState, StateError> {
         let model = &*self.model;

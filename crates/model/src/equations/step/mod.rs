@@ -12,8 +12,8 @@ use crate::equations::{Design, Method, inverted, node};
 use slipstick_contact::enforcement::{Freedom, covered};
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{
-    Adjoint, Attempt, DependentUnknowns, Evaluated, Held, HeldMotions, HoldFreeMotions, Inputs, Iteration, Phase,
-    Scales, StateError, StepProblem, StepState, Unknowns, Wanted,
+    Adjoint, Attempt, DependentUnknowns, Evaluated, Held, HeldMotions, HoldFreeMotions, Inputs, Iteration, LoadTime,
+    Phase, Scales, Span, StateError, StepProblem, StepState, Unknowns, Wanted,
 };
 use slipstick_solid::SolidStep;
 use std::borrow::Cow;
@@ -36,11 +36,11 @@ impl StepProblem for Design {
         &self.model.unknowns
     }
 
-    fn prescribe(&self, time: f64, y: &mut [f64]) {
+    fn prescribe(&self, time: LoadTime, y: &mut [f64]) {
         self.model.prescribed.apply(time, y);
     }
 
-    fn load_factors(&self, time: f64) -> Vec<f64> {
+    fn load_factors(&self, time: LoadTime) -> Vec<f64> {
         self.model.loads.factors(time)
     }
 
@@ -55,14 +55,14 @@ impl StepProblem for Design {
         &self,
         previous: &StepState,
         geometry: &Arc<Kinematics>,
-        span: [f64; 2],
+        span: Span,
         workspace: &mut Workspace,
     ) -> Result<Step, StateError> {
         self.model.share.check_same(&previous.unknowns)?;
         workspace.pattern.begin_step();
         let rate = self.model.rate(&previous.unknowns, span);
         let rotations = self.model.rigid.rotations(&previous.unknowns).collect();
-        Ok(Step { rate, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span[1]) })
+        Ok(Step { rate, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span.end()) })
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).

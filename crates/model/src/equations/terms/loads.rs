@@ -33,10 +33,9 @@ struct Applied {
 }
 
 impl Applied {
-    /// The factor on the load at a pseudo-time.
-    fn factor(&self, time: f64) -> f64 {
-        let LoadTime { case, t: time } = LoadTime::on_path(time);
-        if self.case.is_none_or(|own| own == case) { self.load.factor(time) } else { 0.0 }
+    /// The factor on the load at a time.
+    fn factor(&self, LoadTime { case, t }: LoadTime) -> f64 {
+        if self.case.is_none_or(|own| own == case) { self.load.factor(t) } else { 0.0 }
     }
 }
 
@@ -99,14 +98,14 @@ impl Loads {
         self.loads.is_empty()
     }
 
-    /// Factors of all loads at pseudo-time `time`.
-    pub fn factors(&self, time: f64) -> Vec<f64> {
+    /// Factors of all loads at a time.
+    pub fn factors(&self, time: LoadTime) -> Vec<f64> {
         self.loads.iter().map(|applied| applied.factor(time)).collect()
     }
 
-    /// Adds the negative external force at pseudo-time `time` and positions `x`, which is its
+    /// Adds the negative external force at a time and positions `x`, which is its
     /// contribution to R. \[F\]
-    pub fn add_residual(&self, time: f64, x: &[f64], out: &mut [f64]) {
+    pub fn add_residual(&self, time: LoadTime, x: &[f64], out: &mut [f64]) {
         for applied in &self.loads {
             applied.action.add(applied.factor(time), x, out);
         }
@@ -114,7 +113,7 @@ impl Loads {
 
     /// Calls `add` with the blocks of the derivative of [`add_residual`](Self::add_residual) with
     /// respect to the positions.
-    fn tangent(&self, time: f64, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
+    fn tangent(&self, time: LoadTime, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
         for applied in &self.loads {
             if let Action::Pressure(facets, pressure) = &applied.action {
                 pressure_tangent(facets, x, pressure * applied.factor(time), &mut add);
@@ -136,12 +135,12 @@ impl Loads {
     }
 
     /// Adds that derivative to a matrix over all nodes.
-    pub fn add_tangent(&self, time: f64, x: &[f64], matrix: &mut BlockMatrix) {
+    pub fn add_tangent(&self, time: LoadTime, x: &[f64], matrix: &mut BlockMatrix) {
         self.tangent(time, x, |row, column, block| matrix.add(row as usize, column as usize, block));
     }
 
     /// Adds the transpose of that derivative times `weights`.
-    pub fn add_transposed_product(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
+    pub fn add_transposed_product(&self, time: LoadTime, x: &[f64], weights: &[f64], out: &mut [f64]) {
         self.tangent(time, x, |row, column, block| {
             for (at, value) in block.iter().enumerate() {
                 out[3 * column as usize + at % 3] += value * weights[3 * row as usize + at / 3];
@@ -150,7 +149,7 @@ impl Loads {
     }
 
     /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 is a factor on the load.
-    pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
+    pub fn pull_back_amplitudes(&self, time: LoadTime, x: &[f64], weights: &[f64], out: &mut [f64]) {
         let mut residual = vec![0.0; x.len()];
         for (applied, out) in self.loads.iter().zip(out) {
             residual.fill(0.0);
@@ -173,14 +172,14 @@ impl Loads {
 
     /// Largest norm of the external force at any waypoint, on the undeformed bodies. \[F\]
     pub fn largest(&self, coordinates: &[f64]) -> f64 {
-        let norm = |time: f64| {
+        let norm = |time: LoadTime| {
             let mut force = vec![0.0; coordinates.len()];
             self.add_residual(time, coordinates, &mut force);
             force.iter().map(|f| f * f).sum::<f64>().sqrt()
         };
         let times = self.loads.iter().flat_map(|applied| {
-            let start = LoadTime::start(applied.case.unwrap_or(0)).of_path();
-            applied.load.amplitude.iter().map(move |point| start + point.t)
+            let case = applied.case.unwrap_or(0);
+            applied.load.amplitude.iter().map(move |point| LoadTime { case, t: point.t })
         });
         times.map(norm).fold(0.0, f64::max)
     }

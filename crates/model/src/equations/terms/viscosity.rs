@@ -13,6 +13,7 @@
 use crate::equations::{ContactModel, Step};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
+use slipstick_path::Span;
 
 /// The viscosity of all displacement unknowns.
 #[derive(Debug, Clone, Default)]
@@ -59,11 +60,11 @@ pub(in crate::equations) struct Rate {
 }
 
 impl ContactModel {
-    pub(in crate::equations) fn rate(&self, before: &[f64], [from, to]: [f64; 2]) -> Rate {
+    pub(in crate::equations) fn rate(&self, before: &[f64], span: Span) -> Rate {
         if self.viscosity.is_none() {
             return Rate::default();
         }
-        Rate { before: before[..self.displacement_count()].to_vec(), span: to - from }
+        Rate { before: before[..self.displacement_count()].to_vec(), span: span.duration() }
     }
 
     /// Displacement unknowns of this rank, each with its damping divided by the length of the step.

@@ -23,14 +23,14 @@ fn driven() -> Dirichlet {
 fn motion_is_piecewise_linear_and_rotates_about_its_axis() {
     let prescribed = Prescribed::new(vec![driven()], &[nodes(&[0])], &[2.0, 5.0, 0.0], &[]).unwrap();
     let mut d = vec![0.0; 3];
-    prescribed.apply(0.25, &mut d);
+    prescribed.apply(0.25.into(), &mut d);
     assert_eq!(d, [0.0, -0.5, 0.0]);
-    prescribed.apply(1.0, &mut d);
+    prescribed.apply(1.0.into(), &mut d);
     // a quarter turn about +y takes the arm +x to −z
     for (found, exact) in d.iter().zip([2.0 - 1.0, -1.0, -1.0]) {
         assert!((found - exact).abs() < 1e-15);
     }
-    assert!((prescribed.largest(&[0.5, 1.0]) - 3f64.sqrt()).abs() < 1e-14);
+    assert!((prescribed.largest(&[0.5.into(), 1.0.into()]) - 3f64.sqrt()).abs() < 1e-14);
 }
 
 /// Motion and angle scaled by 1 ± h in the tables themselves.
@@ -55,11 +55,11 @@ fn amplitudes_match_finite_differences() {
     let (h, time) = (1e-5, 0.8);
     let value = |factor: f64| {
         let mut d = [0.0; 6];
-        at(factor).apply(time, &mut d);
+        at(factor).apply(time.into(), &mut d);
         d.iter().zip(weights).map(|(d, w)| d * w).sum::<f64>()
     };
     let mut slopes = [0.0; 2];
-    at(1.0).pull_back_amplitudes(time, &weights, &mut slopes);
+    at(1.0).pull_back_amplitudes(time.into(), &weights, &mut slopes);
     let expected = (value(1.0 + h) - value(1.0 - h)) / (2.0 * h);
     assert!((slopes[1] - expected).abs() < 1e-9, "{} for {expected}", slopes[1]);
     assert_eq!(slopes[0], 0.0);
@@ -91,7 +91,7 @@ fn tables_may_share_a_component_that_both_hold() {
     (pushed.motion, pushed.rotation) = (vec![Waypoint { t: 1.0, u: [2.0, 0.0, 0.0], angle: 0.0 }], None);
     let of = |held| Prescribed::new(vec![held, pushed.clone()], &[nodes(&[0]), nodes(&[0])], &[0.0; 3], &[]);
     let mut d = [9.0; 3];
-    of(held(&[Component::Y])).unwrap().apply(0.5, &mut d);
+    of(held(&[Component::Y])).unwrap().apply(0.5.into(), &mut d);
     assert_eq!(d, [1.0, 0.0, 0.0]);
     let conflict = of(held(&[Component::X, Component::Y])).unwrap_err();
     assert_eq!((conflict.component, conflict.first, conflict.motion), (0, 0, 1));
@@ -112,13 +112,13 @@ fn each_load_case_has_its_motions() {
         Prescribed::new(motions, &[nodes(&[0]), nodes(&[0]), nodes(&[1])], &[0.0; 6], &["a", "b"]).unwrap();
     let at = |time: f64| {
         let mut d = [9.0; 6];
-        prescribed.apply(time, &mut d);
+        prescribed.apply(LoadTime::of_axis(time), &mut d);
         (d[1], d[4])
     };
     assert_eq!([at(0.5), at(1.0), at(2.0), at(3.0)], [(-0.5, 0.0), (-1.0, 0.0), (0.0, 0.0), (2.0, 3.0)]);
     assert_eq!(prescribed.largest_step(&LoadTime::ends(2, 2)), 1.5);
     let mut slopes = [0.0; 3];
-    prescribed.pull_back_amplitudes(2.5, &[1.0; 6], &mut slopes);
+    prescribed.pull_back_amplitudes(LoadTime::of_axis(2.5), &[1.0; 6], &mut slopes);
     assert_eq!(slopes, [0.0, 1.0, 1.5]);
     let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[nodes(&[0]), nodes(&[0])], &[0.0; 3], &["a"]);
     let set = "top".to_owned();
