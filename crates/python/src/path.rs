@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipstick::analysis::LoadCases;
 use slipstick::linalg::Alone;
-use slipstick::model::{ContactResults, Design, LoadTime};
+use slipstick::model::{ContactResults, Design};
 use slipstick::path::PathState;
 use slipstick::quantities::{Quantities, quantities};
 

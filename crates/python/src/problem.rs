@@ -12,7 +12,7 @@ use slipstick::case::Resolved;
 use slipstick::design::quantity::Quantity;
 use slipstick::design::{ElementValues, ObservedSteps, Response, Role, Term};
 use slipstick::mesh::{Element, Mesh};
-use slipstick::model::Parameter;
+use slipstick::model::{LoadTime, Parameter};
 use slipstick::overlaps::overlaps;
 use slipstick::run::load_design;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
@@ -128,7 +128,8 @@ impl Problem {
 
     /// Ends of the load steps in pseudo-time.
     fn times(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
-        detached(py, || Ok(self.built.lock()?.analysis.times.clone()))
+        let axis = |times: &[LoadTime]| times.iter().map(|time| time.on_axis()).collect();
+        detached(py, || Ok(axis(&self.built.lock()?.analysis.times)))
     }
 
     /// Names of the load cases; empty if there is only one without a name.

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use slipstick::build::{Problem, build};
 use slipstick::case::Resolved;
 use slipstick::design::ElementValues;
 use slipstick::export::{ExportOptions, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl, write_vtu};
@@ -16,6 +15,7 @@ use slipstick::picture::{PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, RenderError};
 use slipstick::report::{PageOptions, page};
 use slipstick::run::{Checkpoint, ExitState, ResultRecord, RunDirectory, RunPart, design_density};
+use slipstick_service::check;
 use slipstick_service::failure::Failure;
 use slipstick_service::optimization::{
     self as service, RecordedOptimization, Resume, Resumed, SECTIONS, SECTIONS_OF_OWN,
@@ -62,7 +62,12 @@ pub fn optimize(
         let resolved = &case.resolved;
         let (responses, mut record) = Responses::of(own);
         let of_python = responses.have_objective();
-        let mut optimization = prepare(resolved, density, responses)?;
+        let watch = Watch::new(progress, callback);
+        let host = Interpreter { line: command.clone(), interrupt: Some(watch.interrupt()) };
+        let prepared = prepare(&host, resolved, density, responses, iterations);
+        // what an interrupted check says is not why it ended
+        watch.check()?;
+        let mut optimization = prepared?;
         if let (Some(record), Some(objective), true) =
             (&mut record, &optimization.problem.analysis.objective, of_python)
         {
@@ -74,7 +79,7 @@ pub fn optimize(
         let part = RunPart::starting(command, rayon::current_num_threads());
         let run = slipstick::run::Run::start(&directory, resolved, &case.file, &case.mesh_files(), part, force)?;
         let recorded = RecordedOptimization::start(optimization, resolved, Some(run), record.as_deref())?;
-        let warnings = finish(recorded, Watch::new(progress, callback))?;
+        let warnings = finish(recorded, watch)?;
         Ok(Run { warnings, ..Run::open_directory(&directory)? })
     })
 }
@@ -114,10 +119,14 @@ fn sections(responses: &Responses) -> &'static [&'static str] {
 }
 
 /// An optimization of a case at its start, from these densities if given.
-fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Responses) -> Result<Optimization, Error> {
-    resolved.require(sections(&responses))?;
-    let map = &resolved.source_map;
-    let mut problem: Problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
+fn prepare(
+    host: &Interpreter,
+    resolved: &Resolved,
+    density: Option<ElementValues>,
+    responses: Responses,
+    iterations: Option<usize>,
+) -> Result<Optimization, Error> {
+    let (_, mut problem) = check::prepare(host, resolved.clone(), sections(&responses), iterations)?;
     responses.apply(&mut problem)?;
     if let Some(density) = density {
         // the case sets the densities of passive elements and of those outside the design

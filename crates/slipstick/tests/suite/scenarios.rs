@@ -188,7 +188,7 @@ struct Seen(Vec<f64>);
 impl slipstick::path::MarchObserver for Seen {
     fn on_event(&mut self, event: &slipstick::path::MarchEvent<'_>) {
         if let slipstick::path::MarchEvent::Accepted { state, .. } = event {
-            self.0.push(state.time.t);
+            self.0.push(state.time.on_axis());
         }
     }
 }
