@@ -9,6 +9,7 @@ mod optimization;
 mod quantities;
 mod regions;
 mod select;
+pub(crate) mod sides;
 mod springs;
 pub(crate) mod surfaces;
 pub(crate) mod symmetry;

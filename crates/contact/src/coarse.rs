@@ -1,4 +1,4 @@
-//! Curved slave surfaces of few facets.
+//! Curved slave surfaces of few facets, and those that end at an edge on an inclined surface.
 
 use crate::ContactInterface;
 use crate::kinematics::height::FacetHeight;
@@ -19,7 +19,31 @@ impl ContactInterface {
         let [slave, master] = self.heights();
         turns(self.slave_facets(), slave, coordinates, feature_angle) && master.iter().all(Option::is_none)
     }
+
+    /// Whether both sides are curved ([`Self::with_heights`]) and meet at an edge of the slave's body at an
+    /// angle, as a plug that tapers meets the rim of a bore: the normal of some slave node at an edge would turn
+    /// by more than 2° if it followed the master. `touched` is this interface
+    /// [with such normals](Self::with_touched_edges), and `coordinates` are those of the start, 3 per node.
+    /// Surfaces that are parallel, as a shaft and a hub, are not inclined; nor are those out of reach.
+    ///
+    /// Test: `a_plug_that_tapers_is_inclined_to_the_rim_of_a_bore`.
+    pub fn is_inclined(&self, touched: &Self, coordinates: &[f64]) -> bool {
+        let curved = |side: &Vec<Option<FacetHeight>>| side.iter().any(Option::is_some);
+        if !self.heights().iter().all(curved) {
+            return false;
+        }
+        let normals = [self, touched].map(|interface| {
+            let mut rows = Vec::new();
+            let evaluated = interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows);
+            evaluated.map(|()| rows.into_iter().map(|row| (row.area, row.frame.vector(0))).collect::<Vec<_>>())
+        });
+        let [Ok(averaged), Ok(touched)] = normals else { return false };
+        averaged.iter().zip(&touched).any(|((area, own), (_, other))| *area > 0.0 && own.angle(other) > INCLINED)
+    }
 }
+
+/// Angle between a slave surface at its edge and the master from which on they are inclined. \[rad\]
+const INCLINED: f64 = std::f64::consts::PI / 90.0;
 
 /// Angle between curved facets from which on they are coarse: that of 24 facets around a circle.
 /// \[rad\]
@@ -79,5 +103,41 @@ mod tests {
         assert_eq!(found, [false, false, true, true, false]);
         assert!(!is_coarse(20.0, false, true), "facets that are the surface itself");
         assert!(!is_coarse(20.0, true, false), "a flat slave");
+    }
+
+    /// The bore of a plate, with the face around its rim, and a plug in it whose radius grows by `slope` per length;
+    /// the plug's side has other divisions than the bore. Only a slope above 2° counts, and only of curved surfaces.
+    #[test]
+    fn a_plug_that_tapers_is_inclined_to_the_rim_of_a_bore() {
+        let is_inclined = |degrees: f64, curved: [bool; 2]| {
+            let mut x: Vec<[f64; 3]> = Vec::new();
+            let mut arc = |from: f64, by: f64, [radius, y]: [f64; 2]| {
+                let first = x.len() as u32;
+                x.extend((0..5).map(|i| {
+                    let (sin, cos) = (from + by * f64::from(i)).to_radians().sin_cos();
+                    [radius * cos, y, radius * sin]
+                }));
+                first
+            };
+            let slope = degrees.to_radians().tan();
+            let rings = [[0.5, 0.0], [0.5, 0.5], [0.8, 0.5]].map(|ring| arc(-40.0, 20.0, ring));
+            let plug = [-0.2, 0.6].map(|y| arc(-50.0, 25.0, [0.49 + slope * (y - 0.5), y]));
+            let strip = |a: u32, b: u32| -> Vec<FacetNodes> {
+                (0..4).map(|i| [a + i, b + i, b + i + 1, a + i + 1].into()).collect()
+            };
+            let (bore, face) = (strip(rings[1], rings[0]), strip(rings[2], rings[1]));
+            let side = strip(plug[0], plug[1]);
+            let height = FacetHeight::new([1e-3; 25], &[Vector3::x(), Vector3::y(), Vector3::z()]);
+            let heights = curved.map(|curved| if curved { vec![Some(height); 4] } else { Vec::new() });
+            let (shape, rule) = (MultiplierShape::Standard, CellRule::Six);
+            let options = InterfaceOptions { shape, rule, reach: 0.3, feature_angle: 0.8 };
+            let x = x.as_flattened();
+            let interface = ContactInterface::new(bore.clone(), side, x, options).unwrap().with_heights(heights);
+            let touched = interface.clone().with_touched_edges(&[bore, face].concat(), x, 0.8);
+            interface.is_inclined(&touched, x)
+        };
+        let found = [0.0, 1.9, 2.1, 9.0].map(|degrees| is_inclined(degrees, [true; 2]));
+        assert_eq!(found, [false, false, true, true]);
+        assert!(!is_inclined(9.0, [true, false]), "a flat master");
     }
 }

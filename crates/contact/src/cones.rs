@@ -16,16 +16,17 @@ const KINK: f64 = std::f64::consts::PI / 18.0;
 
 /// Gives the slave nodes their cones: the facets of `boundary` around each, divided into smooth
 /// patches. Patches that the node's own patch meets at a re-entrant edge do not count, since only
-/// both of them together could touch there. Where the own patch is convex and bent by more than [`KINK`]
-/// between facets, the parts on both sides span the cone too: it is a kink of flat facets, or a curved surface of
-/// so few facets that the face which touches it chooses the direction within their normals. `coordinates`: 3 per
-/// node, of the reference configuration.
+/// both of them together could touch there. With `kinks`, where the own patch is convex and bent by more than
+/// [`KINK`] between facets, the parts on both sides span the cone too: it is a kink of flat facets, or a curved
+/// surface of so few facets that the face which touches it chooses the direction within their normals.
+/// `coordinates`: 3 per node, of the reference configuration.
 pub(crate) fn add(
     slave_nodes: &mut [SlaveNode],
     slave_facets: &[FacetNodes],
     boundary: &[FacetNodes],
     coordinates: &[f64],
     feature_angle: f64,
+    kinks: bool,
 ) {
     let on_slave: HashSet<Vec<u32>> = slave_facets.iter().map(sorted).collect();
     // slave facets first, so that they have the numbers that slave nodes know
@@ -50,7 +51,7 @@ pub(crate) fn add(
         let others = all.into_iter().filter(|patch| patch.iter().all(|facet| !slave.facets.contains(facet)));
         let mut others: Vec<Vec<(u32, u8)>> = others.filter(falls_away).collect();
         let parts = patches(slave.facets.clone(), &normals, KINK.min(feature_angle));
-        if parts.len() > 1 && parts.iter().all(falls_away) {
+        if kinks && parts.len() > 1 && parts.iter().all(falls_away) {
             others.extend(parts);
         }
         if others.is_empty() && !slave.sharp {

@@ -201,8 +201,18 @@ impl ContactInterface {
     /// including those outside of the slave surface, but not those that symmetry or supports hold
     /// in their plane. The same holds where slave facets meet at more than 10°, but less than the feature angle.
     /// Elsewhere the averaged normals remain. `coordinates` and `feature_angle` as in [`Self::new`].
-    pub fn with_touched_normals(mut self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
-        cones::add(&mut self.slave_nodes, &self.slave_facets, boundary, coordinates, feature_angle);
+    pub fn with_touched_normals(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
+        self.with_cones(boundary, coordinates, feature_angle, true)
+    }
+
+    /// The same at edges of the slave's bodies only, and not where facets of a smooth patch meet: between two
+    /// polygons, facets of the master would determine the normals no better than averages do.
+    pub fn with_touched_edges(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
+        self.with_cones(boundary, coordinates, feature_angle, false)
+    }
+
+    fn with_cones(mut self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64, kinks: bool) -> Self {
+        cones::add(&mut self.slave_nodes, &self.slave_facets, boundary, coordinates, feature_angle, kinks);
         self.sharp = following(&self.slave_nodes, self.slave_facets.len());
         self
     }

@@ -105,3 +105,26 @@ def scaled(case, factor):
 
 
 MODULI = {"youngs_modulus", "c10", "c01", "bulk_modulus", "stiffness"}
+
+
+#: The counts of elements of generated bodies.
+SHAPES = ["box", "half_ball", "half_ring", "ball", "cone", "torus", "hollow_cylinder"]
+
+
+def refined(case, boxes, others):
+    """Elements of boxes and of the other shapes divided by these numbers; None if there are mesh files."""
+    case = copy.deepcopy(case)
+    for body in case["body"]:
+        (shape,) = [shape for shape in SHAPES if shape in body] or [None]
+        if shape is None:
+            return None
+        body[shape]["elements"] = [n * (boxes if shape == "box" else others) for n in body[shape]["elements"]]
+    return case
+
+
+def exchanged(case):
+    """Slave and master of every pair exchanged."""
+    case = copy.deepcopy(case)
+    for contact in case["contact"]:
+        contact["slave"], contact["master"] = contact["master"], contact["slave"]
+    return case

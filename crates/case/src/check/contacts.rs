@@ -2,6 +2,7 @@
 
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
+use slipstick_mesh::ContactMap;
 use slipstick_model::model::{LoadTime, NodalContact};
 use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
@@ -34,6 +35,7 @@ pub(super) fn contacts(
     let mut start = 0;
     let mut summaries = Vec::new();
     let by_case = gaps_of_load_cases(case, problem)?;
+    let points = ContactMap::new(&problem.mesh).points(&problem.mesh.nodes);
     let moves = crate::construct::ties::moves(case).unwrap_or_default();
     let mirrored = mirrored(case, &problem.mesh).unwrap_or_else(|_| vec![[false; 3]; problem.mesh.nodes.len()]);
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
@@ -107,7 +109,8 @@ pub(super) fn contacts(
                 help: "exchange slave and master, or use the penalty method".into(),
             });
         }
-        notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
+        let sides = crate::construct::sides::of(case, contact, &problem.mesh, &points, &mirrored);
+        notices.extend(sides.and_then(|sides| facets::coarse_slave(i, contact, sides)));
         notices.extend(held::on_both_sides(interface, i, case, contact, &problem.mesh));
         let facing = nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node).collect();
         notices.extend(held::in_objective(case, contact, &facing, &problem.mesh));

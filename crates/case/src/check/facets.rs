@@ -1,41 +1,35 @@
 //! Checks whether the slave facets of a contact pair are fine enough for the master.
 
 use super::{Notice, NoticeKind};
+use crate::construct::sides::Side;
 use crate::file::Contact;
-use slipstick_contact::ContactInterface;
-use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_model::words::quantity;
 
 /// Allowed ratio of the lengths of slave and master facets.
 const COARSER: f64 = 2.0;
 
-/// A notice if the slave facets are much coarser than the master facets: contact conditions are
-/// enforced only at slave nodes, so master nodes between them can penetrate.
-pub(super) fn coarse_slave(
-    interface: &ContactInterface,
-    pair: usize,
-    contact: &Contact,
-    mesh: &Mesh,
-) -> Option<Notice> {
-    let [slave, master] = [interface.slave_facets(), interface.master_facets()].map(|facets| median_size(facets, mesh));
-    (slave > COARSER * master).then(|| Notice {
+/// A notice if the slave facets are too coarse for the master: much coarser, since contact conditions hold only at
+/// slave nodes, so that master nodes between them can penetrate; or larger than those of a convex master on a slave
+/// that is not, since it touches within a facet, over which the mean gap is still open.
+pub(super) fn coarse_slave(pair: usize, contact: &Contact, [slave, master]: [Side; 2]) -> Option<Notice> {
+    let consequence = match (slave.size > COARSER * master.size, slave.misses(&master)) {
+        (true, _) => "master nodes can penetrate between slave nodes",
+        (false, true) => "the master is convex, and touches within a slave facet before the mean gap closes",
+        (false, false) => return None,
+    };
+    Some(Notice {
         kind: NoticeKind::CoarseSlave,
         path: format!("contact[{pair}].slave"),
         message: format!(
-            "facets of the slave `{}` are coarser than those of the master `{}` (median size {} and {}): master nodes \
-             can penetrate between slave nodes",
+            "facets of the slave `{}` are coarser than those of the master `{}` (median size {} and {}): {consequence}",
             contact.slave,
             contact.master,
-            quantity(slave),
-            quantity(master)
+            quantity(slave.size),
+            quantity(master.size)
         ),
-        help: "exchange slave and master, or refine the slave: the finer side should be the slave".into(),
+        help:
+            "exchange slave and master, or refine the slave: the finer side should be the slave (`sides = \"chosen\"` \
+               lets the program choose)"
+                .into(),
     })
-}
-
-/// Median of the square roots of the facets' areas. \[L\]
-fn median_size(facets: &[FacetNodes], mesh: &Mesh) -> f64 {
-    let mut sizes: Vec<f64> = facets.iter().map(|facet| facet_area(&facet.corners(&mesh.nodes)).sqrt()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    sizes[sizes.len() / 2]
 }

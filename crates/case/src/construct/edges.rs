@@ -2,13 +2,15 @@
 
 use crate::file;
 use slipstick_contact::ContactInterface;
+use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
 
 /// Cosine of the angle between a facet's normal and an axis below which they are perpendicular.
 const PERPENDICULAR: f64 = 0.03;
 
 /// The interface with the normals that the pair asks for; by default those of the master if the slave is a
-/// curved surface of few facets, otherwise averaged ones. `points`: positions of the contact surfaces'
+/// curved surface of few facets, or at edges on an inclined curved surface, where multipliers have dual shapes
+/// by default; otherwise averaged ones. `points`: positions of the contact surfaces'
 /// corners; `fixed`: prescribed displacements, three per node.
 ///
 /// Facets on symmetry planes are inside the whole body, and facets that are held along their normal
@@ -22,11 +24,13 @@ pub(super) fn with_normals(
     fixed: &[bool],
 ) -> ContactInterface {
     let feature_angle = contact.feature_angle.to_radians();
+    let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
     let touched = match contact.normals {
         Some(normals) => normals == file::Normals::Touched,
         None => !interface.is_with_itself() && interface.is_coarse(points.as_flattened(), feature_angle),
     };
-    if !touched {
+    let may_be_inclined = contact.normals.is_none() && both_curved && !interface.is_with_itself();
+    if !touched && !may_be_inclined {
         return interface;
     }
     let slave = interface.slave_facets().iter().flat_map(|facet| facet.iter());
@@ -45,5 +49,13 @@ pub(super) fn with_normals(
         };
         boundary.extend(mesh.boundary(body).facets.iter().map(|facet| facet.nodes).filter(|facet| !held(facet)));
     }
-    interface.with_touched_normals(&boundary, points.as_flattened(), feature_angle)
+    if touched {
+        return interface.with_touched_normals(&boundary, points.as_flattened(), feature_angle);
+    }
+    let at_edges = interface.clone().with_touched_edges(&boundary, points.as_flattened(), feature_angle);
+    match (interface.is_inclined(&at_edges, points.as_flattened()), contact.multiplier_shape) {
+        (true, None) => at_edges.with_shape(MultiplierShape::Dual),
+        (true, Some(_)) => at_edges,
+        (false, _) => interface,
+    }
 }

@@ -4,7 +4,7 @@ use super::deck::{WithDeck, with_deck};
 use super::document::Table;
 use super::read::{self, ReadFile};
 use super::reader::{Reader, Requirement};
-use super::{Case, CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap, syntax};
+use super::{Case, CaseCode, CaseDiagnostic, CaseErrors, Severity, Sides, SourceMap, syntax};
 use slipstick_deck::Ledger;
 use std::io;
 use toml::de::DeTable;
@@ -77,7 +77,7 @@ pub fn parse_case(text: &str, file_name: &str) -> Result<Resolved, CaseErrors> {
 pub(super) fn requirements(text: &str) -> Vec<Requirement> {
     let reader = Reader::new(text, "");
     let (document, _) = DeTable::parse_recoverable(text);
-    read::case(Table::new(&reader, document.get_ref(), String::new()), &|_| Err(io::Error::other("")));
+    read::case(Table::new(&reader, document.get_ref(), String::new()), &|_| Err(io::Error::other("")), &[]);
     reader.into_requirements()
 }
 
@@ -91,6 +91,17 @@ pub fn parse_case_with(text: &str, file_name: &str, files: ReadFile<'_>) -> Resu
         let resolved = parse_case_with(&text, file_name, files)?;
         return Ok(Resolved { deck: Some(ledger), ..resolved });
     }
+    let mut resolved = parse(text, file_name, files, &[])?;
+    let exchanged = crate::construct::sides::exchanged(&resolved.case);
+    if !exchanged.is_empty() {
+        resolved = parse(text, file_name, files, &exchanged)?;
+    }
+    resolved.case.contacts.iter_mut().for_each(|contact| contact.sides = Sides::AsGiven);
+    Ok(resolved)
+}
+
+/// The same without a deck, with slave and master of the pairs with these numbers exchanged.
+fn parse(text: &str, file_name: &str, files: ReadFile<'_>, exchanged: &[usize]) -> Result<Resolved, CaseErrors> {
     let reader = Reader::new(text, file_name);
     let (document, syntax_errors) = DeTable::parse_recoverable(text);
     if !syntax_errors.is_empty() {
@@ -100,7 +111,7 @@ pub fn parse_case_with(text: &str, file_name: &str, files: ReadFile<'_>) -> Resu
         return Err(CaseErrors::collect(diagnostics).unwrap_or_else(unknown));
     }
     let root = Table::new(&reader, document.get_ref(), String::new());
-    let case = read::case(root, files);
+    let case = read::case(root, files, exchanged);
     let (source_map, mut warnings) = reader.into_parts();
     if let Some(errors) = CaseErrors::collect(warnings.clone()) {
         return Err(errors);

@@ -27,7 +27,7 @@ pub(crate) use building::{Building, all_fixed};
 pub use component::{ForceComponent, ForceWord, VectorComponent, VectorWord};
 pub use contact_pressure::PressureWord;
 pub use gap::GapWord;
-pub(crate) use reading::{Known, Reading, slave};
+pub(crate) use reading::{Known, Reading, Slaves, slave};
 pub use slipstick_design::quantity::Dimension;
 
 use crate::construct::BuildError;

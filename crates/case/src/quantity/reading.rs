@@ -5,16 +5,34 @@ use crate::file::document::Table;
 use crate::file::names::Names;
 use crate::file::read::common;
 use crate::file::reader::suggestion_or_list;
-use crate::file::{BoxRegion, CaseCode};
+use crate::file::{BoxRegion, CaseCode, Contact, Sides};
 use std::ops::Deref;
 
 /// What the tables refer to.
 pub(crate) struct Known<'a> {
     pub names: &'a Names,
-    /// The slave surfaces of the contact pairs.
-    pub slaves: Vec<&'a str>,
+    pub slaves: Slaves<'a>,
     /// The names of the springs.
     pub springs: Vec<&'a str>,
+}
+
+/// The slave surfaces of the contact pairs, by which pairs are named.
+pub(crate) struct Slaves<'a> {
+    names: Vec<&'a str>,
+    /// For pairs whose sides the program chooses, the master, by which they may be named too.
+    masters: Vec<Option<&'a str>>,
+}
+
+impl<'a> Slaves<'a> {
+    pub fn of(contacts: &'a [Contact]) -> Self {
+        let chosen = |contact: &'a Contact| (contact.sides == Sides::Chosen).then_some(contact.master.as_str());
+        let names = contacts.iter().map(|contact| contact.slave.as_str()).collect();
+        Self { names, masters: contacts.iter().map(chosen).collect() }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
 }
 
 /// The table of a quantity.
@@ -135,8 +153,14 @@ enum Chosen<T> {
 }
 
 /// The slave surface of a pair.
-pub(crate) fn slave(table: &Table<'_>, slaves: &[&str]) -> String {
+pub(crate) fn slave(table: &Table<'_>, slaves: &Slaves<'_>) -> String {
+    let Slaves { names: slaves, masters } = slaves;
     let slave = table.string("slave").required(String::new(), "the slave surface of a [[contact]]");
+    if let Some(pair) = masters.iter().position(|master| *master == Some(slave.as_str()))
+        && !slaves.contains(&slave.as_str())
+    {
+        return slaves[pair].to_owned();
+    }
     let readable = slaves.iter().all(|slave| !slave.is_empty());
     if !slave.is_empty() && readable && !slaves.contains(&slave.as_str()) {
         let message = format!("`{slave}` is not the slave of a contact pair");

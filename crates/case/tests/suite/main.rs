@@ -6,6 +6,7 @@ mod case_good;
 mod closing;
 mod round_trip;
 mod schema;
+mod sides;
 
 use std::sync::Arc;
 

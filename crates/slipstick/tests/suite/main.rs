@@ -49,4 +49,5 @@ mod springs;
 mod symmetry;
 #[path = "../common/table.rs"]
 mod table;
+mod tapers;
 mod void;

@@ -5,8 +5,8 @@ use super::super::document::Table;
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Stiffness, StiffnessScaling, Surfaces,
-    ToleranceScaling,
+    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Sides, Stiffness, StiffnessScaling,
+    Surfaces, ToleranceScaling,
 };
 use super::motion;
 use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, OffsetPoint};
@@ -17,12 +17,22 @@ const LAGRANGE: Enforcement = Enforcement::Lagrange {
     scaling: StiffnessScaling::Area,
 };
 
-pub(super) fn contacts(root: &Table<'_>, names: &Names, bodies: &[Body], steps: usize) -> Vec<Contact> {
+/// The pairs; those whose numbers are in `exchanged` with slave and master exchanged.
+pub(super) fn contacts(
+    root: &Table<'_>,
+    names: &Names,
+    bodies: &[Body],
+    steps: usize,
+    exchanged: &[usize],
+) -> Vec<Contact> {
     let mut contacts: Vec<Contact> = Vec::new();
     for table in root.tables("contact") {
         let reader = table.reader;
         let path = table.path().to_owned();
-        let contact = contact(table, names, bodies, steps);
+        let mut contact = contact(table, names, bodies, steps);
+        if exchanged.contains(&contacts.len()) {
+            std::mem::swap(&mut contact.slave, &mut contact.master);
+        }
         let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
         let together = |other: &Contact| other.active[0] < contact.active[1] && contact.active[0] < other.active[1];
         if let Some(other) = contacts.iter().find(|other| same(other)).filter(|_| !contact.slave.is_empty()) {
@@ -54,6 +64,7 @@ pub(super) fn contacts(root: &Table<'_>, names: &Names, bodies: &[Body], steps: 
 fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Contact {
     let slave = surface(&table, "slave", names);
     let master = surface(&table, "master", names);
+    let sides = table.word("sides", &[("as_given", Sides::AsGiven), ("chosen", Sides::Chosen)]).or(Sides::AsGiven);
     let bodies = [&slave, &master].map(|name| names.find(name).and_then(|(_, body)| body));
     let shape = bodies[0].and_then(|body| shapes.get(body)).filter(|body| !matches!(body.shape, Shape::Mesh(_)));
     let is_face = |body: &Body| [&slave, &master].iter().all(|name| name.starts_with(&format!("{}_", body.name)));
@@ -143,6 +154,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
     Contact {
         slave,
         master,
+        sides,
         friction,
         tied,
         shear_limit,
@@ -162,7 +174,8 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
 
 /// Refuses the keys that have no meaning for tied surfaces.
 fn refuse_with_tied(table: &Table<'_>) {
-    for key in ["friction", "shear_limit", "offset", "feature_angle", "edge_cover", "surfaces", "normals", "adjust"] {
+    let (of_sliding, of_gaps) = (["sides", "friction", "shear_limit", "edge_cover"], ["offset", "adjust", "surfaces"]);
+    for key in of_sliding.into_iter().chain(of_gaps).chain(["feature_angle", "normals"]) {
         if table.has(key) {
             let message = format!("`{key}` has no meaning for tied surfaces, which neither separate nor slide");
             let help = format!("omit `{key}`, or `tied`");

@@ -5,7 +5,7 @@ use super::super::document::Table;
 use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{BodyInCase, Contact, LoadCase, LoadInCase, MotionInCase, PairInCase, Turn};
-use crate::quantity::slave;
+use crate::quantity::{Slaves, slave};
 
 pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) -> Vec<LoadCase> {
     let mut cases: Vec<LoadCase> = Vec::new();
@@ -35,8 +35,7 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
                 ("pairs", "slave"),
                 |pair: &PairInCase| &pair.slave,
                 |inner| {
-                    let slave =
-                        slave(inner, &contacts.iter().map(|contact| contact.slave.as_str()).collect::<Vec<_>>());
+                    let slave = slave(inner, &Slaves::of(contacts));
                     if contacts.iter().any(|pair| pair.slave == slave && pair.tied) {
                         let message = format!("`{slave}` is tied, and has no friction in any load case");
                         let path = inner.path_of("slave");

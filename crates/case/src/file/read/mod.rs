@@ -20,13 +20,14 @@ mod symmetry;
 use super::document::Table;
 use super::names::Names;
 use super::resolved::Case;
-use crate::quantity::Known;
+use crate::quantity::{Known, Slaves};
 pub use mesh_file::ReadFile;
 pub(super) use schedule::late;
 
 /// Reads the whole document, and the files that it refers to with `files`. After an error the
-/// result is a placeholder that must not be used.
-pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
+/// result is a placeholder that must not be used. The contact pairs whose numbers are in `exchanged` have
+/// slave and master exchanged.
+pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) -> Case {
     let mut names = Names::default();
     let title = root.string("title").or(String::new());
     let units = run::units(&root);
@@ -35,7 +36,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let sets = sets::sets(&root, &mut names);
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
-    let contacts = contact::contacts(&root, &names, &bodies, load_path.steps);
+    let contacts = contact::contacts(&root, &names, &bodies, load_path.steps, exchanged);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &bodies, &load_cases, load_path.steps);
     let loads = load::loads(&root, &names, &bodies, &load_cases, load_path.steps);
@@ -47,8 +48,8 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     load_case::warn_idle(&root, &load_cases, &driven);
     load_case::check_differences(&root, &load_cases, &moving, &loaded);
     let design = design::design(&root, &names, &bodies);
-    let slaves = contacts.iter().map(|contact| contact.slave.as_str()).collect();
-    let known = Known { names: &names, slaves, springs: springs.iter().map(|spring| spring.name.as_str()).collect() };
+    let springs_by_name = springs.iter().map(|spring| spring.name.as_str()).collect();
+    let known = Known { names: &names, slaves: Slaves::of(&contacts), springs: springs_by_name };
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known, load_path.steps);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);

@@ -14,6 +14,8 @@ pub struct Contact {
     pub slave: String,
     /// The other surface.
     pub master: String,
+    /// Whether they stay as they are named. A case that has been read has `as_given`.
+    pub sides: Sides,
     /// Coefficient of friction μ ≥ 0; 0 for tied surfaces.
     pub friction: f64,
     /// Whether the surfaces are tied: they neither separate nor slide.
@@ -118,6 +120,17 @@ impl Serialize for Contact {
         }
         .serialize(serializer)
     }
+}
+
+/// Which of the two surfaces of a pair is the slave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sides {
+    /// As the keys say.
+    #[default]
+    AsGiven,
+    /// The one with smaller facets; of similar ones the convex one on a surface that is not, then the softer one.
+    Chosen,
 }
 
 /// The surfaces between which the gap of a contact pair is measured.

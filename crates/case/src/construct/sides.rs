@@ -1,0 +1,137 @@
+//! Which side of a contact pair should be the slave.
+//!
+//! Contact conditions hold at the nodes of the slave in the mean over its facets, so the slave should be the side
+//! that resolves the contact: smaller facets first, then the convex side on one that is not, then the softer side.
+//! The order is that of the manuals of Abaqus (Analysis User's Guide, main and secondary surfaces) and Ansys
+//! (Contact Technology Guide, designating contact and target surfaces). A rigid side is never chosen.
+
+use super::symmetry::mirrored;
+use super::{facets_of, mesh, surfaces};
+use crate::file::{self, Case, Sides};
+use slipstick_mesh::{ContactMap, FacetNodes, Mesh, facet_area};
+
+/// Ratio of the sizes of facets up to which they are similar.
+const SIMILAR: f64 = 1.5;
+
+/// Ratio of the moduli up to which bodies are similarly stiff.
+const SIMILAR_MODULUS: f64 = 1.2;
+
+/// Heights below this part of the facet size are round-off.
+const ROUND_OFF: f64 = 1e-6;
+
+/// One side of a pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Side {
+    /// Median size of the facets that are close to the other side. \[L\]
+    pub size: f64,
+    /// Whether its facets stand for a surface that is convex on average.
+    pub convex: bool,
+    /// Whether it belongs to a rigid body.
+    rigid: bool,
+    /// Young's modulus of its body at small strains. \[F/L²\]
+    modulus: f64,
+}
+
+/// Numbers of the pairs with [`Sides::Chosen`] whose master should be the slave. None if the mesh cannot be built:
+/// building the problem reports why.
+pub(crate) fn exchanged(case: &Case) -> Vec<usize> {
+    let open = |contact: &file::Contact| contact.sides == Sides::Chosen && contact.slave != contact.master;
+    if !case.contacts.iter().any(open) {
+        return Vec::new();
+    }
+    let Ok(mesh) = mesh::open_mesh(case) else { return Vec::new() };
+    let Ok(mirrored) = mirrored(case, &mesh) else { return Vec::new() };
+    let points = ContactMap::new(&mesh).points(&mesh.nodes);
+    // pairs are named by their slaves
+    let mut slaves: Vec<&str> = case.contacts.iter().map(|contact| contact.slave.as_str()).collect();
+    let mut out = Vec::new();
+    for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| open(contact)) {
+        let better =
+            of(case, contact, &mesh, &points, &mirrored).is_some_and(|[slave, master]| master.precedes(&slave));
+        if better && !slaves.contains(&contact.master.as_str()) {
+            slaves[i] = &contact.master;
+            out.push(i);
+        }
+    }
+    out
+}
+
+/// Slave and master of a pair; `None` if a surface is unknown or empty. `points` are the positions of the corners of
+/// contact facets, `mirrored` the axes normal to symmetry planes through the nodes.
+pub(crate) fn of(
+    case: &Case,
+    contact: &file::Contact,
+    mesh: &Mesh,
+    points: &[[f64; 3]],
+    mirrored: &[[bool; 3]],
+) -> Option<[Side; 2]> {
+    let facets = |name: &str| facets_of(mesh, name, "").ok().filter(|facets| !facets.is_empty());
+    let sides = [facets(&contact.slave)?, facets(&contact.master)?];
+    let near = [close_to(&sides[0], &sides[1], points), close_to(&sides[1], &sides[0], points)];
+    let side = |i: usize| {
+        let node = *sides[i][0].first()? as usize;
+        let body = mesh.bodies.iter().position(|body| body.nodes.contains(&node))?;
+        let smooth = surfaces::smooth(case, contact, mesh, points, &near[i], mirrored);
+        let heights = smooth.iter().flat_map(|smooth| smooth.heights.iter().flatten().flatten());
+        let definition = case.bodies.get(body)?;
+        Some(Side {
+            size: median_size(&near[i], points),
+            convex: heights.sum::<f64>() > ROUND_OFF * median_size(&near[i], points),
+            rigid: definition.rigid.is_some(),
+            modulus: definition.material.youngs_modulus(),
+        })
+    };
+    Some([side(0)?, side(1)?])
+}
+
+impl Side {
+    /// Whether this side should be the slave rather than the `other`.
+    fn precedes(&self, other: &Self) -> bool {
+        if self.rigid || other.rigid {
+            return other.rigid && !self.rigid;
+        }
+        let finer = other.size / self.size;
+        if !(1.0 / SIMILAR..=SIMILAR).contains(&finer) {
+            return finer > 1.0;
+        }
+        if self.convex != other.convex {
+            return self.convex;
+        }
+        self.modulus * SIMILAR_MODULUS < other.modulus
+    }
+
+    /// Whether contact of this side, as the slave, is missed where the other side penetrates it: a convex surface
+    /// whose facets are smaller touches within a facet, over which the mean gap is still open.
+    pub(crate) fn misses(&self, other: &Self) -> bool {
+        !self.rigid && !other.rigid && other.convex && !self.convex && self.size > other.size
+    }
+}
+
+/// The facets of a side whose boxes overlap that of the other side, widened by the largest facet; all if there are
+/// none, as where bodies meet later.
+fn close_to(facets: &[FacetNodes], others: &[FacetNodes], points: &[[f64; 3]]) -> Vec<FacetNodes> {
+    let all = others.iter().chain(facets).map(|facet| facet_area(&facet.corners(points)).sqrt());
+    let margin = all.fold(0.0, f64::max);
+    let other = box_of(others.iter().flat_map(|facet| facet.iter()), points);
+    let meets = |facet: &&FacetNodes| {
+        let own = box_of(facet.iter(), points);
+        (0..3).all(|c| own[0][c] <= other[1][c] + margin && own[1][c] >= other[0][c] - margin)
+    };
+    let near: Vec<FacetNodes> = facets.iter().filter(meets).copied().collect();
+    if near.is_empty() { facets.to_vec() } else { near }
+}
+
+/// The lowest and the highest coordinates of nodes.
+fn box_of<'a>(nodes: impl Iterator<Item = &'a u32>, points: &[[f64; 3]]) -> [[f64; 3]; 2] {
+    let start = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    nodes.map(|&node| points[node as usize]).fold(start, |[low, high], x| {
+        [std::array::from_fn(|c| low[c].min(x[c])), std::array::from_fn(|c| high[c].max(x[c]))]
+    })
+}
+
+/// Median of the square roots of the facets' areas. \[L\]
+fn median_size(facets: &[FacetNodes], points: &[[f64; 3]]) -> f64 {
+    let mut sizes: Vec<f64> = facets.iter().map(|facet| facet_area(&facet.corners(points)).sqrt()).collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    sizes[sizes.len() / 2]
+}

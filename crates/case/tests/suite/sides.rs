@@ -1,0 +1,79 @@
+//! Which side of a contact pair is the slave where the case leaves it open, and the warning where it does not.
+
+use crate::build;
+use slipstick_case::check::{NoticeKind, inspect};
+use slipstick_case::file::{Case, Sides, parse_case};
+
+const SOFT: &str = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+const HARD: &str = "material = { neo_hooke = { youngs_modulus = 9000.0, poisson_ratio = 0.3 } }";
+
+/// `upper` on a slab of a soft material with these elements, with these sides and other keys of the pair.
+fn case(elements: &str, upper: &str, sides: [&str; 2], more: &str) -> Case {
+    let [slave, master] = sides;
+    let text = format!(
+        "[[body]]\nname = 'slab'\nbox = {{ min = [-2, -1, -1], max = [2, 0, 1], elements = {elements} }}\n{SOFT}\n\
+         [[body]]\nname = 'upper'\n{upper}\n\
+         [[contact]]\nslave = '{slave}'\nmaster = '{master}'\nfriction = 0.2\n{more}\n\
+         [[dirichlet]]\nset = 'slab_ymin'\n[[dirichlet]]\nset = 'upper'\nmotion = [{{ t = 1, u = [0, -0.01, 0] }}]\n\
+         [[quantity]]\nname = 'force'\ncontact_force = {{ slave = '{slave}', component = 'normal' }}\n[load_path]\nsteps = 2\n"
+    );
+    let top = if upper.contains("half_ball") { "set = 'upper_flat'" } else { "set = 'upper_ymax'" };
+    let text = text.replace("set = 'upper'", if upper.contains("rigid") { "set = 'upper'" } else { top });
+    parse_case(&text, "sides.toml").unwrap_or_else(|e| panic!("{e}\n{text}")).case
+}
+
+/// By the rules of docs/edges.md, whichever order the sides are named in.
+#[test]
+fn the_finer_the_convex_and_the_softer_side_is_chosen() {
+    let ball = |more: &str| {
+        format!("half_ball = {{ radius = 0.8, elements = [2, 2, 2] }}\nplace = {{ translate = [0, 0.8, 0] }}\n{more}")
+    };
+    let block = |elements: &str, more: &str| {
+        format!("box = {{ min = [-0.5, 0, -0.5], max = [0.5, 1, 0.5], elements = {elements} }}\n{more}")
+    };
+    for (elements, upper, face, chosen) in [
+        // facets of 0.3 on facets of 0.6: the ball; on facets of 0.1: the slab
+        ("[7, 2, 3]", ball(HARD), "upper_dome", "upper_dome"),
+        ("[40, 2, 20]", ball(HARD), "upper_dome", "slab_ymax"),
+        // similar facets: the convex side, although it is harder
+        ("[13, 2, 7]", ball(HARD), "upper_dome", "upper_dome"),
+        // similar flat facets: the softer one
+        ("[8, 2, 4]", block("[2, 2, 2]", HARD), "upper_ymin", "slab_ymax"),
+        // not a rigid one, however fine
+        ("[4, 2, 2]", block("[9, 2, 9]", "rigid = {}"), "upper_ymin", "slab_ymax"),
+    ] {
+        for sides in [[face, "slab_ymax"], ["slab_ymax", face]] {
+            let found = case(elements, &upper, sides, "sides = 'chosen'");
+            let [pair] = &found.contacts[..] else { panic!("one pair") };
+            assert_eq!((pair.slave.as_str(), pair.sides), (chosen, Sides::AsGiven), "{elements} {upper}");
+            assert_ne!(pair.master, pair.slave);
+            build(&found).unwrap_or_else(|e| panic!("{e}"));
+        }
+    }
+    // of equal sides, the first; and as they are given without the key
+    for sides in [["upper_ymin", "slab_ymax"], ["slab_ymax", "upper_ymin"]] {
+        let equal = case("[8, 2, 4]", &block("[2, 2, 2]", SOFT), sides, "sides = 'chosen'");
+        assert_eq!(equal.contacts[0].slave, sides[0]);
+        let given = case("[8, 2, 4]", &block("[9, 2, 9]", SOFT), sides, "");
+        assert_eq!(given.contacts[0].slave, sides[0]);
+    }
+}
+
+/// A ball with facets of 0.3 on a slave with facets of 0.45, which are less than twice as large: contact may be missed
+/// within a facet, and only with these sides.
+#[test]
+fn a_slave_that_misses_a_convex_master_is_told() {
+    let ball =
+        format!("half_ball = {{ radius = 0.8, elements = [2, 2, 2] }}\nplace = {{ translate = [0, 0.8, 0] }}\n{HARD}");
+    let told = |sides: [&str; 2]| {
+        let case = case("[10, 2, 4]", &ball, sides, "");
+        let mut problem = build(&case).unwrap_or_else(|e| panic!("{e}"));
+        let notices = inspect(&case, &mut problem).expect("inspected").notices;
+        let coarse = notices.into_iter().filter(|notice| notice.kind == NoticeKind::CoarseSlave);
+        coarse.map(|notice| notice.message).collect::<Vec<_>>()
+    };
+    let found = told(["slab_ymax", "upper_dome"]);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].ends_with("the master is convex, and touches within a slave facet before the mean gap closes"));
+    assert_eq!(told(["upper_dome", "slab_ymax"]), Vec::<String>::new());
+}
