@@ -12,6 +12,7 @@ use slipstick::crushed::{CURE, CrushedVoid, RESCUED};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 use slipstick::pieces::{self, LoosePieces};
+use slipstick::releases::ReleasedEnergy;
 use slipstick::words::{is_hidden, visible};
 use slipstick_service::read::object;
 
@@ -195,6 +196,17 @@ impl Console {
             if !self.json && !self.quiet {
                 self.suspended(|| complain(&format!("warning: {lost}\n    help: {help}\n")));
             }
+        }
+    }
+
+    /// Prints in which load step stored energy disappears.
+    pub fn released(&self, released: &ReleasedEnergy) {
+        let help = released.help();
+        let object =
+            json!({ "code": "released_energy", "message": released.to_string(), "help": help, "released": released });
+        self.event("warning", object);
+        if !self.json && !self.quiet {
+            self.suspended(|| complain(&format!("warning: {released}\n    help: {help}\n")));
         }
     }
 

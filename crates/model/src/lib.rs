@@ -16,6 +16,7 @@ pub mod overlaps;
 pub mod pieces;
 pub mod problem;
 pub mod quantities;
+pub mod releases;
 mod side_by_side;
 pub mod verify;
 pub mod words;

@@ -55,6 +55,7 @@ use crate::equations::{ContactModel, NodalContact};
 use crate::losses::LostWork;
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
+use crate::releases::ReleasedEnergy;
 
 /// What a quantity belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -126,6 +127,8 @@ pub struct Quantities {
     /// Contact pairs that take or add energy without a mechanism ([`crate::losses`]), over the load case that
     /// loses most.
     pub losses: Vec<LostWork>,
+    /// The largest release of stored energy that nothing takes ([`crate::releases`]).
+    pub released: Option<ReleasedEnergy>,
 }
 
 impl Quantities {
@@ -373,12 +376,7 @@ mod tests {
                 slipped: Vec::new(),
             };
             let names = vec![name("strain_energy"), name("external_work")];
-            Quantities {
-                names,
-                rows: rows.iter().enumerate().map(row).collect(),
-                overlaps: Vec::new(),
-                losses: Vec::new(),
-            }
+            Quantities { names, rows: rows.iter().enumerate().map(row).collect(), ..Quantities::default() }
         };
         assert_eq!(quantities(&[[0.0, 0.0], [1.0, 1.0], [3.0, 3.0], [0.5, 2.0]]).jump(), None);
         assert_eq!(quantities(&[[0.0, 0.0], [5.0, 0.0], [6.0, 0.0]]).jump(), None);

@@ -88,9 +88,11 @@ impl Path {
             (problem.analysis.design, problem.analysis.cases) = own;
             take_raised().map_or(Ok(found), |error| Err(Error::Python(error)))
         })?;
-        for loss in &found.losses {
+        let losses = found.losses.iter().map(|loss| format!("{loss}; {}", loss.help()));
+        let released = found.released.iter().map(|released| format!("{released}; {}", released.help()));
+        for message in losses.chain(released) {
             let warning = py.import("slipstick")?.getattr("SlipstickWarning")?;
-            let message = CString::new(format!("{loss}; {}", loss.help())).unwrap_or_default();
+            let message = CString::new(message).unwrap_or_default();
             PyErr::warn(py, &warning, &message, 2)?;
         }
         let names = found.names.iter().map(|name| name.name.clone()).collect();

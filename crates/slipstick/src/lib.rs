@@ -21,7 +21,7 @@ pub mod machine;
 
 pub use slipstick_case::{check, file as case};
 pub use slipstick_model::{
-    analysis, crushed, losses, model, optimize, overlaps, pieces, problem, quantities, verify, words,
+    analysis, crushed, losses, model, optimize, overlaps, pieces, problem, quantities, releases, verify, words,
 };
 pub use slipstick_results::{output, run};
 pub use slipstick_views::{export, part, picture, render, report};

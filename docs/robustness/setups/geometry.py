@@ -112,14 +112,13 @@ SHAPES = ["box", "half_ball", "half_ring", "ball", "cone", "torus", "hollow_cyli
 
 
 def refined(case, boxes, others):
-    """Elements of boxes and of the other shapes divided by these numbers; None if there are mesh files."""
+    """Elements of boxes and of the other shapes divided by these numbers, mesh files as they are; None if there is
+    nothing else."""
     case = copy.deepcopy(case)
-    for body in case["body"]:
-        (shape,) = [shape for shape in SHAPES if shape in body] or [None]
-        if shape is None:
-            return None
+    found = [(body, shape) for body in case["body"] for shape in SHAPES if shape in body]
+    for body, shape in found:
         body[shape]["elements"] = [n * (boxes if shape == "box" else others) for n in body[shape]["elements"]]
-    return case
+    return case if found else None
 
 
 def exchanged(case):

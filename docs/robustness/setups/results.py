@@ -293,7 +293,7 @@ class Run:
 
     def differences(self, name, other):
         scale = max(self.force, other.force)
-        if scale == 0.0:
-            return []
+        if scale <= self.round_off:
+            return []  # bodies that have come apart
         change = abs(other.force - self.force) / scale
         return [f"{name}: contact forces {self.force:.4g} become {other.force:.4g}"] if change > SAME[name] else []

@@ -24,7 +24,7 @@ import time
 
 import kinds
 import results
-from geometry import permuted, turned, scaled
+from geometry import exchanged, permuted, refined, turned, scaled
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from toml_case import toml
@@ -35,7 +35,9 @@ PROGRAM = pathlib.Path(os.environ["SLIPSTICK"]) if "SLIPSTICK" in os.environ els
 LIMIT = 120.0
 
 #: Times as many steps, to tell errors of the trapezoidal rule from losses.
-FINER = 8
+FINER = [8, 32]
+#: A loss that falls to less than this part of it with more steps is such an error, at least in part.
+FALLS = 0.7
 
 
 def set_up(seed):
@@ -57,8 +59,7 @@ def variant(seed, setup):
     elif name == "sides":
         if not setup.swappable:
             return None
-        for contact in case["contact"]:
-            contact["slave"], contact["master"] = contact["master"], contact["slave"]
+        case = exchanged(case)
     else:
         if setup.size == 0.0:
             return None
@@ -67,7 +68,58 @@ def variant(seed, setup):
     return name, case
 
 
-def run(folder, case, meshes, threads):
+#: Times as many elements along the edges of boxes and of other bodies, to tell errors of a coarse mesh from disagreement.
+FINER_MESHES = [(3, 2), (4, 3)]
+
+
+def on_finer_meshes(folder, setup):
+    """Whether the forces with the sides as given and exchanged approach each other, and a remark."""
+    remark, agree = "no finer mesh", False
+    for boxes, others in FINER_MESHES:
+        case = refined(setup.case, boxes, others)
+        if case is None:
+            break
+        forces = []
+        for name, sides in [("given", case), ("exchanged", exchanged(case))]:
+            out = folder / f"finer-{name}"
+            code, text, _ = run(out, sides, setup.meshes, 1, limit=4 * LIMIT)
+            if code != 0:
+                return False, f"{name} on a finer mesh: {reason(text)}"
+            forces.append(results.Run(out / "out", setup).force)
+        remark = f"{forces[0]:.4g} and {forces[1]:.4g} on a finer mesh"
+        agree = abs(forces[0] - forces[1]) <= results.SAME["sides"] * max(forces)
+        if agree:
+            break
+    return agree, remark
+
+
+def has_no_equilibrium(folder, setup):
+    """Whether a set-up whose last load grows to the end of the path cannot carry it: its surface is moved instead, as a
+    whole, which is no weaker, and the largest reaction is less than the load. Returns a remark, or None."""
+    loads = setup.case.get("load", [])
+    if len(loads) < 2:
+        return None
+    case = copy.deepcopy(setup.case)
+    last = case["load"].pop()
+    (axis,) = [c for c in range(3) if last["force"][c] != 0.0] or [None]
+    begin = [w["t"] for w in last["amplitude"] if w["factor"] == 0.0]
+    if axis is None or not begin:
+        return None
+    far = [0.0, 0.0, 0.0]
+    far[axis] = 0.3 if last["force"][axis] > 0.0 else -0.3
+    case["dirichlet"].append({"set": last["surface"], "components": ["xyz"[axis]],
+                              "motion": [{"t": begin[-1], "u": [0.0, 0.0, 0.0]}, {"t": 1.0, "u": far}]})
+    case["load_path"]["steps"] = 40
+    code, _, _ = run(folder / "moved", case, setup.meshes, 1)
+    if code != 0:
+        return None
+    rows = results.read_csv(folder / "moved/out/quantities.csv")
+    reached = max(abs(float(row[f"reaction_{last['surface']}_{'xyz'[axis]}"])) for row in rows)
+    load = abs(last["force"][axis])
+    return f"carries {reached:.4g} of {load:.4g} at most" if reached < load else None
+
+
+def run(folder, case, meshes, threads, limit=LIMIT):
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in meshes.items():
         (folder / name).write_text(text)
@@ -75,17 +127,17 @@ def run(folder, case, meshes, threads):
     command = [PROGRAM, "solve", "case.toml", "--force", "-o", "out", "--threads", str(threads)]
     clock = time.monotonic()
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LIMIT)
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit)
         code, text = done.returncode, done.stdout + done.stderr
     except subprocess.TimeoutExpired:
-        code, text = None, f"not done after {LIMIT:.0f} s"
+        code, text = None, f"not done after {limit:.0f} s"
     return code, text, time.monotonic() - clock
 
 
 Row = collections.namedtuple("Row", "seed kind outcome iterations seconds energy depth notes warned")
 
 #: Warnings about results that cannot be trusted.
-WARNINGS = ["contact transmits no force", "neither friction nor a gap accounts for"]
+WARNINGS = ["contact transmits no force", "neither friction nor a gap accounts for", "stored energy of"]
 
 
 def reason(text):
@@ -100,21 +152,33 @@ def judge(seed, folder, compare):
     code, text, seconds = run(folder / "base", setup.case, setup.meshes, 1)
     if code != 0:
         kind = "refused" if code == 2 else "failed"
+        impossible = has_no_equilibrium(folder, setup)
+        if impossible:
+            kind, text = "impossible", f"error: {impossible}; {reason(text)}"
         return Row(seed, setup.kind, kind, results.iterations(folder / "base/out"), seconds, 0.0, 0.0, [reason(text)], True)
     found = results.Run(folder / "base/out", setup)
     warned = any(warning in text for warning in WARNINGS)
-    notes = found.findings()
+    notes, remarks = found.findings(), []
     if found.lost():
         # steps may be too large for the trapezoidal rule: only a loss that remains with smaller ones counts; the first
         # one may let a load fall over a gap, or remove an overlap, and neither conserves energy
-        finer = copy.deepcopy(setup.case)
-        finer["load_path"]["steps"] *= FINER
-        code, text, _ = run(folder / "finer", finer, setup.meshes, 1)
-        again = results.Run(folder / "finer/out", setup) if code == 0 else None
-        if again is None:
-            notes.append(f"finer steps: {reason(text)}")
-        elif again.lost(after=1):
-            notes.append(f"{100 * found.energy:.1f} % of the work is missing, {100 * again.energy:.1f} % with {FINER} times the steps")
+        missing = [found.energy]
+        for factor in FINER:
+            finer = copy.deepcopy(setup.case)
+            finer["load_path"]["steps"] *= factor
+            code, finer_text, _ = run(folder / "finer", finer, setup.meshes, 1, limit=4 * LIMIT)
+            if code != 0:
+                notes.append(f"{factor} times the steps: {reason(finer_text)}")
+                break
+            again = results.Run(folder / "finer/out", setup)
+            if not again.lost(after=1):
+                break
+            falls = abs(again.energy) < FALLS * abs(missing[-1])
+            missing.append(again.energy)
+            if not falls or factor == FINER[-1]:
+                notes.append(", ".join(f"{100 * part:.1f} %" for part in missing)
+                             + f" of the work is missing with 1, {' and '.join(map(str, FINER[:len(missing) - 1]))} times the steps")
+                break
     if compare:
         other = variant(seed, setup)
         if other is not None:
@@ -123,16 +187,24 @@ def judge(seed, folder, compare):
             if code != 0:
                 notes.append(f"{name}: {reason(text)}")
             else:
-                notes += found.differences(name, results.Run(folder / name / "out", setup))
+                differ = found.differences(name, results.Run(folder / name / "out", setup))
                 # a run that is right does not warn; the other one does
                 warned |= any(warning in text for warning in WARNINGS)
-    outcome = "wrong" if notes else "complete"
+                if differ and name == "sides":
+                    agree, remark = on_finer_meshes(folder, setup)
+                    differ = [f"{differ[0]}, {remark}"]
+                    if agree and warned:
+                        remarks, differ = differ, []
+                notes += differ
+    outcome = "wrong" if notes else "agrees when finer" if remarks else "complete"
+    notes += remarks
     return Row(seed, setup.kind, outcome, found.iterations, seconds, found.energy, found.depth, notes, warned)
 
 
 def table(rows):
-    lines = ["| kind | set-ups | complete | failed | wrong | of these without a warning | iterations, median | largest | seconds, median | largest |"]
-    lines.append("|---|---|---|---|---|---|---|---|---|---|")
+    lines = ["| kind | set-ups | complete | sides agree on finer meshes only | no equilibrium | failed | wrong | of these without a warning "
+             "| iterations, median | largest | seconds, median | largest |"]
+    lines.append("|---|---|---|---|---|---|---|---|---|---|---|---|")
     names = list(dict.fromkeys(row.kind for row in rows))
     for name in names + ["all"]:
         mine = [row for row in rows if name in (row.kind, "all")]
@@ -142,7 +214,7 @@ def table(rows):
         numbers = [row.iterations for row in mine]
         times = [row.seconds for row in mine]
         lines.append(
-            f"| {name} | {len(mine)} | {of(['complete'])} | {of(['failed', 'refused'])} | {of(['wrong'])} "
+            f"| {name} | {len(mine)} | {of(['complete'])} | {of(['agrees when finer'])} | {of(['impossible'])} | {of(['failed', 'refused'])} | {of(['wrong'])} "
             f"| {sum(row.outcome == 'wrong' and not row.warned for row in mine)} "
             f"| {statistics.median(numbers):.0f} | {max(numbers)} "
             f"| {statistics.median(times):.1f} | {max(times):.1f} |"

@@ -17,6 +17,7 @@ use crate::equations::{ContactModel, ContactResults, Design, Known, ModelInterfa
 use crate::losses::{ContactAt, Losses, LostWork};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
+use crate::releases::ReleasedEnergy;
 
 /// Where a state lies on a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,10 +143,34 @@ impl<'a> Recording<'a> {
             sums.offset += offset;
             sums.done += external.abs() + offset.abs();
             let before = old.results.as_ref().map_or(&none, |results| &results.contact);
+            let friction: f64 = sums.friction.iter().sum();
             sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
             sums.add_own(recorder.own, &own);
             sums.holding += at.holding_work;
-            sums.viscous += recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time.t - old.time.t);
+            let viscous = recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time.t - old.time.t);
+            sums.viscous += viscous;
+            let taken = sums.friction.iter().sum::<f64>() - friction + viscous + at.holding_work;
+            let energies = old.results.as_ref().map_or(&[][..], |results| &results.energies);
+            let stored = recorder.stored(energies, &old.state);
+            sums.largest = sums.largest.max(stored);
+            let energies = [stored, recorder.stored(&data.energy, &now), sums.largest];
+            // where material flows, the plastic work of a step is not known here
+            let released = (!recorder.model.has_memory()).then(|| {
+                let (done, contact) = (external + offset, [&before.nodes[..], &contact.nodes[..]]);
+                ReleasedEnergy::between(
+                    recorder.model,
+                    &recorder.mesh.nodes,
+                    in_progress,
+                    energies,
+                    [done, taken],
+                    contact,
+                )
+            });
+            let larger =
+                |new: &ReleasedEnergy| self.found.released.as_ref().is_none_or(|old| new.fraction > old.fraction);
+            if let Some(released) = released.flatten().filter(larger) {
+                self.found.released = Some(released);
+            }
         }
         if let Some(step) = step {
             self.found.rows.push(QuantityRow {
@@ -196,6 +221,8 @@ struct Sums {
     offset: f64,
     viscous: f64,
     holding: f64,
+    /// Largest stored energy before the last state.
+    largest: f64,
     contact: f64,
     /// Of each pair.
     friction: Vec<f64>,
@@ -286,6 +313,11 @@ impl Recorder<'_> {
         let centre = place(rigid.reference as usize);
         let nodes = self.mesh.bodies[rigid.body].nodes.clone();
         nodes.map(|node| (place(node) - centre).cross(&vector(force, node))).sum::<Vector3<f64>>().into()
+    }
+
+    /// Energy of elements, with these energies, and springs. \[F L\]
+    fn stored(&self, energies: &[f64], state: &StepState) -> f64 {
+        energies.iter().sum::<f64>() + self.model.springs().energy(&state.unknowns)
     }
 
     fn unknown(&self, step: usize, time: LoadTime, count: usize) -> QuantityRow {

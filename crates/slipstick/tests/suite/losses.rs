@@ -55,3 +55,49 @@ fn flat_contact_loses_nothing() {
     assert!(last("energy_balance") > 0.1 * last("external_work"), "penalties store energy");
     assert_eq!(penalty.losses, Vec::<LostWork>::new());
 }
+
+/// A ball of few facets is squeezed between two rigid plates, one of which moves sideways: the ball rolls off the nodes on
+/// which it stands, and loses contact, since its chords are further inside than the plates have come. The strain energy
+/// of the step before is what disappears, but for the work of the plates.
+#[test]
+fn a_coarse_ball_that_rolls_off_its_node_releases_energy() {
+    let found = |motion: &str| {
+        let plate = |name: &str, low: f64, high: f64| {
+            format!(
+                "[[body]]\nname = '{name}'\nrigid = {{}}\n\
+                 box = {{ min = [-1.5, {low:?}, -1], max = [1.5, {high:?}, 1], elements = [2, 1, 2] }}\n"
+            )
+        };
+        let text = format!(
+            "[[body]]\nname = 'mid'\nball = {{ radius = 0.45, elements = [2, 1, 2] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 300.0, poisson_ratio = 0.0 }} }}\n\
+             place = {{ translate = [0, 0.45, 0] }}\n{}{}\
+             [[surface]]\nname = 'dn'\nbody = 'mid'\nnormal = {{ direction = [0, -1, 0], degrees = 60 }}\n\
+             [[surface]]\nname = 'up'\nbody = 'mid'\nnormal = {{ direction = [0, 1, 0], degrees = 60 }}\n\
+             [[contact]]\nslave = 'dn'\nmaster = 'lo_ymax'\nfriction = 0.5\n\
+             [[contact]]\nslave = 'up'\nmaster = 'hi_ymin'\nfriction = 0.5\n\
+             [[dirichlet]]\nset = 'lo'\n[[dirichlet]]\nset = 'hi'\nmotion = {motion}\n[load_path]\nsteps = 8\n",
+            plate("lo", -0.3, 0.0),
+            plate("hi", 0.9, 1.2)
+        );
+        let mut problem = crate::common::problem(&text);
+        let density = problem.initial_density().clone();
+        let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}"));
+        quantities(&problem, &forward.path)
+    };
+    let rolls = found("[{ t = 0.5, u = [0, -0.024, 0] }, { t = 1, u = [0.4, -0.024, 0] }]");
+    let released = rolls.released.as_ref().expect("a release");
+    let [stored, work, friction] =
+        ["strain_energy", "external_work", "friction_work"].map(|name| rolls.get(name).expect(name));
+    let (before, now) = (released.step - 1, released.step);
+    let change = |values: &[f64]| values[now] - values[before];
+    let gone = change(&work) - change(&stored) - change(&friction);
+    assert!((released.energy - gone).abs() < 1e-9 * gone, "{released}: {gone}");
+    let largest = stored.iter().copied().fold(0.0, f64::max);
+    assert!((released.fraction - gone / largest).abs() < 1e-9 && released.fraction > 0.2, "{released}");
+    assert!(stored[now] < 1e-6 * stored[before], "{released}");
+    assert!(["dn", "up"].contains(&released.surfaces[0].as_str()), "{released}");
+    // pressed and released again, slowly: nothing disappears
+    let pressed = found("[{ t = 0.5, u = [0, -0.024, 0] }, { t = 1, u = [0, 0, 0] }]");
+    assert_eq!(pressed.released, None);
+}
