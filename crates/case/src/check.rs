@@ -176,12 +176,15 @@ pub struct Inspection {
 /// If the reference configuration itself cannot be evaluated.
 pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateError> {
     let mut notices = Vec::new();
-    let bodies = bodies(&problem.mesh, problem.analysis.model().prescribed().fixed());
-    let held_by_ties = held_by_ties(case, &problem.mesh, &bodies, problem.analysis.model().prescribed().fixed());
+    let prescribed = problem.analysis.model().prescribed();
+    let fixed = prescribed.linear().truly_fixed(prescribed.fixed());
+    let bodies = bodies(&problem.mesh, &fixed);
+    let held_by_ties = held_by_ties(case, &problem.mesh, &bodies, &fixed);
     let model = problem.analysis.model();
-    let sprung = |name: &str| !model.springs().is_empty() && model.is_held_without_contact(name);
+    let further = !(model.springs().is_empty() && model.prescribed().linear().is_empty());
+    let held = |name: &str| further && model.is_held_without_contact(name);
     for (b, body) in bodies.iter().enumerate() {
-        if body.free_motions > 0 && !held_by_ties[b] && !sprung(&body.name) {
+        if body.free_motions > 0 && !held_by_ties[b] && !held(&body.name) {
             notices.push(Notice {
                 kind: NoticeKind::LooseBody,
                 path: format!("body[{b}]"),
@@ -196,7 +199,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
             });
         }
     }
-    notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model().prescribed().fixed()));
+    notices.extend(connection::notices(case, &problem.mesh, &fixed));
     notices.extend(problem.analysis.model().idle_loads().into_iter().map(|load| Notice {
         kind: NoticeKind::IdleLoad,
         path: format!("load[{load}].surface"),

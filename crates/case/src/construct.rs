@@ -2,6 +2,7 @@
 
 mod cross_points;
 mod edges;
+mod equations;
 mod error;
 mod maps;
 mod mesh;
@@ -94,6 +95,8 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
     let times = LoadTime::ends(load_cases.len().max(1), case.load_path.steps);
+    let supports = prescribed.fixed().to_vec();
+    let prescribed = equations::with_equations(prescribed, case, &mesh, &times)?;
     let sections = sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, platform.ranks());
@@ -104,7 +107,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
-    let interfaces = build_interfaces(case, &mesh, &mirrored, prescribed.fixed(), approach, ties)?;
+    let interfaces = build_interfaces(case, &mesh, &mirrored, &supports, approach, ties)?;
     let uzawa = build_uzawa(case)?;
     let variables = variables::build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -126,7 +129,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let springs = springs::build_springs(case, &mesh, &coordinates)?;
-    let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, prescribed.fixed());
+    let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, &supports);
     let parts =
         ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, springs, viscosity };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);

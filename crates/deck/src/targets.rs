@@ -1,6 +1,8 @@
 //! What motions, forces, pressures and contact act on: nodes and faces, grouped into sets of the file.
 
+mod equations;
 mod springs;
+mod surfaces;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -10,6 +12,7 @@ use crate::bodies::{Bodies, find, rigid_nodes};
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
 use crate::read::{Deck, On, Target};
+pub use equations::{EquationOfSets, Joined};
 pub use springs::{End, Sprung};
 
 /// Nodes whose motion is prescribed alike.
@@ -50,6 +53,9 @@ pub struct Targets {
     pub forces: Vec<Forces>,
     pub pressures: Vec<Pressure>,
     pub sprung: Vec<Sprung>,
+    /// Nodes of no body that become points, with their names.
+    pub points: Vec<(u32, String)>,
+    pub equations: Vec<EquationOfSets>,
     /// Number of load steps of the case, and those of each step.
     pub load_steps: usize,
     pub counts: Vec<usize>,
@@ -60,7 +66,11 @@ struct Finder<'a> {
     deck: &'a Deck,
     bodies: &'a Bodies,
     ledger: &'a mut Ledger,
+    points: Vec<(u32, String)>,
 }
+
+/// In place of a body: a point.
+pub const POINT: usize = usize::MAX;
 
 type OfNode = (u32, u8);
 
@@ -74,19 +84,22 @@ impl Targets {
     /// Groups nodes and faces; groups that are no set of the file become one.
     pub fn new(mesh: &mut FileMesh, deck: &Deck, bodies: &Bodies, ledger: &mut Ledger) -> Self {
         let timeline = Timeline::new(deck);
-        let mut finder = Finder { mesh, deck, bodies, ledger };
+        let mut finder = Finder { mesh, deck, bodies, ledger, points: Vec::new() };
         finder.faces_of_nodes();
         let mut targets = Self { load_steps: timeline.total(), counts: timeline.counts.clone(), ..Self::default() };
         if deck.steps.is_empty() {
             finder.ledger.wrong("STEP", [1, 1], "the deck has no step", "add a *STEP with *STATIC");
             return targets;
         }
+        finder.find_points();
+        targets.equations = finder.equations();
         let motions = finder.motions(&timeline);
         targets.sprung = finder.springs(&motions);
         targets.held = finder.held(motions);
         let forces = finder.forces(&timeline);
         targets.forces = finder.loaded(forces);
         targets.pressures = finder.pressures(&timeline);
+        targets.points = finder.points;
         targets
     }
 }
@@ -216,7 +229,7 @@ impl Finder<'_> {
                     entry.0.push((first + component, track.simple()));
                 }
                 Some(_) => {}
-                None if *component < 3 && self.bodies.of(*node).is_some() => {
+                None if *component < 3 && (self.bodies.of(*node).is_some() || self.point(*node).is_some()) => {
                     of_node.entry(*node).or_default().push((*component, track));
                 }
                 None => {}
@@ -224,7 +237,8 @@ impl Finder<'_> {
         }
         let whole = |body: usize| self.bodies.list[body].rigid.is_some();
         of_node.retain(|&node, _| self.bodies.of(node).is_none_or(|body| !whole(body)));
-        let mut held = self.held_sets(&mut of_node);
+        let mut held = self.held_points(&mut of_node);
+        held.extend(self.held_sets(&mut of_node));
         let mut groups: BTreeMap<Vec<(u8, Bits)>, Vec<u32>> = BTreeMap::new();
         for (node, components) in &of_node {
             let key = components.iter().map(|(component, track)| (*component, bits(&track.simple()))).collect();
@@ -349,6 +363,11 @@ impl Finder<'_> {
                 forces.push(Forces { set: None, bodies: vec![body], component, curve, line: track.line });
                 continue;
             }
+            if let (Some(name), 0..=2) = (self.point(*node), *component) {
+                let (set, bodies, component) = (Some(name.to_owned()), vec![POINT], *component);
+                forces.push(Forces { set, bodies, component, curve, line: track.line });
+                continue;
+            }
             if self.bodies.of(*node).is_none() || *component > 2 {
                 let why = match component {
                     0..=2 => "a force acts on a node of no body",
@@ -457,37 +476,6 @@ impl Finder<'_> {
     /// The surface of the file with this name.
     fn surface(&self, name: &str) -> Option<String> {
         find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name)).map(str::to_owned)
-    }
-
-    /// Makes surfaces of the sets of nodes that contact pairs and ties name: the free faces between them.
-    fn faces_of_nodes(&mut self) {
-        let pairs = self.deck.pairs.iter().map(|pair| ([&pair.slave, &pair.master], pair.line, "CONTACT PAIR"));
-        let ties = self.deck.ties.iter().map(|tie| ([&tie.slave, &tie.master], tie.line, "TIE"));
-        for (names, line, keyword) in pairs.chain(ties) {
-            for name in names {
-                if self.surface(name).is_some() {
-                    continue;
-                }
-                let Some(set) = find(&self.mesh.node_sets, name).map(str::to_owned) else {
-                    let why = format!("there is no surface `{name}`");
-                    self.ledger.wrong(keyword, [line, line], why, "define it with *SURFACE");
-                    continue;
-                };
-                let nodes: HashSet<u32> = self.mesh.node_sets[&set].iter().copied().collect();
-                let faces = self.mesh.free_faces(&nodes);
-                if faces.is_empty() {
-                    let why = format!("no face of an element has all its nodes in `{name}`");
-                    self.ledger.refuse(
-                        keyword,
-                        line,
-                        why,
-                        "name a surface of faces: mortar contact integrates over faces",
-                    );
-                    continue;
-                }
-                self.mesh.face_sets.insert(set, faces);
-            }
-        }
     }
 }
 

@@ -238,12 +238,7 @@ fn forces_on_nodes() {
 #[test]
 fn what_is_not_supported_is_refused() {
     for (from, to, what, cure) in [
-        (
-            "*STEP",
-            "*EQUATION\n2\n1,1,1.,2,1,-1.\n*STEP",
-            "*EQUATION: this keyword is not supported",
-            "--ignore \"EQUATION\"",
-        ),
+        ("*STEP", "*MPC\nBEAM,1,2\n*STEP", "*MPC: this keyword is not supported", "--ignore \"MPC\""),
         ("*STATIC\n0.5, 1", "*DYNAMIC\n0.5, 1", "*DYNAMIC", "use *STATIC"),
         ("*BOUNDARY", "*DLOAD\nLOW, GRAV, 9.81, 0., 0., -1.\n*BOUNDARY", "*DLOAD: gravity", "pressure"),
         ("*ELASTIC\n", "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n", "*ELASTIC: TYPE=ENGINEERING CONSTANTS", "isotropic"),
@@ -437,5 +432,36 @@ fn springs() {
     ] {
         let messages = refused(&with(wrong, ""));
         assert!(messages.iter().any(|text| text.contains(message)), "{wrong}: {messages:?}");
+    }
+}
+
+/// Equations between nodes of bodies and a node of no body, which becomes a point: its motion and its force.
+#[test]
+fn equations() {
+    let deck =
+        CUBES.replace("*STEP", "*EQUATION\n3\n5, 1, 1., 11, 1, -1.,\n99, 2, 5D-1\n2\n6, 3, 1.0, 12, 3, -1.0\n*STEP");
+    let deck = deck.replace("TOP, 1, 2", "99, 1, 1, 0.\n*CLOAD\n99, 2, 4.\n*BOUNDARY\nTOP, 1, 2");
+    assert_eq!(
+        new_tables(&deck),
+        [
+            "[[point]]; name = \"node_99\"; at = [0.5, 0.5, 2.01]",
+            "[[equation]]; terms = [{ set = \"LOW_node_5\", component = \"x\", factor = 1.0 }, \
+             { set = \"HIGH_node_11\", component = \"x\", factor = -1.0 }, { set = \"node_99\", component = \"y\", factor = 0.5 }]",
+            "[[equation]]; terms = [{ set = \"LOW_node_6\", component = \"z\", factor = 1.0 }, \
+             { set = \"HIGH_node_12\", component = \"z\", factor = -1.0 }]",
+            "[[dirichlet]]; set = \"node_99\"; components = [\"x\"]",
+            "[[load]]; surface = \"node_99\"; nodal_force = [0.0, 4.0, 0.0]",
+        ]
+    );
+    for (data, message) in [
+        ("5, 1, 1.", "begins with a line that has the number of its terms"),
+        ("2\n5, 1, 1., 6, 1", "a term has a node or a set"),
+        ("2\n5, 1, 1., 6, 4, 1.", "a component from 1 to 3"),
+        ("2\n5, 1, 1.", "fewer terms than it announces"),
+        ("1\n5, 1, 1., 6, 1, 1.", "more terms than it announces"),
+        ("2\n5, 1, 1., 777, 1, 1.", "there is no node 777"),
+    ] {
+        let messages = refused(&CUBES.replace("*STEP", &format!("*EQUATION\n{data}\n*STEP")));
+        assert!(messages.iter().any(|text| text.contains(message)), "{data}: {messages:?}");
     }
 }

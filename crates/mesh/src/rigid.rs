@@ -39,6 +39,12 @@ impl Mesh {
         self.rigid.push(Rigid { body, reference, length });
     }
 
+    /// Adds a node that belongs to no element, and a node set with this name.
+    pub fn add_point(&mut self, name: &str, at: [f64; 3]) {
+        self.node_sets.insert(name.to_owned(), vec![self.nodes.len() as u32]);
+        self.nodes.push(at);
+    }
+
     /// The rigid body to which all these nodes belong.
     pub fn rigid_body_of(&self, nodes: &[u32]) -> Option<&Rigid> {
         let all_in = |rigid: &&Rigid| {

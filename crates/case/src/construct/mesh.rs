@@ -71,6 +71,7 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
         let reference = rigid.reference.unwrap_or_else(|| std::array::from_fn(middle));
         all.make_rigid(b, reference);
     }
+    case.points.iter().for_each(|point| all.add_point(&point.name, point.at));
     Ok(all)
 }
 

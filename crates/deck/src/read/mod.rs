@@ -1,6 +1,7 @@
 //! Reads the keywords of a deck: what it says, before it meets a mesh.
 
 mod contact;
+mod equation;
 mod material;
 mod refused;
 mod spring;
@@ -13,6 +14,7 @@ use slipstick_meshio::abaqus::Card;
 use crate::ledger::Ledger;
 
 pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
+pub use equation::Equation;
 pub use material::{Hyperelastic, Material};
 pub use spring::{SpringElement, SpringSection};
 #[cfg(test)]
@@ -34,6 +36,7 @@ pub struct Deck {
     pub rigids: Vec<Rigid>,
     pub spring_elements: Vec<SpringElement>,
     pub springs: Vec<SpringSection>,
+    pub equations: Vec<Equation>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
     pub steps: Vec<Step>,
@@ -93,6 +96,7 @@ impl Reader<'_> {
                 self.spring_set(card);
             }
             "SPRING" => self.spring(card),
+            "EQUATION" => self.equations(card),
             "ELEMENT" => self.element(card),
             "SOLID SECTION" | "SOLIDSECTION" => self.section(card),
             "AMPLITUDE" => self.amplitude(card),

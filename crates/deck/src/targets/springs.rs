@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Finder, OfNode};
+use super::{Finder, OfNode, POINT};
 use crate::history::Track;
 use crate::read::SpringSection;
 
@@ -22,7 +22,7 @@ pub struct Sprung {
 /// What an end of springs is attached to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum End {
-    /// Nodes of a set of the file, on these bodies.
+    /// Nodes of a set of the file, on these bodies, or a point.
     Nodes(String, Vec<usize>),
     /// The reference point of a rigid body.
     Body(usize),
@@ -138,6 +138,9 @@ impl Finder<'_> {
         if self.bodies.of(node).is_some() {
             let (set, bodies) = self.set_of(&[node], &[], "sprung");
             return Some(End::Nodes(set, bodies));
+        }
+        if let Some(name) = self.point(node) {
+            return Some(End::Nodes(name.to_owned(), vec![POINT]));
         }
         let held = |component: u8| {
             let track = motions.get(&(node, component));

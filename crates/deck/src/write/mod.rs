@@ -2,6 +2,7 @@
 
 mod bodies;
 mod contact;
+mod equations;
 mod motion;
 mod springs;
 
@@ -14,7 +15,7 @@ use slipstick_meshio::abaqus::Places;
 use crate::bodies::{Bodies, find};
 use crate::ledger::Ledger;
 use crate::read::Deck;
-use crate::targets::Targets;
+use crate::targets::{POINT, Targets};
 
 /// The tables of a deck; `file` is its name in the case.
 pub fn case(
@@ -30,6 +31,7 @@ pub fn case(
     let mut writer = Writer { deck, mesh, bodies, targets, file, places, ledger, text: tables, names };
     writer.bodies();
     writer.contact();
+    writer.equations();
     writer.motions();
     writer.loads();
     writer.springs();
@@ -66,8 +68,11 @@ impl Writer<'_> {
         self.text.push('\n');
     }
 
-    /// The name of a set of the file on a body.
+    /// The name of a set of the file on a body, or of a point.
     fn on(&self, body: usize, set: &str) -> String {
+        if body == POINT {
+            return set.to_owned();
+        }
         FileMesh::name_on_body(&self.bodies.list[body].name, set)
     }
 

@@ -451,8 +451,11 @@ impl PathResponses<Design> for Adapter<'_> {
             design.pull_back_plastic_strains(&by.plastic_strain, to.history);
         }
         to.unknowns.iter_mut().zip(&by.displacement).for_each(|(to, from)| *to += from);
-        let prescribed = by.reaction.iter().zip(model.prescribed().fixed()).enumerate();
-        prescribed.filter(|(_, (_, fixed))| **fixed).for_each(|(i, (weight, _))| to.residual[i] += weight);
+        let (fixed, linear) = (model.prescribed().fixed(), model.prescribed().linear());
+        let prescribed = by.reaction.iter().zip(fixed).enumerate();
+        prescribed
+            .filter(|(i, (_, fixed))| **fixed && !linear.is_dependent(*i))
+            .for_each(|(i, (weight, _))| to.residual[i] += weight);
         // the reactions of a rigid body are the forces at its nodes; at its reference point, they are only
         // minus the loads
         for node in model.rigid_references() {

@@ -208,7 +208,7 @@ impl ContactModel {
     /// Young's modulus of an element with these scalings; infinite if it is rigid. \[F/L²\]
     pub(super) fn modulus(&self, element: u32, scalings: &[ElementScaling]) -> f64 {
         let element = element as usize;
-        if self.rigid.has_element(element) {
+        if self.dependent.rigid.has_element(element) {
             return f64::INFINITY;
         }
         scalings[element].factor * self.solid.material(element).youngs_modulus()

@@ -31,6 +31,7 @@ mod terms;
 mod variation;
 
 pub use conditions::{PairState, Unknown};
+use dependent::Dependent;
 pub use design::Design;
 pub use element_fields::{ElementFields, StateResults};
 use enforcement::HistoryLayout;
@@ -40,8 +41,9 @@ pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 use layout::{conditions, pair, partition, points, share, slaves};
 pub use loads::{Loaded, Loads};
 use loose::LooseBodies;
+pub use motion::linear;
 pub use motion::prescribed;
-use motion::{loose, rigid, rotation};
+use motion::{dependent, loose, rigid, rotation};
 use nalgebra::Vector3;
 pub use pair::{ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
@@ -89,10 +91,12 @@ pub struct ContactModel {
     coordinates: Vec<f64>,
     /// Displacements at rest, three per node; empty: zero.
     rest: Vec<f64>,
+    /// The nodes from this one on belong to no body.
+    solid_nodes: usize,
     /// Elements of each body.
     bodies: Vec<Range<usize>>,
-    /// Rigid bodies.
-    rigid: RigidBodies,
+    /// Displacements that follow from others: rigid bodies, linear equations.
+    dependent: Dependent,
     points: ContactPoints,
     interfaces: Vec<ModelInterface>,
     /// Uzawa's iteration, if a pair has the augmented Lagrangian.
@@ -185,10 +189,10 @@ impl ContactModel {
         let map = ContactMap::new(mesh);
         let (slaves, contact_elements) = slaves::tables(mesh, &map, &interfaces);
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
-        let rigid = RigidBodies::new(mesh);
+        let dependent = Dependent { rigid: RigidBodies::new(mesh), linear: prescribed.linear().clone() };
         let masters = masters.map(|facet| {
             let mut nodes = map.parents(facet.iter().copied());
-            rigid.add_references(&mut nodes);
+            dependent.add_sources(&mut nodes);
             nodes
         });
         let mut bulk = if share.is_part() {
@@ -197,12 +201,12 @@ impl ContactModel {
             mesh.node_neighbours()
         };
         springs.couple(&mut bulk, &share);
-        rigid.couple(&mut bulk);
+        dependent.couple(&mut bulk);
         let own: Vec<bool> =
             interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
         let multipliers = interfaces.iter().any(|i| i.enforcement.method.has_multipliers());
         let pattern = ContactPattern::new(bulk, masters, own.clone(), multipliers && !slaves.is_empty());
-        let points = ContactPoints::new(map, &rigid, prescribed.fixed());
+        let points = ContactPoints::new(map, &dependent, prescribed.fixed());
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
@@ -217,7 +221,7 @@ impl ContactModel {
             displacement: FLOOR * motion,
             multiplier: FLOOR * modulus * motion / size,
         };
-        let loose = LooseBodies::new(mesh, prescribed.fixed(), modulus * size);
+        let loose = LooseBodies::new(mesh, &dependent, prescribed.fixed(), modulus * size);
         let mut model = Self {
             share,
             own,
@@ -225,8 +229,9 @@ impl ContactModel {
             penalization: Penalization { interpolation, designed },
             coordinates,
             rest: Vec::new(),
+            solid_nodes: mesh.bodies.iter().map(|body| body.nodes.end).max().unwrap_or(0),
             bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
-            rigid,
+            dependent,
             points,
             interfaces,
             uzawa,
@@ -365,7 +370,7 @@ impl ContactModel {
 
     /// Numbers of the loads that act only on prescribed displacements and so have no effect.
     pub fn idle_loads(&self) -> Vec<usize> {
-        self.loads.idle(self.prescribed.fixed(), &self.rigid, &self.coordinates)
+        self.loads.idle(self.prescribed.fixed(), &self.dependent, &self.coordinates)
     }
 
     /// Global numbers of all slave nodes, interface by interface: the order of nodal contact
@@ -403,13 +408,13 @@ impl ContactModel {
         Vector3::new(y[at], y[at + 1], y[at + 2])
     }
 
-    /// y with the nodes of rigid bodies where their unknowns place them.
+    /// y with the displacements that follow from others.
     fn placed<'a>(&self, y: &'a [f64]) -> Cow<'a, [f64]> {
-        if self.rigid.is_empty() {
+        if self.dependent.is_empty() {
             return Cow::Borrowed(y);
         }
         let mut placed = y.to_vec();
-        self.rigid.place(&mut placed);
+        self.dependent.place(&mut placed);
         Cow::Owned(placed)
     }
 

@@ -51,7 +51,7 @@ impl ContactModel {
 
     /// Whether the model has this parameter.
     pub(crate) fn has_parameter(&self, parameter: &Parameter) -> bool {
-        !matches!(*parameter, Parameter::YoungsModulus { body } if self.rigid.has_element(self.bodies[body].start))
+        !matches!(*parameter, Parameter::YoungsModulus { body } if self.dependent.rigid.has_element(self.bodies[body].start))
     }
 
     /// One parameter for each derivative, in their order.

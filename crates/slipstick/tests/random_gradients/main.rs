@@ -19,8 +19,8 @@ use std::time::Instant;
 
 use curved::FIRST_OF_CURVED;
 use problem::{
-    FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID, FIRST_OF_SCENARIOS,
-    FIRST_OF_SPRINGS, RandomProblem, random_problem,
+    FIRST_OF_EQUATIONS, FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID,
+    FIRST_OF_SCENARIOS, FIRST_OF_SPRINGS, RandomProblem, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
@@ -271,6 +271,12 @@ fn gradients_of_random_curved_surfaces_and_corners() {
 #[test]
 fn gradients_of_random_springs() {
     suite(FIRST_OF_SPRINGS..FIRST_OF_SPRINGS + 16, With::Densities);
+}
+
+/// The same with linear equations among displacements.
+#[test]
+fn gradients_of_random_equations() {
+    suite(FIRST_OF_EQUATIONS..FIRST_OF_EQUATIONS + 16, With::Densities);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:

@@ -277,6 +277,49 @@ fn springs(random: &mut Random) -> String {
     text
 }
 
+/// Problems from this seed on are those from [`FIRST_OF_QUANTITIES`] with equations.
+pub const FIRST_OF_EQUATIONS: u64 = 10_000;
+
+/// The mean of a face follows a point, which is driven, sprung or free; that of another face follows a third one
+/// in oblique directions; and two nodes move alike along an axis.
+fn equations(random: &mut Random) -> String {
+    let mut text = String::from("[[point]]\nname = \"p\"\nat = [1, 2, 3]\n");
+    let axis: [f64; 3] = direction(random).into_inner().into();
+    let set = one_of(random, &["slab_xmax", "slab_zmin", "block_xmax", "block_ymin", "slab_ymax"]);
+    let _ = write!(
+        text,
+        "[[equation]]\nterms = [{{ set = \"p\", component = \"x\" }}, {{ set = \"{set}\", component = {axis:?}, factor = {:?}, \
+         mean = true }}]\n",
+        random.within(-1.5, -0.5)
+    );
+    match one_of(random, &[0, 1, 2]) {
+        0 => {
+            let u = random.within(-0.01, 0.01);
+            let _ = write!(text, "[[dirichlet]]\nset = \"p\"\nmotion = [{{ t = 1, u = [{u:?}, 0, 0] }}]\n");
+        }
+        1 => text += "[[spring]]\nname = \"s\"\nset = \"p\"\nstiffness = 60\n",
+        _ => {}
+    }
+    let [first, second] = [0, 1].map(|_| <[f64; 3]>::from(direction(random).into_inner()));
+    if chance(random, 0.7) {
+        let _ = write!(
+            text,
+            "[[equation]]\nterms = [{{ set = \"block_zmax\", component = {first:?}, mean = true }}, {{ set = \"slab_xmin\", \
+             component = {second:?}, factor = -0.4, mean = true }}]\n"
+        );
+    }
+    if chance(random, 0.7) {
+        let axis = one_of(random, &["x", "y", "z"]);
+        let _ = write!(
+            text,
+            "[[set]]\nname = \"one\"\nwithin = \"block_ymin\"\nnearest = [0, 9, 0]\n\
+             [[set]]\nname = \"two\"\nwithin = \"slab_ymax\"\nnearest = [9, 0, 0]\n\
+             [[equation]]\nterms = [{{ set = \"one\", component = \"{axis}\" }}, {{ set = \"two\", component = {first:?}, factor = -0.5 }}]\n"
+        );
+    }
+    text
+}
+
 /// What the hexahedra of a body become.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -395,8 +438,17 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     if (FIRST_OF_CURVED..FIRST_OF_SPRINGS).contains(&seed) {
         return curved_problem(seed);
     }
-    let sprung = seed.checked_sub(FIRST_OF_SPRINGS).map_or(String::new(), |k| springs(&mut Random::new(!k)));
-    let seed = seed.checked_sub(FIRST_OF_SPRINGS).map_or(seed, |k| FIRST_OF_QUANTITIES + k);
+    let (more, seed) = match seed {
+        FIRST_OF_EQUATIONS.. => {
+            let k = seed - FIRST_OF_EQUATIONS;
+            (equations(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)
+        }
+        FIRST_OF_SPRINGS.. => {
+            let k = seed - FIRST_OF_SPRINGS;
+            (springs(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)
+        }
+        _ => (String::new(), seed),
+    };
     let mut random = Random::new(seed);
     let r = &mut random;
     let slab = [r.within(1.5, 4.0), r.within(0.5, 1.2), r.within(0.8, 2.0)];
@@ -463,7 +515,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         let inside = |c: usize| centre[c].min(slab[c] - centre[c]) > 0.4 * block[c];
         with_rigid_block(r, &text, middle.into(), gap == 0.0 && inside(0) && inside(2))
     };
-    let text = text + &sprung;
+    let text = text + &more;
     let is_plastic = (FIRST_OF_PLASTIC..FIRST_OF_RIGID).contains(&seed);
     let text = if is_plastic { with_plastic_bodies(r, &text) } else { text };
     let mut problem = match seed {

@@ -23,6 +23,7 @@ mod invariance;
 mod joints;
 mod jumps;
 mod kinks;
+mod linear;
 mod load_cases;
 mod loads;
 mod losses;

@@ -4,6 +4,7 @@ mod bodies;
 pub(crate) mod common;
 mod contact;
 mod design;
+mod equation;
 mod load;
 mod load_case;
 mod mesh_file;
@@ -34,6 +35,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let bodies = bodies::bodies(&root, &mut names, &mesh_file::MeshFiles::new(files));
     let surfaces = sets::surfaces(&root, &mut names);
     let sets = sets::sets(&root, &mut names);
+    let points = equation::points(&root, &mut names);
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names, &bodies, load_path.steps, exchanged);
@@ -41,6 +43,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let dirichlet = motion::dirichlet(&root, &names, &bodies, &load_cases, load_path.steps);
     let loads = load::loads(&root, &names, &bodies, &load_cases, load_path.steps);
     let springs = spring::springs(&root, &names);
+    let equations = equation::equations(&root, &names);
     let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
     let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =
         (moving.collect(), loads.iter().map(|load| (load.surface.clone(), load.load_case.clone())).collect());
@@ -62,7 +65,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let solver = run::solver(&root);
     let adjoint = run::adjoint(&root);
     // symmetry planes support bodies too, but which ones is only known with the mesh
-    if symmetries.is_empty() {
+    if symmetries.is_empty() && equations.is_empty() {
         motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet, &springs);
     }
     root.finish();
@@ -78,6 +81,8 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
         dirichlet,
         loads,
         springs,
+        points,
+        equations,
         load_path,
         design,
         quantities,

@@ -8,6 +8,7 @@ mod bodies;
 mod bounds;
 mod contact;
 mod design;
+mod equation;
 mod load_case;
 mod memory;
 mod mesh_file;
@@ -23,6 +24,7 @@ pub use bodies::*;
 pub use bounds::*;
 pub use contact::*;
 pub use design::*;
+pub use equation::*;
 pub use load_case::*;
 pub use memory::*;
 pub use mesh_file::*;
@@ -73,6 +75,12 @@ pub struct Case {
     /// Springs.
     #[serde(rename = "spring", skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<Spring>,
+    /// Points that belong to no body.
+    #[serde(rename = "point", skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<Point>,
+    /// Linear equations among displacements.
+    #[serde(rename = "equation", skip_serializing_if = "Vec::is_empty")]
+    pub equations: Vec<Equation>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
     /// The design; `None` if the case is only for a forward analysis.

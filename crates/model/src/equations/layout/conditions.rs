@@ -57,8 +57,11 @@ impl ContactModel {
         }
         for &node in nodes {
             let sets = self.prescribed.sets(dof(node));
-            let other =
-                if self.rigid.nodes().any(|of| of == node as usize) { "a rigid body" } else { "a symmetry plane" };
+            let other = match self.dependent.rigid.nodes().any(|of| of == node as usize) {
+                true => "a rigid body",
+                false if self.dependent.linear.is_dependent(dof(node)) => "an equation",
+                false => "a symmetry plane",
+            };
             let plane = sets.is_empty().then(|| other.to_owned());
             for name in sets.iter().map(|set| format!("`{set}`")).chain(plane) {
                 if !names.contains(&name) {

@@ -1,6 +1,6 @@
 //! The points of the contact surfaces, and their relation to the nodes.
 
-use crate::equations::rigid::RigidBodies;
+use crate::equations::dependent::Dependent;
 use crate::equations::{ContactModel, NodeState};
 use slipstick_mesh::ContactMap;
 use std::borrow::Cow;
@@ -16,11 +16,11 @@ pub(in crate::equations) struct ContactPoints {
 
 impl ContactPoints {
     /// A point is prescribed along an axis if all nodes that it depends on are.
-    pub fn new(map: ContactMap, rigid: &RigidBodies, fixed: &[bool]) -> Self {
-        if map.is_identity() && rigid.is_empty() {
+    pub fn new(map: ContactMap, dependent: &Dependent, fixed: &[bool]) -> Self {
+        if map.is_identity() && dependent.is_empty() {
             return Self { map, fixed: Vec::new() };
         }
-        let of_nodes = &rigid.point_is_fixed(fixed);
+        let of_nodes = &dependent.point_is_fixed(fixed);
         let mut fixed = of_nodes.clone();
         for node in 0..of_nodes.len() / 3 {
             map.each(node as u32, |parent, _| {
@@ -64,11 +64,11 @@ impl ContactModel {
     /// The nodes that the row of a slave node reaches.
     pub(in crate::equations) fn support_of<'a>(&self, node: Option<&'a NodeState>) -> Cow<'a, [u32]> {
         let support = node.map_or(&[][..], |node| &node.step.support);
-        if self.points.map.is_identity() && self.rigid.is_empty() {
+        if self.points.map.is_identity() && self.dependent.is_empty() {
             return Cow::Borrowed(support);
         }
         let mut nodes = self.points.map.parents(support.iter().copied());
-        self.rigid.add_references(&mut nodes);
+        self.dependent.add_sources(&mut nodes);
         Cow::Owned(nodes)
     }
 

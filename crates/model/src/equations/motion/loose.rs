@@ -17,6 +17,7 @@
 //! is part of the equations. A state in which it is more than a small share of the forces is refused:
 //! nothing would hold that body. As ℓ_f is constant, the derivatives are those of linear springs.
 
+use crate::equations::dependent::Dependent;
 use crate::equations::evaluated::{ContactState, Step};
 use crate::equations::{ContactModel, Design};
 use nalgebra::{DMatrix, Vector3};
@@ -64,6 +65,8 @@ pub(in crate::equations) struct LooseBody {
     length: f64,
     /// Nodes at its corners, or those with the unknowns of a rigid body.
     anchors: Vec<u32>,
+    /// The anchors, and the nodes on which they depend.
+    coupled: Vec<u32>,
     /// ℓ of its six mean motions: the weights of the anchors' displacements.
     means: [Vec<f64>; 6],
 }
@@ -79,7 +82,8 @@ pub(in crate::equations) struct FreeMotions {
 
 impl LooseBodies {
     /// The loose bodies of a mesh; `force` is the product of modulus and element size. \[F/L\]
-    pub(in crate::equations) fn new(mesh: &Mesh, fixed: &[bool], force: f64) -> Self {
+    pub(in crate::equations) fn new(mesh: &Mesh, dependent: &Dependent, fixed: &[bool], force: f64) -> Self {
+        let fixed = &dependent.linear.truly_fixed(fixed);
         let mut bodies = Vec::new();
         for (b, body) in mesh.bodies.iter().enumerate() {
             let rigid = mesh.rigid.iter().find(|rigid| rigid.body == b).map(|rigid| rigid.reference as usize);
@@ -88,10 +92,13 @@ impl LooseBodies {
             let points = || mesh.nodes[nodes.clone()].iter().map(|x| Vector3::from(*x));
             let centre = points().sum::<Vector3<f64>>() / nodes.len().max(1) as f64;
             let length = points().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-            let (name, rigid, anchors, means) = (body.name.clone(), rigid.is_some(), Vec::new(), Default::default());
-            let mut loose = LooseBody { name, nodes, unknowns, rigid, centre, length, anchors, means };
+            let (name, rigid, means) = (body.name.clone(), rigid.is_some(), Default::default());
+            let (anchors, coupled) = (Vec::new(), Vec::new());
+            let mut loose = LooseBody { name, nodes, unknowns, rigid, centre, length, anchors, coupled, means };
             if loose.is_free(mesh, fixed) {
                 loose.set_means(mesh);
+                loose.coupled.clone_from(&loose.anchors);
+                dependent.linear.add_sources(&mut loose.coupled);
                 bodies.push(loose);
             }
         }
@@ -188,7 +195,7 @@ impl ContactModel {
                 let mut mode = vec![0.0; self.displacement_count()];
                 if body.rigid {
                     mode[body.unknowns.start + k] = 1.0;
-                    self.rigid.spread(y, &mut mode);
+                    self.dependent.rigid.spread(y, &mut mode);
                 } else {
                     for node in body.nodes.clone() {
                         let at = Vector3::from_column_slice(&x[3 * node..][..3]);
@@ -353,7 +360,7 @@ impl ContactModel {
     /// The nodes that the springs couple, body by body. The list is empty if the step holds no motion.
     pub(in crate::equations) fn holding_couplings(&self, free: &FreeMotions) -> Vec<&[u32]> {
         let bodies = self.loose.bodies.iter().filter(|_| !free.held.is_empty());
-        bodies.map(|body| body.anchors.as_slice()).collect()
+        bodies.map(|body| body.coupled.as_slice()).collect()
     }
 
     /// Norm of the springs' forces. \[F\]

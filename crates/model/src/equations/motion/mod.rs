@@ -1,6 +1,9 @@
-//! Prescribed data along the load path: displacements, rotations, loads, symmetry planes.
+//! Prescribed data along the load path: displacements, rotations, loads, symmetry planes; and displacements
+//! that follow from others.
 
 pub(in crate::equations) mod approach;
+pub(in crate::equations) mod dependent;
+pub mod linear;
 pub(in crate::equations) mod loose;
 pub mod prescribed;
 pub(in crate::equations) mod restraints;

@@ -3,6 +3,7 @@
 mod error;
 
 use crate::equations::LoadTime;
+use crate::equations::linear::LinearEquations;
 use crate::equations::motion::{Component, Dirichlet};
 use crate::equations::rigid::RigidBodies;
 pub use error::{ConflictingMotion, OffThePlane};
@@ -26,6 +27,8 @@ pub struct Prescribed {
     rest: Vec<f64>,
     /// Bodies whose nodes follow from other unknowns.
     rigid: RigidBodies,
+    /// Displacements that follow from others.
+    linear: LinearEquations,
 }
 
 /// A prescribed displacement unknown.
@@ -126,6 +129,7 @@ impl Prescribed {
             mirrored: Vec::new(),
             rest: Vec::new(),
             rigid: RigidBodies::default(),
+            linear: LinearEquations::default(),
         })
     }
 
@@ -188,6 +192,26 @@ impl Prescribed {
         self.rigid = RigidBodies::new(mesh);
         self.rigid.nodes().for_each(|node| self.fixed[3 * node..][..3].fill(true));
         self
+    }
+
+    /// The same with further unknowns held at zero.
+    #[must_use]
+    pub fn with_idle(mut self, unknowns: Vec<u32>) -> Self {
+        unknowns.into_iter().for_each(|i| self.fixed[i as usize] = true);
+        self
+    }
+
+    /// The same with the displacements that follow from others by equations counted as prescribed.
+    #[must_use]
+    pub fn with_equations(mut self, linear: LinearEquations) -> Self {
+        linear.rows().iter().for_each(|(i, _)| self.fixed[*i as usize] = true);
+        self.linear = linear;
+        self
+    }
+
+    /// The equations among displacements.
+    pub fn linear(&self) -> &LinearEquations {
+        &self.linear
     }
 
     fn at_rest(&self, dof: u32) -> f64 {
@@ -276,6 +300,7 @@ impl Prescribed {
             let moved = if let What::Position(_) = what { u[c] } else { 0.0 };
             d[dof as usize] = self.at_rest(dof) + moved + turned.unwrap_or(0.0);
         }
+        self.linear.place(d);
         self.rigid.place(d);
     }
 

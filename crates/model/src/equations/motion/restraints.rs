@@ -12,7 +12,8 @@ impl ContactModel {
     /// condition: `modes` are displacements.
     pub(in crate::equations) fn restraints(&self, y: &[f64], modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut rows = self.springs.restrained(y, modes);
-        let fixed = self.prescribed.fixed();
+        rows.extend(self.restrained_by_equations(modes));
+        let fixed = self.dependent.linear.truly_fixed(self.prescribed.fixed());
         for body in &self.loose.bodies {
             let prescribed = body.unknowns.clone().filter(|&i| fixed[i]);
             rows.extend(prescribed.map(|i| modes.iter().map(|mode| mode[i]).collect::<Vec<f64>>()));
@@ -20,7 +21,24 @@ impl ContactModel {
         rows
     }
 
-    /// Whether supports and springs prevent all rigid motions of a body at rest, without contact.
+    /// The rates at which motions violate the equations among displacements of bodies and prescribed ones. Those
+    /// with free points do not restrain the bodies.
+    fn restrained_by_equations(&self, modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let fixed = self.prescribed.fixed();
+        let references: Vec<usize> = self.dependent.rigid.references().collect();
+        let of_body = |i: u32| (i as usize) < 3 * self.solid_nodes || references.contains(&(i as usize / 3));
+        let counts = |(i, terms): &&(u32, Vec<(u32, f64)>)| {
+            of_body(*i) && terms.iter().all(|(i, _)| of_body(*i) || fixed[*i as usize])
+        };
+        let row = |(i, terms): &(u32, Vec<(u32, f64)>)| {
+            let rate =
+                |mode: &Vec<f64>| mode[*i as usize] - terms.iter().map(|(i, c)| c * mode[*i as usize]).sum::<f64>();
+            modes.iter().map(rate).collect()
+        };
+        self.dependent.linear.rows().iter().filter(counts).map(row).collect()
+    }
+
+    /// Whether supports, springs and equations prevent all rigid motions of a body at rest, without contact.
     pub fn is_held_without_contact(&self, name: &str) -> bool {
         let Some(body) = self.loose.bodies.iter().position(|body| body.name == name) else { return true };
         let y = self.rest().unknowns;

@@ -30,18 +30,27 @@ impl ContactModel {
     /// Forces of supports and prescribed motions, from the internal, external and contact forces;
     /// zero at free unknowns. \[F\]
     pub(crate) fn reactions(&self, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
-        let of = |(i, &fixed): (usize, &bool)| if fixed { internal[i] - external[i] - contact[i] } else { 0.0 };
-        self.prescribed.fixed().iter().enumerate().map(of).collect()
+        let fixed = self.prescribed.fixed();
+        let linear = &self.dependent.linear;
+        if linear.is_empty() {
+            let of = |(i, &fixed): (usize, &bool)| if fixed { internal[i] - external[i] - contact[i] } else { 0.0 };
+            return fixed.iter().enumerate().map(of).collect();
+        }
+        // a prescribed displacement on which others depend has their forces too
+        let mut all: Vec<f64> = (0..fixed.len()).map(|i| internal[i] - external[i] - contact[i]).collect();
+        linear.pull_back(&mut all);
+        all.iter_mut().zip(fixed).filter(|(_, fixed)| !**fixed).for_each(|(force, _)| *force = 0.0);
+        all
     }
 
     /// Rotation vector of a rigid body. \[rad\]
     pub(crate) fn rotation(&self, body: &Rigid, y: &[f64]) -> Option<[f64; 3]> {
-        self.rigid.rotation(body.reference, y)
+        self.dependent.rigid.rotation(body.reference, y)
     }
 
     /// Nodes that hold the unknowns of rigid bodies.
     pub(crate) fn rigid_references(&self) -> impl Iterator<Item = usize> {
-        self.rigid.references()
+        self.dependent.rigid.references()
     }
 
     /// Area of the slave surface around each slave node in the reference configuration. \[L²\]

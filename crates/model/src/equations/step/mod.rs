@@ -61,7 +61,7 @@ impl StepProblem for Design {
         self.model.share.check_same(&previous.unknowns)?;
         workspace.pattern.begin_step();
         let rate = self.model.rate(&previous.unknowns, span);
-        let rotations = self.model.rigid.rotations(&previous.unknowns).collect();
+        let rotations = self.model.dependent.rigid.rotations(&previous.unknowns).collect();
         Ok(Step { rate, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span.end()) })
     }
 
@@ -107,7 +107,7 @@ impl StepProblem for Design {
         let mut squares = 0.0;
         if wanted.residual() {
             residual = self.residual(step, y, &internal, &contact, &mut squares);
-            model.rigid.gather(y, &mut residual);
+            model.dependent.gather(y, &mut residual);
         }
         model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
         let scales = self.scales(y, &internal, squares.sqrt());
@@ -170,7 +170,7 @@ impl StepProblem for Design {
     }
 
     fn dependent(&self) -> Option<&dyn DependentUnknowns> {
-        (!self.model.rigid.is_empty()).then_some(&self.model.rigid)
+        (!self.model.dependent.is_empty()).then_some(&self.model.dependent)
     }
 
     fn free_motions(&self) -> Option<&dyn HoldFreeMotions<Self>> {
@@ -186,7 +186,7 @@ impl StepProblem for Design {
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         model.check_held(step, at)?;
-        model.rigid.check_turns(&step.rotations, &at.unknowns, model.prescribed.fixed())?;
+        model.dependent.rigid.check_turns(&step.rotations, &at.unknowns, model.prescribed.fixed())?;
         let x = model.contact_positions(&at.unknowns);
         let mut worst: Option<(f64, u32, f64)> = None;
         let mut pushed: Option<(f64, u32)> = None;
@@ -315,11 +315,11 @@ impl Design {
         SolidStep { scalings: &self.scalings, history }
     }
 
-    /// Carries the tangent over to the unknowns of rigid bodies, on which loads, springs and contact act.
+    /// Carries the tangent over to the unknowns on which others depend: those of equations and rigid bodies, on whose nodes loads, springs and contact act.
     fn carry_over(&self, step: &Step, at: &Evaluated<Self>, matrix: &mut BlockMatrix) {
         let model = &*self.model;
-        if model.rigid.is_empty() {
-            return;
+        if model.dependent.rigid.is_empty() {
+            return model.dependent.linear.carry_over(matrix);
         }
         let mut forces = vec![0.0; model.displacement_count()];
         if !model.loads.is_empty() && model.share.has_rest() {
@@ -329,7 +329,7 @@ impl Design {
         model.add_from_contact(&mut forces, |out| {
             at.state.nodes_here().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
         });
-        model.rigid.carry_over(&at.unknowns, &forces, matrix);
+        model.dependent.carry_over(&at.unknowns, &forces, matrix);
     }
 
     /// This rank's part of F, and the sum of squares of its tractions.

@@ -1,7 +1,7 @@
 //! External forces along the load path.
 
+use crate::equations::dependent::Dependent;
 use crate::equations::motion::{Load, LoadKind};
-use crate::equations::rigid::RigidBodies;
 use crate::equations::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{FaceNodes, Rigid};
@@ -159,12 +159,12 @@ impl Loads {
     }
 
     /// Numbers of the loads that act only on prescribed displacements, marked in `fixed`.
-    pub(in crate::equations) fn idle(&self, fixed: &[bool], rigid: &RigidBodies, coordinates: &[f64]) -> Vec<usize> {
+    pub(in crate::equations) fn idle(&self, fixed: &[bool], dependent: &Dependent, coordinates: &[f64]) -> Vec<usize> {
         let moves_nothing = |applied: &Applied| {
             let mut force = vec![0.0; coordinates.len()];
             applied.action.add(1.0, coordinates, &mut force);
             let largest = force.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
-            rigid.pull_back(&vec![0.0; coordinates.len()], &mut force);
+            dependent.pull_back(&vec![0.0; coordinates.len()], &mut force);
             force.iter().zip(fixed).all(|(f, fixed)| *fixed || f.abs() <= 1e-12 * largest)
         };
         (0..self.loads.len()).filter(|&load| moves_nothing(&self.loads[load])).collect()

@@ -1,0 +1,91 @@
+//! The nodes that equations join.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Finder, Held, POINT};
+use crate::history::Track;
+
+/// A term: a set of the file on bodies, a point or a rigid body, with a component from 0 and a factor.
+#[derive(Debug)]
+pub struct Joined {
+    /// `None`: the rigid body itself.
+    pub set: Option<String>,
+    pub body: usize,
+    pub component: u8,
+    pub factor: f64,
+}
+
+/// An equation, and the line of its keyword.
+pub type EquationOfSets = (Vec<Joined>, usize);
+
+impl Finder<'_> {
+    /// The nodes of no body that equations and springs use: they become points.
+    pub(super) fn find_points(&mut self) {
+        let deck = self.deck;
+        let mut nodes = BTreeSet::new();
+        for equation in &deck.equations {
+            for term in &equation.terms {
+                nodes.extend(self.nodes(&term.target, "EQUATION", equation.lines));
+            }
+        }
+        nodes.retain(|&node| self.bodies.of(node).is_none() && self.reference(node).is_none());
+        for node in nodes {
+            let name = format!("node_{}", self.mesh.point_numbers[node as usize]);
+            self.points.push((node, name));
+        }
+    }
+
+    /// The motions of points, which are taken from `of_node`.
+    pub(super) fn held_points(&self, of_node: &mut BTreeMap<u32, Vec<(u8, &Track)>>) -> Vec<Held> {
+        let mut held = Vec::new();
+        for (node, name) in &self.points {
+            let Some(components) = of_node.remove(node) else { continue };
+            let line = components[0].1.line;
+            let components = components.iter().map(|(component, track)| (*component, track.simple())).collect();
+            held.push(Held { set: Some(name.clone()), bodies: vec![POINT], components, line });
+        }
+        held
+    }
+
+    /// The name of the point at a node.
+    pub(super) fn point(&self, node: u32) -> Option<&str> {
+        self.points.iter().find(|(known, _)| *known == node).map(|(_, name)| name.as_str())
+    }
+
+    pub(super) fn equations(&mut self) -> Vec<EquationOfSets> {
+        let (deck, mut found) = (self.deck, Vec::new());
+        for equation in &deck.equations {
+            let columns: Vec<Vec<u32>> =
+                equation.terms.iter().map(|term| self.nodes(&term.target, "EQUATION", equation.lines)).collect();
+            let count = columns.iter().map(Vec::len).max().unwrap_or(0);
+            if let Some(odd) = columns.iter().find(|nodes| nodes.len() != 1 && nodes.len() != count) {
+                let why = format!("a set of {} nodes does not fit to one of {count}", odd.len());
+                self.ledger.wrong("EQUATION", equation.lines, why, "name sets of equally many nodes, or single nodes");
+                continue;
+            }
+            for at in 0..count {
+                let mut terms = Vec::new();
+                for (term, nodes) in equation.terms.iter().zip(&columns) {
+                    let node = nodes[if nodes.len() == 1 { 0 } else { at }];
+                    let (set, body) = self.joined_node(node);
+                    terms.push(Joined { set, body, component: term.component, factor: term.factor });
+                }
+                found.push((terms, equation.lines[0]));
+            }
+        }
+        found
+    }
+
+    /// The set with a single node, and its body.
+    fn joined_node(&mut self, node: u32) -> (Option<String>, usize) {
+        if let Some((body, _)) = self.reference(node) {
+            return (None, body);
+        }
+        if let Some(name) = self.point(node) {
+            return (Some(name.to_owned()), POINT);
+        }
+        let name = format!("node_{}", self.mesh.point_numbers[node as usize]);
+        self.mesh.node_sets.entry(name.clone()).or_insert_with(|| vec![node]);
+        (Some(name), self.bodies.of(node).unwrap_or(0))
+    }
+}
