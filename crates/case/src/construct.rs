@@ -1,5 +1,6 @@
 //! From a resolved case to a problem that can be analysed.
 
+mod couplings;
 mod cross_points;
 mod edges;
 mod equations;
@@ -26,7 +27,6 @@ pub use surfaces::smooth_faces;
 
 use crate::file::{self, Case, CaseCode};
 use quantities::Requested;
-use select::nodes_of;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceError, InterfaceOptions};
@@ -161,19 +161,11 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
 
 /// What a motion moves.
 fn moved(mesh: &Mesh, dirichlet: &file::Dirichlet, path: &str) -> Result<Moved, BuildError> {
-    let nodes = nodes_of(mesh, &dirichlet.set, path)?;
-    if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == dirichlet.set) {
-        return Ok(Moved::Body(rigid.clone()));
+    if let Some(reference) = mesh.reference_of(&dirichlet.set) {
+        return Ok(Moved::Body(reference));
     }
-    let of_rigid = |rigid: &&slipstick_mesh::Rigid| {
-        nodes.iter().any(|&node| mesh.bodies[rigid.body].nodes.contains(&(node as usize)))
-    };
-    if let Some(rigid) = mesh.rigid.iter().find(of_rigid) {
-        let body = &mesh.bodies[rigid.body].name;
-        let message = format!("`{}` has nodes of the rigid body `{body}`, which moves as a whole", dirichlet.set);
-        return Err(BuildError::new(path, message, format!("prescribe the motion of the body: set = \"{body}\"")));
-    }
-    Ok(Moved::Nodes(nodes))
+    let help = |body: &str| format!("prescribe the motion of the body: set = \"{body}\"");
+    Ok(Moved::Nodes(select::deformable_nodes(mesh, &dirichlet.set, path, help)?))
 }
 
 /// Materials and element formulations of the bodies, and of their regions.
@@ -254,8 +246,8 @@ fn march_options(case: &Case) -> MarchOptions {
 
 fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
     let target = |(i, load): (usize, &file::Load)| {
-        if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == load.surface) {
-            return Ok(Loaded::Body(rigid.clone()));
+        if let Some(reference) = mesh.reference_of(&load.surface) {
+            return Ok(Loaded::Body(reference));
         }
         let path = format!("load[{i}].surface");
         if let (file::LoadKind::NodalForce(_), Some(nodes)) = (load.kind, mesh.set_nodes(&load.surface)) {

@@ -231,7 +231,7 @@ pub fn find<'a, T>(sets: &'a BTreeMap<String, T>, name: &str) -> Option<&'a str>
 }
 
 /// A valid name for a body.
-fn proper(set: &str) -> String {
+pub fn proper(set: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
     let name: String = set.chars().map(allowed).collect();
     if name.is_empty() { "body".into() } else { name }

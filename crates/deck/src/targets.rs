@@ -12,7 +12,7 @@ use crate::bodies::{Bodies, find, rigid_nodes};
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
 use crate::read::{Deck, On, Target};
-pub use equations::{EquationOfSets, Joined};
+pub use equations::{CoupledFace, EquationOfSets, Joined};
 pub use springs::{End, Sprung};
 
 /// Nodes whose motion is prescribed alike.
@@ -56,6 +56,7 @@ pub struct Targets {
     /// Nodes of no body that become points, with their names.
     pub points: Vec<(u32, String)>,
     pub equations: Vec<EquationOfSets>,
+    pub couplings: Vec<CoupledFace>,
     /// Number of load steps of the case, and those of each step.
     pub load_steps: usize,
     pub counts: Vec<usize>,
@@ -67,6 +68,7 @@ struct Finder<'a> {
     bodies: &'a Bodies,
     ledger: &'a mut Ledger,
     points: Vec<(u32, String)>,
+    couplings: Vec<CoupledFace>,
 }
 
 /// In place of a body: a point.
@@ -84,13 +86,14 @@ impl Targets {
     /// Groups nodes and faces; groups that are no set of the file become one.
     pub fn new(mesh: &mut FileMesh, deck: &Deck, bodies: &Bodies, ledger: &mut Ledger) -> Self {
         let timeline = Timeline::new(deck);
-        let mut finder = Finder { mesh, deck, bodies, ledger, points: Vec::new() };
+        let mut finder = Finder { mesh, deck, bodies, ledger, points: Vec::new(), couplings: Vec::new() };
         finder.faces_of_nodes();
         let mut targets = Self { load_steps: timeline.total(), counts: timeline.counts.clone(), ..Self::default() };
         if deck.steps.is_empty() {
             finder.ledger.wrong("STEP", [1, 1], "the deck has no step", "add a *STEP with *STATIC");
             return targets;
         }
+        finder.find_couplings();
         finder.find_points();
         targets.equations = finder.equations();
         let motions = finder.motions(&timeline);
@@ -99,7 +102,7 @@ impl Targets {
         let forces = finder.forces(&timeline);
         targets.forces = finder.loaded(forces);
         targets.pressures = finder.pressures(&timeline);
-        targets.points = finder.points;
+        (targets.points, targets.couplings) = (finder.points, finder.couplings);
         targets
     }
 }
@@ -229,7 +232,9 @@ impl Finder<'_> {
                     entry.0.push((first + component, track.simple()));
                 }
                 Some(_) => {}
-                None if *component < 3 && (self.bodies.of(*node).is_some() || self.point(*node).is_some()) => {
+                None if (*component < 3 && self.bodies.of(*node).is_some())
+                    || self.point(*node).is_some_and(|(_, components)| *component < components) =>
+                {
                     of_node.entry(*node).or_default().push((*component, track));
                 }
                 None => {}
@@ -363,7 +368,7 @@ impl Finder<'_> {
                 forces.push(Forces { set: None, bodies: vec![body], component, curve, line: track.line });
                 continue;
             }
-            if let (Some(name), 0..=2) = (self.point(*node), *component) {
+            if let Some((name, _)) = self.point(*node).filter(|(_, components)| component < components) {
                 let (set, bodies, component) = (Some(name.to_owned()), vec![POINT], *component);
                 forces.push(Forces { set, bodies, component, curve, line: track.line });
                 continue;

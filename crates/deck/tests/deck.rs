@@ -465,3 +465,37 @@ fn equations() {
         assert!(messages.iter().any(|text| text.contains(message)), "{data}: {messages:?}");
     }
 }
+
+/// Couplings with a motion, a rotation, a force and a moment at their reference nodes.
+#[test]
+fn couplings() {
+    let deck = CUBES.replace(
+        "*STEP",
+        "*COUPLING, REF NODE=99, SURFACE=LID, CONSTRAINT NAME=PULL\n*DISTRIBUTING\n1, 6\n\
+         *COUPLING, REF NODE=100, SURFACE=UP, CONSTRAINT NAME=turn\n*KINEMATIC\n1, 3\n*STEP",
+    );
+    let deck =
+        deck.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "100, 1, 5\n100, 6, 6, 0.1\n*CLOAD\n99, 3, 2.\n99, 5, 3.\n");
+    assert_eq!(
+        new_tables(&deck),
+        [
+            "[[coupling]]; name = \"PULL\"; set = \"HIGH_LID\"; at = [0.5, 0.5, 2.01]; kind = \"distributing\"",
+            "[[coupling]]; name = \"turn\"; set = \"LOW_UP\"; at = [0.5, 0.5, 2.01]; kind = \"kinematic\"",
+            "[[dirichlet]]; set = \"turn\"; rotation = { point = [0.5, 0.5, 2.01], direction = [0.0, 0.0, 1.0] }; \
+             motion = [{ t = 1.0, u = [0.0, 0.0, 0.0], angle = 5.729577951308233 }]",
+            "[[load]]; surface = \"PULL\"; force = [0.0, 0.0, 2.0]",
+            "[[load]]; surface = \"PULL\"; moment = [0.0, 3.0, 0.0]",
+        ]
+    );
+    for (keywords, message) in [
+        ("*COUPLING, REF NODE=99\n*KINEMATIC\n", "needs REF NODE=… and SURFACE=…"),
+        ("*COUPLING, REF NODE=99, SURFACE=LID\n", "does not say how"),
+        ("*COUPLING, REF NODE=99, SURFACE=NONE\n*KINEMATIC\n", "no surface `NONE`"),
+        ("*COUPLING, REF NODE=5, SURFACE=LID\n*KINEMATIC\n", "the reference node on none"),
+        ("*COUPLING, REF NODE=99, SURFACE=LID\n*KINEMATIC\n1, 2\n", "only couplings of all components 1 to 3"),
+        ("*KINEMATIC\n1, 3\n", "it follows no *COUPLING"),
+    ] {
+        let messages = refused(&CUBES.replace("*STEP", &format!("{keywords}*STEP")));
+        assert!(messages.iter().any(|text| text.contains(message)), "{keywords}: {messages:?}");
+    }
+}

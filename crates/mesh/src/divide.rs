@@ -91,6 +91,7 @@ impl Mesh {
             element_sets: element_sets.collect(),
             elements,
             rigid: self.rigid.clone(),
+            couplings: self.couplings.clone(),
         }
     }
 }

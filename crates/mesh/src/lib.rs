@@ -64,7 +64,7 @@ pub use geometry::{
     tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
-pub use rigid::Rigid;
+pub use rigid::{Coupling, Reference, Rigid};
 pub use search::FacetTree;
 pub use smooth::{FacetHeights, Shape, SmoothPatch, SmoothSurface, control_points, smooth_surface};
 pub use topology::NodeElements;

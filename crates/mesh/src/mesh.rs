@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::{Element, FacetNodes, Rigid, facet_corner_areas};
+use crate::{Coupling, Element, FacetNodes, Rigid, facet_corner_areas};
 
 /// A face of an element on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -72,6 +72,8 @@ pub struct Mesh {
     pub element_sets: BTreeMap<String, Vec<u32>>,
     /// Bodies that do not deform.
     pub rigid: Vec<Rigid>,
+    /// Couplings of nodes to reference points.
+    pub couplings: Vec<Coupling>,
 }
 
 impl Mesh {

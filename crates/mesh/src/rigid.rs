@@ -16,6 +16,33 @@ pub struct Rigid {
     pub length: f64,
 }
 
+/// A reference point to which nodes are coupled, with two nodes like those of a rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupling {
+    /// Its name.
+    pub name: String,
+    /// The node at the reference point.
+    pub reference: u32,
+    /// Largest distance of a coupled node from the reference point. \[L\]
+    pub length: f64,
+}
+
+impl Coupling {
+    /// The node that holds the rotation.
+    pub fn rotation(&self) -> u32 {
+        self.reference + 1
+    }
+}
+
+/// The unknowns of a rigid body or a coupling.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference {
+    /// The node at the reference point; the next node holds the rotation.
+    pub node: u32,
+    /// The scale of the rotation. \[L\]
+    pub length: f64,
+}
+
 impl Rigid {
     /// The node that holds the rotation.
     pub fn rotation(&self) -> u32 {
@@ -43,6 +70,24 @@ impl Mesh {
     pub fn add_point(&mut self, name: &str, at: [f64; 3]) {
         self.node_sets.insert(name.to_owned(), vec![self.nodes.len() as u32]);
         self.nodes.push(at);
+    }
+
+    /// Adds a reference point for these nodes, and a node set with its name.
+    pub fn add_coupling(&mut self, name: &str, at: [f64; 3], nodes: &[u32]) {
+        let distance = |x: [f64; 3]| (0..3).map(|c| (x[c] - at[c]).powi(2)).sum::<f64>().sqrt();
+        let length = nodes.iter().map(|&node| distance(self.nodes[node as usize])).fold(f64::MIN_POSITIVE, f64::max);
+        let reference = self.nodes.len() as u32;
+        self.nodes.extend([at; 2]);
+        self.node_sets.insert(name.to_owned(), vec![reference]);
+        self.couplings.push(Coupling { name: name.to_owned(), reference, length });
+    }
+
+    /// The unknowns of the rigid body or the coupling with this name.
+    pub fn reference_of(&self, name: &str) -> Option<Reference> {
+        let rigid = self.rigid.iter().find(|rigid| self.bodies[rigid.body].name == name);
+        let rigid = rigid.map(|rigid| Reference { node: rigid.reference, length: rigid.length });
+        let of = |coupling: &Coupling| Reference { node: coupling.reference, length: coupling.length };
+        rigid.or_else(|| self.couplings.iter().find(|coupling| coupling.name == name).map(of))
     }
 
     /// The rigid body to which all these nodes belong.

@@ -1,12 +1,14 @@
 //! From the equations of a case to those among displacement unknowns.
 
 use super::BuildError;
-use super::select::nodes_of;
-use crate::file::{self, Case, EquationTerm, TermComponent};
+use super::select::deformable_nodes;
+use crate::file::{self, Case, EquationTerm, SpringDirection, SpringEnd, TermComponent};
 use slipstick_mesh::Mesh;
+use slipstick_model::model::LoadTime;
 use slipstick_model::model::linear::{LinearEquation, LinearEquations};
 use slipstick_model::model::prescribed::Prescribed;
 use slipstick_solid::load::nodal_areas;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// Unknowns that nothing but an equation determines may couple so many pairs of nodes; more cost too much
@@ -21,12 +23,14 @@ pub(super) fn with_equations(
     prescribed: Prescribed,
     case: &Case,
     mesh: &Mesh,
-    times: &[f64],
+    times: &[LoadTime],
 ) -> Result<Prescribed, BuildError> {
-    if case.equations.is_empty() && case.points.is_empty() {
+    if case.equations.is_empty() && case.points.is_empty() && case.couplings.is_empty() {
         return Ok(prescribed);
     }
-    for (number, load_case) in case.load_cases.iter().enumerate().filter(|_| !case.equations.is_empty()) {
+    for (number, load_case) in
+        case.load_cases.iter().enumerate().filter(|_| !(case.equations.is_empty() && case.couplings.is_empty()))
+    {
         if load_case.bodies.iter().any(|body| body.offset.is_some() || body.rotation.is_some()) {
             let message =
                 "equations hold among displacements from the mesh, and this load case moves bodies at its start";
@@ -39,45 +43,31 @@ pub(super) fn with_equations(
         let terms = of(equation, mesh, &format!("equation[{number}]"))?;
         equations.extend(terms.into_iter().map(|terms| LinearEquation { terms, number }));
     }
+    super::couplings::add_equations(case, mesh, case.equations.len(), &mut equations)?;
     let points = points(case, mesh);
-    let of_point = |i: u32| points.contains(&(i as usize / 3));
-    let sprung: Vec<u32> = case
-        .springs
-        .iter()
-        .flat_map(|spring| {
-            [
-                Some(&spring.set),
-                match &spring.to {
-                    Some(file::SpringEnd::Set(to)) => Some(to),
-                    _ => None,
-                },
-            ]
-        })
-        .flatten()
-        .filter_map(|set| mesh.set_nodes(set))
-        .flat_map(|nodes| nodes.to_vec())
-        .collect();
-    let used: std::collections::BTreeSet<u32> =
-        equations.iter().flat_map(|equation| equation.terms.iter().map(|(i, _)| *i)).collect();
-    let idle = (3 * points.start as u32..3 * points.end as u32)
-        .filter(|i| !used.contains(i) && !sprung.contains(&(i / 3)))
-        .collect();
+    let first = mesh.couplings.first().map_or(points.start, |coupling| coupling.reference as usize);
+    // nodes of no element
+    let of_point = |i: u32| i as usize / 3 >= first;
+    let sprung = sprung(case, mesh);
+    let used: BTreeSet<u32> = equations.iter().flat_map(|equation| equation.terms.iter().map(|(i, _)| *i)).collect();
+    let idle =
+        (3 * points.start as u32..3 * points.end as u32).filter(|i| !used.contains(i) && !sprung.contains(i)).collect();
     let prescribed = prescribed.with_idle(idle);
-    let values = |time: f64| {
+    let values = |time: LoadTime| {
         let mut d = vec![0.0; prescribed.fixed().len()];
         prescribed.apply(time, &mut d);
         d
     };
-    let cheap = |i: u32| of_point(i) && !sprung.contains(&(i / 3));
+    let cheap = |i: u32| of_point(i) && (0..3).all(|c| !sprung.contains(&(i - i % 3 + c)));
     let linear = LinearEquations::new(&equations, prescribed.fixed(), values, times, cheap).map_err(|e| {
         let message = format!(
             "prescribed motions determine all displacements in it, and violate it by {:.1e} of its terms at pseudo-time {}",
             e.violation, e.time
         );
         let help = "leave a component free, or change the motions so that they fulfil the equation";
-        BuildError::new(format!("equation[{}]", e.number), message, help)
+        BuildError::new(place(case, e.number), message, help)
     })?;
-    let cost: usize = linear.rows().iter().filter(|(i, _)| !of_point(*i)).map(|(_, terms)| terms.len().pow(2)).sum();
+    let cost: usize = linear.rows().iter().filter(|(i, _)| !cheap(*i)).map(|(_, terms)| terms.len().pow(2)).sum();
     if cost > MOST_COUPLINGS {
         let longest = linear.rows().iter().map(|(_, terms)| terms.len()).max().unwrap_or(0);
         let message =
@@ -86,6 +76,35 @@ pub(super) fn with_equations(
         return Err(BuildError::new("equation", message, help));
     }
     Ok(prescribed.with_equations(linear))
+}
+
+/// The displacement unknowns in whose directions springs act.
+fn sprung(case: &Case, mesh: &Mesh) -> BTreeSet<u32> {
+    let mut unknowns = BTreeSet::new();
+    for spring in &case.springs {
+        let acts = |c: usize| match spring.direction {
+            Some(SpringDirection::Fixed(direction)) => direction[c] != 0.0,
+            Some(SpringDirection::Word(_)) | None => true,
+        };
+        let to = match &spring.to {
+            Some(SpringEnd::Set(to)) => Some(to),
+            Some(SpringEnd::Point(_)) | None => None,
+        };
+        for set in [&spring.set].into_iter().chain(to) {
+            let nodes = mesh.set_nodes(set).unwrap_or_default();
+            unknowns
+                .extend(nodes.iter().flat_map(|node| (0..3).filter(|&c| acts(c)).map(move |c| 3 * node + c as u32)));
+        }
+    }
+    unknowns
+}
+
+/// The table of an equation with this number.
+fn place(case: &Case, number: usize) -> String {
+    match number.checked_sub(case.equations.len()) {
+        None => format!("equation[{number}]"),
+        Some(coupling) => format!("coupling[{coupling}]"),
+    }
 }
 
 /// The nodes of the points of a case: the last ones of the mesh.
@@ -152,7 +171,7 @@ fn nodes_with_weights(term: &EquationTerm, mesh: &Mesh, path: &str) -> Result<Ve
     if let Some(rigid) = mesh.rigid.iter().find(|rigid| mesh.bodies[rigid.body].name == term.set) {
         return Ok(vec![(rigid.reference, 1.0)]);
     }
-    let nodes = deformable_nodes(mesh, &term.set, path)?;
+    let nodes = nodes_in_equations(mesh, &term.set, path)?;
     if !term.mean {
         return Ok(nodes.into_iter().map(|node| (node, 1.0)).collect());
     }
@@ -165,18 +184,10 @@ fn nodes_with_weights(term: &EquationTerm, mesh: &Mesh, path: &str) -> Result<Ve
     Ok(weights.into_iter().map(share).filter(|(_, weight)| weight.abs() > 1e-12).collect())
 }
 
-/// The nodes of a set, none of which belongs to a rigid body.
-pub(super) fn deformable_nodes(mesh: &Mesh, set: &str, path: &str) -> Result<Vec<u32>, BuildError> {
-    let nodes = nodes_of(mesh, set, path)?;
-    let of_rigid = |rigid: &&slipstick_mesh::Rigid| {
-        nodes.iter().any(|&node| mesh.bodies[rigid.body].nodes.contains(&(node as usize)))
-    };
-    if let Some(rigid) = mesh.rigid.iter().find(of_rigid) {
-        let body = &mesh.bodies[rigid.body].name;
-        let message = format!("`{set}` has nodes of the rigid body `{body}`, which moves as a whole");
-        return Err(BuildError::new(path, message, format!("name the body: set = \"{body}\" is its reference point")));
-    }
-    Ok(nodes)
+/// The nodes of a set that may appear in equations.
+pub(super) fn nodes_in_equations(mesh: &Mesh, set: &str, path: &str) -> Result<Vec<u32>, BuildError> {
+    let help = |body: &str| format!("name the body: set = \"{body}\" is its reference point");
+    deformable_nodes(mesh, set, path, help)
 }
 
 /// For each node of the first set, the node of the second one at the same place relative to the centre of its
@@ -204,7 +215,7 @@ fn opposite(
     let relative = |node: u32, centre: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| at(node)[c] - centre[c]) };
     let size = |x: [f64; 3]| x[0].hypot(x[1]).hypot(x[2]);
     let extent = first.iter().map(|(node, _)| size(relative(*node, a))).fold(0.0, f64::max);
-    let mut taken = std::collections::BTreeSet::new();
+    let mut taken = BTreeSet::new();
     let mut found = Vec::with_capacity(first.len());
     for &(node, _) in first {
         let place = relative(node, a);

@@ -1,7 +1,7 @@
 //! The mesh of a case: its bodies after placement, with the surfaces and node sets that the case
 //! selects.
 
-use super::select::{select_facets, select_nodes};
+use super::select::{nodes_of, select_facets, select_nodes};
 use super::{BuildError, ties};
 use crate::file::{self, Case};
 use slipstick_mesh::{self as mesh, Mesh};
@@ -70,6 +70,10 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
         };
         let reference = rigid.reference.unwrap_or_else(|| std::array::from_fn(middle));
         all.make_rigid(b, reference);
+    }
+    for (k, coupling) in case.couplings.iter().enumerate() {
+        let nodes = nodes_of(&all, &coupling.set, &format!("coupling[{k}].set"))?;
+        all.add_coupling(&coupling.name, coupling.at, &nodes);
     }
     case.points.iter().for_each(|point| all.add_point(&point.name, point.at));
     Ok(all)

@@ -17,6 +17,22 @@ pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, 
     })
 }
 
+/// The same nodes, none of which belongs to a rigid body; `help` says what to do with the one that is named.
+pub(super) fn deformable_nodes(
+    mesh: &Mesh,
+    set: &str,
+    path: &str,
+    help: impl Fn(&str) -> String,
+) -> Result<Vec<u32>, BuildError> {
+    let nodes = nodes_of(mesh, set, path)?;
+    let of_rigid =
+        |rigid: &&mesh::Rigid| nodes.iter().any(|&node| mesh.bodies[rigid.body].nodes.contains(&(node as usize)));
+    let Some(rigid) = mesh.rigid.iter().find(of_rigid) else { return Ok(nodes) };
+    let body = &mesh.bodies[rigid.body].name;
+    let message = format!("`{set}` has nodes of the rigid body `{body}`, which moves as a whole");
+    Err(BuildError::new(path, message, help(body)))
+}
+
 /// Boundary facets of a body that meet all conditions of a surface.
 pub(super) fn select_facets(mesh: &Mesh, surface: &file::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
     let Some(name) = &surface.body else { return union(mesh, &surface.of, path) };

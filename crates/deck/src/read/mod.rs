@@ -1,6 +1,7 @@
 //! Reads the keywords of a deck: what it says, before it meets a mesh.
 
 mod contact;
+mod coupling;
 mod equation;
 mod material;
 mod refused;
@@ -14,6 +15,7 @@ use slipstick_meshio::abaqus::Card;
 use crate::ledger::Ledger;
 
 pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
+pub use coupling::Coupling;
 pub use equation::Equation;
 pub use material::{Hyperelastic, Material};
 pub use spring::{SpringElement, SpringSection};
@@ -37,6 +39,7 @@ pub struct Deck {
     pub spring_elements: Vec<SpringElement>,
     pub springs: Vec<SpringSection>,
     pub equations: Vec<Equation>,
+    pub couplings: Vec<Coupling>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
     pub steps: Vec<Step>,
@@ -97,6 +100,8 @@ impl Reader<'_> {
             }
             "SPRING" => self.spring(card),
             "EQUATION" => self.equations(card),
+            "COUPLING" => self.coupling(card),
+            "KINEMATIC" | "DISTRIBUTING" => self.coupled(card, name == "KINEMATIC"),
             "ELEMENT" => self.element(card),
             "SOLID SECTION" | "SOLIDSECTION" => self.section(card),
             "AMPLITUDE" => self.amplitude(card),

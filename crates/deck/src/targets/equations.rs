@@ -15,6 +15,17 @@ pub struct Joined {
     pub factor: f64,
 }
 
+/// A surface of the file on a body that is coupled to a node of no body.
+#[derive(Debug)]
+pub struct CoupledFace {
+    pub node: u32,
+    pub name: String,
+    pub surface: String,
+    pub body: usize,
+    pub kinematic: bool,
+    pub line: usize,
+}
+
 /// An equation, and the line of its keyword.
 pub type EquationOfSets = (Vec<Joined>, usize);
 
@@ -29,6 +40,7 @@ impl Finder<'_> {
             }
         }
         nodes.retain(|&node| self.bodies.of(node).is_none() && self.reference(node).is_none());
+        nodes.retain(|&node| self.couplings.iter().all(|coupling| coupling.node != node));
         for node in nodes {
             let name = format!("node_{}", self.mesh.point_numbers[node as usize]);
             self.points.push((node, name));
@@ -38,7 +50,8 @@ impl Finder<'_> {
     /// The motions of points, which are taken from `of_node`.
     pub(super) fn held_points(&self, of_node: &mut BTreeMap<u32, Vec<(u8, &Track)>>) -> Vec<Held> {
         let mut held = Vec::new();
-        for (node, name) in &self.points {
+        let couplings = self.couplings.iter().map(|coupling| (&coupling.node, &coupling.name));
+        for (node, name) in self.points.iter().map(|(node, name)| (node, name)).chain(couplings) {
             let Some(components) = of_node.remove(node) else { continue };
             let line = components[0].1.line;
             let components = components.iter().map(|(component, track)| (*component, track.simple())).collect();
@@ -47,9 +60,46 @@ impl Finder<'_> {
         held
     }
 
-    /// The name of the point at a node.
-    pub(super) fn point(&self, node: u32) -> Option<&str> {
-        self.points.iter().find(|(known, _)| *known == node).map(|(_, name)| name.as_str())
+    /// The couplings whose surfaces and reference nodes exist.
+    pub(super) fn find_couplings(&mut self) {
+        let deck = self.deck;
+        for coupling in &deck.couplings {
+            let line = coupling.line;
+            let mut wrong = |why: String, cure: &str| self.ledger.wrong("COUPLING", [line; 2], why, cure);
+            let Some(node) = self.bodies.position(coupling.reference) else {
+                wrong(format!("there is no node {}", coupling.reference), "define the reference node");
+                continue;
+            };
+            if coupling.kinematic.is_none() {
+                wrong("it does not say how".into(), "write *KINEMATIC or *DISTRIBUTING after it");
+                continue;
+            }
+            let Some(surface) = self.surface(&coupling.surface) else {
+                let why = format!("there is no surface `{}`", coupling.surface);
+                self.ledger.wrong("COUPLING", [line; 2], why, "define it with *SURFACE");
+                continue;
+            };
+            let bodies = self.bodies.under(self.mesh, &surface);
+            let (&[body], None) = (&bodies[..], self.bodies.of(node)) else {
+                let why = "the surface must lie on one body, and the reference node on none";
+                self.ledger.refuse("COUPLING", line, why, "write a coupling for each body, with a node of its own");
+                continue;
+            };
+            let mut name = crate::bodies::proper(&coupling.name);
+            while self.couplings.iter().any(|other| other.name == name) {
+                name.push('_');
+            }
+            let kinematic = coupling.kinematic == Some(true);
+            self.couplings.push(CoupledFace { node, name, surface, body, kinematic, line });
+        }
+    }
+
+    /// The name of the point at a node, and the number of its components: with rotations, that of a coupling.
+    pub(super) fn point(&self, node: u32) -> Option<(&str, u8)> {
+        let coupling = self.couplings.iter().find(|coupling| coupling.node == node);
+        let coupling = coupling.map(|coupling| (coupling.name.as_str(), 6));
+        let point = || self.points.iter().find(|(known, _)| *known == node);
+        coupling.or_else(|| point().map(|(_, name)| (name.as_str(), 3)))
     }
 
     pub(super) fn equations(&mut self) -> Vec<EquationOfSets> {
@@ -81,7 +131,7 @@ impl Finder<'_> {
         if let Some((body, _)) = self.reference(node) {
             return (None, body);
         }
-        if let Some(name) = self.point(node) {
+        if let Some((name, _)) = self.point(node) {
             return (Some(name.to_owned()), POINT);
         }
         let name = format!("node_{}", self.mesh.point_numbers[node as usize]);

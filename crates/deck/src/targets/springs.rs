@@ -139,7 +139,7 @@ impl Finder<'_> {
             let (set, bodies) = self.set_of(&[node], &[], "sprung");
             return Some(End::Nodes(set, bodies));
         }
-        if let Some(name) = self.point(node) {
+        if let Some((name, _)) = self.point(node) {
             return Some(End::Nodes(name.to_owned(), vec![POINT]));
         }
         let held = |component: u8| {

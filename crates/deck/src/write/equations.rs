@@ -5,6 +5,14 @@ use super::{Writer, quoted, vector};
 impl Writer<'_> {
     pub(super) fn equations(&mut self) {
         let targets = self.targets;
+        for coupling in &targets.couplings {
+            self.table("coupling", "COUPLING", coupling.line);
+            let (set, at) =
+                (self.on(coupling.body, &coupling.surface), vector(&self.mesh.points[coupling.node as usize]));
+            let kind = if coupling.kinematic { "kinematic" } else { "distributing" };
+            let name = quoted(&coupling.name);
+            self.line(format!("name = {name}\nset = {}\nat = {at}\nkind = \"{kind}\"", quoted(&set)));
+        }
         for (node, name) in &targets.points {
             let line = targets.equations.first().map_or(1, |(_, line)| *line);
             self.table("point", "EQUATION", line);

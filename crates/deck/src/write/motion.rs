@@ -15,7 +15,7 @@ impl Writer<'_> {
                     held.set.as_ref().map_or_else(|| self.bodies.list[body].name.clone(), |set| self.on(body, set));
                 self.table("dirichlet", "BOUNDARY", held.line);
                 self.line(format!("set = {}", quoted(&set)));
-                let all = if held.set.is_some() { 3 } else { 6 };
+                let all = if held.set.is_some() && self.coupled(held.set.as_ref()).is_none() { 3 } else { 6 };
                 if held.components.len() < all {
                     let names: Vec<&str> = held.components.iter().map(|(c, _)| COMPONENTS[usize::from(*c)]).collect();
                     self.line(format!("components = [{}]", names.join(", ")));
@@ -23,6 +23,11 @@ impl Writer<'_> {
                 self.motion(held, body);
             }
         }
+    }
+
+    /// The reference node of the coupling with this name.
+    fn coupled(&self, name: Option<&String>) -> Option<u32> {
+        self.targets.couplings.iter().find(|coupling| Some(&coupling.name) == name).map(|coupling| coupling.node)
     }
 
     /// The motion and, of a rigid body, its rotation about one axis.
@@ -37,8 +42,12 @@ impl Writer<'_> {
             let cure = "prescribe a rotation about one of the axes x, y and z";
             return self.ledger.refuse("BOUNDARY", held.line, "a rotation about several axes is not supported", cure);
         }
-        if let (Some(&axis), Some(rigid)) = (turning.first(), self.bodies.list[body].rigid) {
-            let node = self.bodies.position(self.deck.rigids[rigid].reference);
+        let rigid = self.bodies.list.get(body).and_then(|body| body.rigid);
+        let node = match rigid {
+            Some(rigid) => self.bodies.position(self.deck.rigids[rigid].reference),
+            None => self.coupled(held.set.as_ref()),
+        };
+        if let (Some(&axis), Some(_)) = (turning.first(), node) {
             let at = node.map_or([0.0; 3], |node| self.mesh.points[node as usize]);
             let mut direction = [0.0; 3];
             direction[usize::from(axis - 3)] = 1.0;
@@ -84,9 +93,9 @@ impl Writer<'_> {
                 let set =
                     force.set.as_ref().map_or_else(|| self.bodies.list[body].name.clone(), |set| self.on(body, set));
                 let kind = match (&force.set, moment) {
-                    (Some(_), _) => "nodal_force",
-                    (None, false) => "force",
-                    (None, true) => "moment",
+                    (Some(_), _) if self.coupled(force.set.as_ref()).is_none() => "nodal_force",
+                    (_, false) => "force",
+                    (_, true) => "moment",
                 };
                 self.table("load", "CLOAD", force.line);
                 self.line(format!("surface = {}\n{kind} = {}", quoted(&set), vector(&vector_of)));

@@ -308,6 +308,16 @@ fn equations(random: &mut Random) -> String {
              component = {second:?}, factor = -0.4, mean = true }}]\n"
         );
     }
+    if chance(random, 0.6) {
+        let set = one_of(random, &["block_xmin", "slab_zmax"]);
+        let (at, force, moment) = (random.vector(3, 2.0), random.vector(3, 1.0), random.vector(3, 0.3));
+        let held = one_of(random, &["", "[[dirichlet]]\nset = \"end\"\ncomponents = [\"rx\"]\n"]);
+        let _ = write!(
+            text,
+            "[[coupling]]\nname = \"end\"\nset = \"{set}\"\nat = {at:?}\nkind = \"distributing\"\n{held}\
+             [[load]]\nsurface = \"end\"\nforce = {force:?}\n[[load]]\nsurface = \"end\"\nmoment = {moment:?}\n"
+        );
+    }
     if chance(random, 0.7) {
         let axis = one_of(random, &["x", "y", "z"]);
         let _ = write!(

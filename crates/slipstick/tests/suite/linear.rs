@@ -206,3 +206,85 @@ fn equations_that_cannot_hold_are_refused() {
         assert!(found.contains(message), "{terms}: {found}");
     }
 }
+
+/// A bar without lateral contraction, clamped at one end, with a coupling of the other.
+fn coupled(kind: &str, at: [f64; 3], more: &str) -> String {
+    format!(
+        "[[body]]\nname = 'bar'\nbox = {{ min = [0, 0, 0], max = [4, 1, 1], elements = [4, 2, 2] }}\n\
+         material = {{ linear_elastic = {{ youngs_modulus = 100, poisson_ratio = 0.3 }} }}\n\
+         [[dirichlet]]\nset = 'bar_xmin'\n\
+         [[coupling]]\nname = 'end'\nset = 'bar_xmax'\nat = {at:?}\nkind = '{kind}'\n{more}{PATH}"
+    )
+}
+
+/// A force on a reference point beside the face acts like a force on its centre and the moment of its arm; both
+/// couplings move their reference points by the displacement and rotation of the centre. Prescribing these
+/// needs the same force.
+#[test]
+fn couplings_transfer_forces_and_moments() {
+    for kind in ["distributing", "kinematic"] {
+        let force = [0.03, -0.02, 0.05];
+        let load = |moment: &str| format!("[[load]]\nsurface = 'end'\nforce = {force:?}\n{moment}");
+        let (problem, beside) = solved(&coupled(kind, [6.0, 1.5, 0.5], &load("")));
+        // (2, 1, 0) × f
+        let moment = "[[load]]\nsurface = 'end'\nmoment = [0.05, -0.1, -0.07]\n";
+        let (_, centred) = solved(&coupled(kind, [4.0, 0.5, 0.5], &load(moment)));
+        let (beside, centred) = (end(&beside), end(&centred));
+        let at = 3 * problem.mesh.couplings[0].reference as usize;
+        for (a, b) in beside[..at].iter().zip(centred) {
+            assert!((a - b).abs() < 1e-12, "{kind}: {a} {b}");
+        }
+        let vector = |d: &[f64], at: usize| nalgebra::Vector3::from_column_slice(&d[at..at + 3]);
+        let turn = vector(beside, at + 3) / problem.mesh.couplings[0].length;
+        assert!(turn.norm() > 1e-3);
+        let expected = vector(centred, at) + turn.cross(&nalgebra::Vector3::new(2.0, 1.0, 0.0));
+        assert!((vector(beside, at) - expected).norm() < 1e-12, "{kind}");
+        if kind == "kinematic" {
+            for &node in problem.mesh.set_nodes("bar_xmax").unwrap().iter() {
+                let arm =
+                    nalgebra::Vector3::from(problem.mesh.nodes[node as usize]) - nalgebra::Vector3::new(6.0, 1.5, 0.5);
+                let moved = vector(beside, at) + turn.cross(&arm);
+                assert!((vector(beside, 3 * node as usize) - moved).norm() < 1e-12);
+            }
+        }
+        let u: [f64; 3] = vector(beside, at).into();
+        let drive =
+            format!("[[dirichlet]]\nset = 'end'\ncomponents = ['x', 'y', 'z']\nmotion = [{{ t = 1, u = {u:?} }}]\n");
+        let (problem, driven) = solved(&coupled(kind, [6.0, 1.5, 0.5], &drive));
+        for (axis, force) in ["x", "y", "z"].iter().zip(force) {
+            near(last(&problem, &driven, &format!("reaction_end_{axis}")), force, 1e-10);
+        }
+    }
+}
+
+/// The rotation about an edge is not determined.
+#[test]
+fn couplings_of_edges_are_refused() {
+    for kind in ["distributing", "kinematic"] {
+        let edge = "[[set]]\nname = 'edge'\nwithin = 'bar_xmax'\nboxes = [{ min = [3, 0.9, -1], max = [5, 2, 2] }]\n";
+        let text = coupled(kind, [4.0, 1.0, 0.2], edge).replace("set = 'bar_xmax'\nat", "set = 'edge'\nat");
+        let error = build(&parse_case(&text, "case.toml").unwrap().case).err().map(|error| error.to_string());
+        assert!(error.as_deref().is_some_and(|error| error.contains("lie on a line")), "{kind}: {error:?}");
+    }
+}
+
+/// Couplings that are loaded, driven and turned: all gradients by finite differences.
+#[test]
+fn quantities_with_couplings_match_finite_differences() {
+    let more = "[[load]]\nsurface = 'slab_xmax'\ntraction = [5.0, 4.0, -2.0]\n\
+                [[coupling]]\nname = 'pull'\nset = 'block_xmax'\nat = [2, 1.5, 0.5]\nkind = 'distributing'\n\
+                [[load]]\nsurface = 'pull'\nforce = [1, 0.5, 0.3]\n[[load]]\nsurface = 'pull'\nmoment = [0.1, 0.2, -0.3]\n\
+                [[set]]\nname = 'rim'\nwithin = 'slab_xmax'\nboxes = [{ min = [3, 0.4, -1], max = [5, 2, 2] }]\n\
+                [[coupling]]\nname = 'turn'\nset = 'rim'\nat = [4, 1, 0.5]\nkind = 'kinematic'\n\
+                [[dirichlet]]\nset = 'turn'\ncomponents = ['z', 'rx', 'ry']\nmotion = [{ t = 1, angle = 2 }]\n\
+                rotation = { point = [4, 1, 0.5], direction = [1, 0.5, 0] }\n";
+    let scene = Scene {
+        slab: [3, 2, 1],
+        friction: 0.35,
+        motion: "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.1, -0.12, 0.03] }]".into(),
+        steps: 5,
+        more: more.into(),
+        ..Scene::default()
+    };
+    check("couplings", &mut problem(&scene.text()), 3, &[1.0]);
+}

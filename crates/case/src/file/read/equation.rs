@@ -1,9 +1,9 @@
-//! Reference points (`[[point]]`) and linear equations (`[[equation]]`).
+//! Reference points (`[[point]]`), linear equations (`[[equation]]`) and couplings (`[[coupling]]`).
 
 use super::super::CaseCode;
 use super::super::document::Table;
 use super::super::names::Names;
-use super::super::resolved::{Equation, EquationTerm, Point, TermComponent};
+use super::super::resolved::{Coupling, CouplingKind, Equation, EquationTerm, Point, TermComponent};
 use super::common::{direction, name};
 use super::motion::COMPONENTS;
 
@@ -16,6 +16,21 @@ pub(super) fn points(root: &Table<'_>, names: &mut Names) -> Vec<Point> {
         Point { name, at }
     };
     root.tables("point").into_iter().map(point).collect()
+}
+
+pub(super) fn couplings(root: &Table<'_>, names: &mut Names) -> Vec<Coupling> {
+    let coupling = |table: Table<'_>| {
+        let name = name(&table);
+        let set = table.string("set").required(String::new(), "the surface or set that is coupled");
+        names.check_set(table.reader, &table.path_of("set"), &set);
+        let at = table.vector("at").required([0.0; 3], "the position of the reference point [x, y, z]");
+        let kinds = [("distributing", CouplingKind::Distributing), ("kinematic", CouplingKind::Kinematic)];
+        let kind = table.word("kind", &kinds).required(CouplingKind::Distributing, "\"distributing\" or \"kinematic\"");
+        names.add_set(table.reader, table.path(), &name, None);
+        table.finish();
+        Coupling { name, set, at, kind }
+    };
+    root.tables("coupling").into_iter().map(coupling).collect()
 }
 
 pub(super) fn equations(root: &Table<'_>, names: &Names) -> Vec<Equation> {

@@ -3,16 +3,16 @@
 use super::super::CaseCode;
 use super::super::document::Table;
 use super::super::names::Names;
-use super::super::resolved::{AmplitudePoint, Body, Load, LoadCase, LoadKind};
+use super::super::resolved::{AmplitudePoint, Load, LoadCase, LoadKind};
 use super::{load_case, motion};
 
-pub(super) fn loads(root: &Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Vec<Load> {
-    root.tables("load").into_iter().map(|table| load(table, names, bodies, cases, steps)).collect()
+pub(super) fn loads(root: &Table<'_>, names: &Names, turning: &[&str], cases: &[LoadCase], steps: usize) -> Vec<Load> {
+    root.tables("load").into_iter().map(|table| load(table, names, turning, cases, steps)).collect()
 }
 
-fn load(table: Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Load {
+fn load(table: Table<'_>, names: &Names, turning: &[&str], cases: &[LoadCase], steps: usize) -> Load {
     let surface = table.string("surface").required(String::new(), "a surface, for instance \"plate_ymax\"");
-    let rigid = bodies.iter().any(|body| body.rigid.is_some() && body.name == surface);
+    let rigid = turning.contains(&surface.as_str());
     let nodal = table.has("nodal_force");
     if !rigid && nodal {
         names.check_set(table.reader, &table.path_of("surface"), &surface);

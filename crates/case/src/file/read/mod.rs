@@ -36,12 +36,16 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let surfaces = sets::surfaces(&root, &mut names);
     let sets = sets::sets(&root, &mut names);
     let points = equation::points(&root, &mut names);
+    let couplings = equation::couplings(&root, &mut names);
+    // what has a rotation
+    let rigid = bodies.iter().filter(|body| body.rigid.is_some()).map(|body| body.name.as_str());
+    let turning: Vec<&str> = rigid.chain(couplings.iter().map(|coupling| coupling.name.as_str())).collect();
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names, &bodies, load_path.steps, exchanged);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
-    let dirichlet = motion::dirichlet(&root, &names, &bodies, &load_cases, load_path.steps);
-    let loads = load::loads(&root, &names, &bodies, &load_cases, load_path.steps);
+    let dirichlet = motion::dirichlet(&root, &names, &turning, &load_cases, load_path.steps);
+    let loads = load::loads(&root, &names, &turning, &load_cases, load_path.steps);
     let springs = spring::springs(&root, &names);
     let equations = equation::equations(&root, &names);
     let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
@@ -65,7 +69,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let solver = run::solver(&root);
     let adjoint = run::adjoint(&root);
     // symmetry planes support bodies too, but which ones is only known with the mesh
-    if symmetries.is_empty() && equations.is_empty() {
+    if symmetries.is_empty() && equations.is_empty() && couplings.is_empty() {
         motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet, &springs);
     }
     root.finish();
@@ -83,6 +87,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
         springs,
         points,
         equations,
+        couplings,
         load_path,
         design,
         quantities,

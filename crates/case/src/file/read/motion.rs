@@ -76,7 +76,7 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
 pub(super) fn dirichlet(
     root: &Table<'_>,
     names: &Names,
-    bodies: &[Body],
+    turning: &[&str],
     cases: &[LoadCase],
     steps: usize,
 ) -> Vec<Dirichlet> {
@@ -84,7 +84,7 @@ pub(super) fn dirichlet(
     for table in root.tables("dirichlet") {
         let reader = table.reader;
         let path = table.path_of("set");
-        let condition = condition(table, names, bodies, cases, steps);
+        let condition = condition(table, names, turning, cases, steps);
         let together = |other: &Dirichlet| match (&other.load_case, &condition.load_case) {
             (Some(a), Some(b)) => a == b,
             _ => true,
@@ -108,11 +108,11 @@ pub(super) fn dirichlet(
     conditions
 }
 
-fn condition(table: Table<'_>, names: &Names, bodies: &[Body], cases: &[LoadCase], steps: usize) -> Dirichlet {
+fn condition(table: Table<'_>, names: &Names, turning: &[&str], cases: &[LoadCase], steps: usize) -> Dirichlet {
     let help = "a surface, for instance \"plate_ymin\", or the name of a [[set]]";
     let set = table.string("set").required(String::new(), help);
     names.check_set(table.reader, &table.path_of("set"), &set);
-    let rigid = bodies.iter().any(|body| body.rigid.is_some() && body.name == set);
+    let rigid = turning.contains(&set.as_str());
     let (components, rotations) = components(&table, rigid);
     let rotation = table.table("rotation").map(|axis| {
         let help = "a point on the axis [x, y, z]";

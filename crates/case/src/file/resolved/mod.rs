@@ -7,6 +7,7 @@
 mod bodies;
 mod bounds;
 mod contact;
+mod coupling;
 mod design;
 mod equation;
 mod load_case;
@@ -23,6 +24,7 @@ mod units;
 pub use bodies::*;
 pub use bounds::*;
 pub use contact::*;
+pub use coupling::*;
 pub use design::*;
 pub use equation::*;
 pub use load_case::*;
@@ -81,6 +83,9 @@ pub struct Case {
     /// Linear equations among displacements.
     #[serde(rename = "equation", skip_serializing_if = "Vec::is_empty")]
     pub equations: Vec<Equation>,
+    /// Couplings of faces to reference points.
+    #[serde(rename = "coupling", skip_serializing_if = "Vec::is_empty")]
+    pub couplings: Vec<Coupling>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
     /// The design; `None` if the case is only for a forward analysis.

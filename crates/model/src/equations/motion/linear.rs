@@ -7,6 +7,7 @@
 //!
 //! R at a dependent unknown remains in the residual: −R/c is the force of the equation there.
 
+use crate::equations::LoadTime;
 use nalgebra::Vector3;
 use slipstick_linalg::BlockMatrix;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -26,7 +27,7 @@ pub struct Contradiction {
     /// [`LinearEquation::number`].
     pub number: usize,
     /// Pseudo-time at which it is violated.
-    pub time: f64,
+    pub time: LoadTime,
     /// Its value there, relative to the sum of the magnitudes of its terms.
     pub violation: f64,
 }
@@ -65,8 +66,8 @@ impl LinearEquations {
     pub fn new(
         equations: &[LinearEquation],
         fixed: &[bool],
-        prescribed: impl Fn(f64) -> Vec<f64>,
-        times: &[f64],
+        prescribed: impl Fn(LoadTime) -> Vec<f64>,
+        times: &[LoadTime],
         are_cheap: impl Fn(u32) -> bool,
     ) -> Result<Self, Contradiction> {
         let mut uses: HashMap<u32, usize> = HashMap::new();
@@ -290,8 +291,8 @@ mod tests {
         values: &[f64],
     ) -> Result<LinearEquations, Contradiction> {
         let fixed: Vec<bool> = (0..values.len() as u32).map(|i| fixed.contains(&i)).collect();
-        let at = |time: f64| values.iter().map(|value| time * value).collect();
-        LinearEquations::new(equations, &fixed, at, &[0.5, 1.0], |_| false)
+        let at = |time: LoadTime| values.iter().map(|value| time.t * value).collect();
+        LinearEquations::new(equations, &fixed, at, &[0.5.into(), 1.0.into()], |_| false)
     }
 
     /// A chain of equations in any order gives displacements that fulfil all of them; one that follows from
@@ -321,7 +322,7 @@ mod tests {
         let equal = [equation(5, &[(0, 1.0), (1, -1.0)])];
         assert!(eliminated(&equal, &[0, 1], &[2.0, 2.0, 0.0]).unwrap().is_empty());
         let error = eliminated(&equal, &[0, 1], &[2.0, 1.0, 0.0]).unwrap_err();
-        assert_eq!(error, Contradiction { number: 5, time: 0.5, violation: 1.0 / 3.0 });
+        assert_eq!(error, Contradiction { number: 5, time: 0.5.into(), violation: 1.0 / 3.0 });
     }
 
     /// Tᵀ K T by hand: the product with any vector, and the rows of dependent unknowns.

@@ -8,7 +8,7 @@ use crate::equations::motion::{Component, Dirichlet};
 use crate::equations::rigid::RigidBodies;
 pub use error::{ConflictingMotion, OffThePlane};
 use nalgebra::{Rotation3, Unit, Vector3};
-use slipstick_mesh::{Mesh, Rigid};
+use slipstick_mesh::{Mesh, Reference};
 
 /// The prescribed unknowns and their motion.
 #[derive(Debug, Clone, Default)]
@@ -56,8 +56,8 @@ enum What {
 pub enum Moved {
     /// Nodes.
     Nodes(Vec<u32>),
-    /// A rigid body, by its reference point and the node with its rotation.
-    Body(Rigid),
+    /// A rigid body or a coupling, by its reference point and the node with its rotation.
+    Body(Reference),
 }
 
 impl Moved {
@@ -70,8 +70,8 @@ impl Moved {
         match self {
             Self::Nodes(nodes) => nodes.iter().flat_map(|&node| of(node, position(node), &motion.components)).collect(),
             Self::Body(body) => {
-                let mut all = of(body.reference, position(body.reference), &motion.components);
-                all.extend(of(body.rotation(), What::Rotation(body.length), &motion.rotations));
+                let mut all = of(body.node, position(body.node), &motion.components);
+                all.extend(of(body.node + 1, What::Rotation(body.length), &motion.rotations));
                 all
             }
         }
@@ -248,12 +248,13 @@ impl Prescribed {
     pub fn owned(&self) -> Vec<(&str, Vec<u32>)> {
         let mut owned: Vec<(&str, Vec<u32>)> = Vec::new();
         let mut taken = vec![false; self.fixed.len()];
-        for &Entry { dof, motion, .. } in &self.entries {
+        for &Entry { dof, motion, what, .. } in &self.entries {
             if std::mem::replace(&mut taken[dof as usize], true) {
                 continue;
             }
             let set = self.motions[motion as usize].set.as_str();
-            let moved = self.rigid.moved_by(dof);
+            // the moment on a rotation is no force
+            let moved = if let What::Rotation(_) = what { Vec::new() } else { self.rigid.moved_by(dof) };
             match owned.iter_mut().find(|(name, _)| *name == set) {
                 Some((_, unknowns)) => unknowns.extend(moved),
                 None => owned.push((set, moved)),

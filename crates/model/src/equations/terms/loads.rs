@@ -4,7 +4,7 @@ use crate::equations::dependent::Dependent;
 use crate::equations::motion::{Load, LoadKind};
 use crate::equations::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
-use slipstick_mesh::{FaceNodes, Rigid};
+use slipstick_mesh::{FaceNodes, Reference};
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
 
 /// The loads of a model.
@@ -18,8 +18,8 @@ pub struct Loads {
 pub enum Loaded {
     /// Facets of a surface.
     Facets(Vec<FaceNodes>),
-    /// A rigid body: a force at its reference point, or a moment.
-    Body(Rigid),
+    /// A rigid body or a coupling: a force at its reference point, or a moment.
+    Body(Reference),
     /// Nodes of a set.
     Nodes(Vec<u32>),
 }
@@ -63,9 +63,9 @@ impl Loads {
                     let area: f64 = nodal_areas(&facets, coordinates).iter().map(|(_, area)| area).sum();
                     dead(&facets, force.map(|f| f / area))
                 }
-                (LoadKind::Force(force), Loaded::Body(body)) => Action::Dead(vec![(body.reference, force)]),
+                (LoadKind::Force(force), Loaded::Body(body)) => Action::Dead(vec![(body.node, force)]),
                 (LoadKind::Moment(moment), Loaded::Body(body)) => {
-                    Action::Dead(vec![(body.rotation(), moment.map(|m| m / body.length))])
+                    Action::Dead(vec![(body.node + 1, moment.map(|m| m / body.length))])
                 }
                 (LoadKind::NodalForce(force), Loaded::Nodes(nodes)) => {
                     Action::Dead(nodes.into_iter().map(|node| (node, force)).collect())
