@@ -1,20 +1,23 @@
-//! Predicts the factors of a load step from the pattern of its tangent.
+//! Predicts the factors of load steps from the patterns of their tangents.
 
 use slipstick::analysis::Analysis;
 use slipstick::build::Problem;
 use slipstick::case::{Case, LinearSolverChoice};
 use slipstick::linalg::{Automatic, CsrPattern, EliminationTree, Reduction, SchwarzSolver};
 use slipstick::mesh::Mesh;
+use slipstick::model::ContactState;
 use slipstick::path::{Held, Iteration, StateError, StepProblem, Wanted};
 
 use super::peak::{Factors, ON_GPU};
 
-/// Predictions for a factorization.
+/// Predictions for the factorization of the first tangent.
 pub(super) struct Factorization {
     /// Free unknowns.
     pub unknowns: usize,
     /// Memory of the factors. \[bytes\]
     pub bytes: f64,
+    /// The same in the mean over the load path, at most. \[bytes\]
+    pub kept_bytes: f64,
     /// Floating-point operations.
     pub operations: f64,
     /// Memory of the tangent. \[bytes\]
@@ -27,51 +30,161 @@ pub(super) struct Factorization {
     pub on_ranks: Factors,
 }
 
-/// Predicts the factorization of the first tangent, from its pattern.
+/// Poses along the load path at which contact is sought, at most.
+const POSES: usize = 4;
+
+/// Predicts the factorizations of the load path from the patterns of tangents.
+///
+/// Contact spreads along the path, and each slave node in contact couples the nodes of two bodies. So
+/// factors that are kept are those of later pseudo-times, with each body moved, undeformed, by the mean
+/// of its prescribed displacements, and slave bodies back by half of the largest overlap: according to
+/// Hertz, paraboloids that are pressed together touch in half of the area in which they would overlap.
+/// Bodies that bend touch in less, so this is a bound.
 ///
 /// # Errors
 /// If the reference configuration cannot be evaluated.
-pub(super) fn factorization(case: &Case, problem: &mut Problem) -> Result<Factorization, StateError> {
+pub(super) fn factorization(case: &Case, problem: &mut Problem, keeps: bool) -> Result<Factorization, StateError> {
+    let rest = problem.analysis.model().rest().unknowns;
+    let start = tangent(problem, &rest)?;
+    let first = sized(case, problem, &start);
+    if !keeps || case.contacts.is_empty() {
+        return Ok(first);
+    }
+    // one tangent at a time, as in a run
+    let least = start.entries();
+    drop(start);
+    let count = case.steps().min(POSES);
+    let poses: Vec<Vec<f64>> = (1..=count).map(|k| pose(problem, &rest, k as f64 / count as f64)).collect();
+    // undeformed bodies may overlap too far for an evaluation
+    let entries = |y: &Vec<f64>| Some((pressed(problem, y).ok()?.entries().saturating_sub(least), y.clone()));
+    let later: Vec<(usize, Vec<f64>)> = poses.iter().filter_map(entries).collect();
+    let Some((grown, fullest)) = later.iter().max_by_key(|(grown, _)| *grown).filter(|(grown, _)| *grown > 0) else {
+        return Ok(first);
+    };
+    let fullest = pressed(problem, fullest)?;
+    let growth = sized(case, problem, &fullest).bytes - first.bytes;
+    let mean = later.iter().map(|(of, _)| *of as f64).sum::<f64>() / (later.len() * grown) as f64;
+    Ok(Factorization { kept_bytes: first.bytes + mean * growth.max(0.0), ..first })
+}
+
+/// The tangent at these unknowns, with slave bodies moved back by half of their overlap.
+fn pressed(problem: &mut Problem, y: &[f64]) -> Result<Tangent, StateError> {
+    let found = tangent(problem, y)?;
+    if found.overlaps.iter().all(|overlap| *overlap == [0.0; 3]) {
+        return Ok(found);
+    }
+    let mut back = y.to_vec();
+    for (body, overlap) in problem.mesh.bodies.iter().zip(&found.overlaps) {
+        for n in body.nodes.clone() {
+            (0..3).for_each(|c| back[3 * n + c] -= 0.5 * overlap[c]);
+        }
+    }
+    tangent(problem, &back)
+}
+
+/// The unknowns with each body moved by the mean displacement that is prescribed for its nodes.
+fn pose(problem: &Problem, rest: &[f64], time: f64) -> Vec<f64> {
+    let design = &problem.analysis.design;
+    let mut y = rest.to_vec();
+    design.prescribe(time.into(), &mut y);
+    let fixed = design.unknowns().fixed(Held::None);
+    for body in &problem.mesh.bodies {
+        for c in 0..3 {
+            let dofs = || body.nodes.clone().map(|n| 3 * n + c);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for dof in dofs().filter(|&dof| fixed[dof] || y[dof] != rest[dof]) {
+                sum += y[dof] - rest[dof];
+                count += 1.0;
+            }
+            let mean = if count > 0.0 { sum / count } else { 0.0 };
+            dofs().for_each(|dof| y[dof] = rest[dof] + mean);
+        }
+    }
+    y
+}
+
+/// The pattern of a tangent without its prescribed unknowns, and the memory of the data from which it is assembled.
+struct Tangent {
+    reduction: Reduction,
+    blocks: usize,
+    contact_bytes: f64,
+    /// For each body, the largest overlap of its slave nodes along their mean normal. \[L\]
+    overlaps: Vec<[f64; 3]>,
+}
+
+impl Tangent {
+    fn entries(&self) -> usize {
+        self.reduction.pattern().entries()
+    }
+}
+
+/// The tangent of a step from rest, at these unknowns.
+fn tangent(problem: &mut Problem, y: &[f64]) -> Result<Tangent, StateError> {
     let Analysis { design, workspace, .. } = &mut problem.analysis;
+    workspace.forget();
     let rest = design.model().rest();
     let wanted = Wanted::Derivatives;
     let geometry = design.geometry(&rest.unknowns, wanted, workspace)?;
     let step = design.begin(&rest, &geometry, [0.0, 1.0].into(), workspace)?;
+    let geometry = if y == rest.unknowns { geometry } else { design.geometry(y, wanted, workspace)? };
     let iteration = Iteration { at_start: true, ..Iteration::default() };
-    let at = design.evaluate(&step, &rest.unknowns, Some(&geometry), iteration, wanted, workspace)?;
+    let at = design.evaluate(&step, y, Some(&geometry), iteration, wanted, workspace)?;
+    let overlaps = overlaps(&problem.mesh, &design.model().slave_nodes(), &at.state);
     let matrix = design.tangent(&step, &at, workspace)?;
-    let contact_bytes = geometry.bytes() as f64;
     let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
     let reduction = Reduction::new(matrix.pattern(), fixed, groups);
-    let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
+    Ok(Tangent { reduction, blocks: matrix.pattern().blocks(), contact_bytes: geometry.bytes() as f64, overlaps })
+}
+
+fn overlaps(mesh: &Mesh, slaves: &[u32], state: &ContactState) -> Vec<[f64; 3]> {
+    let mut overlaps = vec![[0.0; 3]; mesh.bodies.len()];
+    for (body, overlap) in mesh.bodies.iter().zip(&mut overlaps) {
+        let (mut largest, mut sum, mut along) = (0.0, 0.0, [0.0; 3]);
+        for (j, _) in (0..).zip(slaves).filter(|(_, n)| body.nodes.contains(&(**n as usize))) {
+            let (Some(of), Some(normal)) = (state.measures(j), state.direction(j, 0)) else { continue };
+            if of.covered() && of.gap < 0.0 {
+                let depth = -of.gap / of.area;
+                largest = f64::max(largest, depth);
+                sum += depth;
+                (0..3).for_each(|c| along[c] += depth * normal[c]);
+            }
+        }
+        if sum > 0.0 {
+            *overlap = along.map(|c| largest * c / sum);
+        }
+    }
+    overlaps
+}
+
+/// The factors of a tangent with the solver of the case.
+fn sized(case: &Case, problem: &Problem, tangent: &Tangent) -> Factorization {
+    let Tangent { reduction, blocks, contact_bytes, .. } = tangent;
     let pattern = reduction.pattern();
-    let unknowns = reduction.free();
     let of = |(bytes, operations), iterative, on_ranks| Factorization {
-        unknowns,
+        unknowns: reduction.free(),
         bytes,
+        kept_bytes: bytes,
         operations,
-        matrix_bytes,
-        contact_bytes,
+        matrix_bytes: 72.0 * *blocks as f64 + 12.0 * pattern.entries() as f64,
+        contact_bytes: *contact_bytes,
         iterative,
         on_ranks,
     };
     if case.solver.linear == LinearSolverChoice::Schwarz {
         // several ranks, whose direct factors are larger, are not possible
         let (bytes, operations) = SchwarzSolver::predict(pattern);
-        return Ok(of((bytes, operations), true, Factors::direct(bytes)));
+        return of((bytes, operations), true, Factors::direct(bytes));
     }
     if case.solver.linear == LinearSolverChoice::Cudss {
         let tree = EliminationTree::new(pattern, None);
         let (entries, operations) = tree.map_or((0.0, 0.0), |tree| tree.size());
         // in single precision
         let bytes = 4.0 * entries + ON_GPU * pattern.entries() as f64;
-        let on_ranks = Factors::direct(8.0 * entries);
-        return Ok(of((bytes, operations), false, on_ranks));
+        return of((bytes, operations), false, Factors::direct(8.0 * entries));
     }
     let zone = contact_zone(case, &problem.mesh, pattern);
     if let (LinearSolverChoice::Petsc, Some((bytes, operations))) = (case.solver.linear, zone) {
-        let on_ranks = Factors { bytes, contact_zone: true };
-        return Ok(of((bytes, operations), true, on_ranks));
+        return of((bytes, operations), true, Factors { bytes, contact_zone: true });
     }
     let forecast = Automatic::forecast(pattern);
     let double = 8.0 * forecast.direct_entries;
@@ -81,7 +194,7 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem) -> Result<Factor
         _ => (double, forecast.direct_operations, false),
     };
     let on_ranks = zone.map_or(Factors::direct(double), |(bytes, _)| Factors { bytes, contact_zone: true });
-    Ok(Factorization { unknowns, bytes, operations, matrix_bytes, contact_bytes, iterative, on_ranks })
+    of((bytes, operations), iterative, on_ranks)
 }
 
 /// Memory of the contact-zone preconditioner and operations of its factorization, if the case uses it.

@@ -29,7 +29,8 @@ pub struct Forecast {
     pub steps_with_factors: usize,
     /// Predicted peak memory of a run. \[bytes\]
     pub peak_bytes: f64,
-    /// The part of `peak_bytes` for factors kept for the gradient. \[bytes\]
+    /// The part of `peak_bytes` for factors kept for the gradient, at most: contact spreads as far as
+    /// where the bodies are pressed together undeformed. \[bytes\]
     pub kept_bytes: f64,
     /// Floating-point operations of one factorization.
     pub factor_operations: f64,
@@ -44,23 +45,26 @@ pub struct Forecast {
 /// # Errors
 /// If the reference configuration cannot be evaluated.
 pub fn forecast(case: &Case, problem: &mut Problem) -> Result<Forecast, StateError> {
+    let keeps = problem.analysis.objective.is_some() && case.adjoint.memory.0 > 0;
     let Factorization {
         unknowns,
         bytes: factor_bytes,
+        kept_bytes: each_kept,
         operations: factor_operations,
         matrix_bytes,
         contact_bytes,
         iterative,
         on_ranks,
-    } = factorization(case, problem)?;
+    } = factorization(case, problem, keeps)?;
     let contact_zone = on_ranks.contact_zone && case.solver.linear == LinearSolverChoice::Petsc;
     // the factors of a contact zone are not reused
-    let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, factor_bytes) };
+    let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, each_kept) };
     let factors_on_gpu = case.solver.linear == LinearSolverChoice::Cudss;
     let factors = if factors_on_gpu { 0.0 } else { factor_bytes };
     let working = if iterative { peak::iterations(unknowns) } else { peak::FRONTS * factors };
     let (matrix, kept) = (matrix_bytes, steps_with_factors);
-    let systems = peak::Systems { factors, working, on_ranks, matrix, contact: contact_bytes, kept };
+    let each_kept = if factors_on_gpu { 0.0 } else { each_kept };
+    let systems = peak::Systems { factors, each_kept, working, on_ranks, matrix, contact: contact_bytes, kept };
     let (peak_bytes, kept_bytes) = peak::peak(case, problem, &systems);
     let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     Ok(Forecast {

@@ -11,6 +11,8 @@ use super::building::{bytes_of_building, counts};
 pub(super) struct Systems {
     /// Memory of one factorization. \[bytes\]
     pub factors: f64,
+    /// The same in the mean over the load path, at most. \[bytes\]
+    pub each_kept: f64,
     /// Memory that a factorization or a solve needs besides. \[bytes\]
     pub working: f64,
     /// What ranks factorize.
@@ -79,7 +81,7 @@ const CONTACT: f64 = 13.0;
 /// neighbours.
 /// Test: `predicted_memory_is_that_of_runs`.
 pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f64) {
-    let Systems { factors, working, matrix, contact, kept, .. } = *systems;
+    let Systems { factors, each_kept, working, matrix, contact, kept, .. } = *systems;
     // Plain Uzawa iterations factorize the system with fixed multipliers, the gradient the one with
     // free multipliers, and each keeps its factors for the next time.
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
@@ -98,7 +100,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + filter(case, problem)
         + problem.analysis.model().solid().reference_bytes();
     let peak = fixed + (factors + working + second) * at_once;
-    let all_kept = kept as f64 * factors;
+    let all_kept = kept as f64 * each_kept;
     (peak + all_kept, all_kept)
 }
 
