@@ -202,8 +202,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     notices.extend(connection::notices(case, &problem.mesh, &fixed));
     notices.extend(problem.analysis.model().idle_loads().into_iter().map(|load| Notice {
         kind: NoticeKind::IdleLoad,
-        path: format!("load[{load}].surface"),
-        message: format!("the load on `{}` has no effect: it acts only on prescribed displacements", case.loads[load].surface),
+        path: if case.loads[load].acts_on_mass() { format!("load[{load}]") } else { format!("load[{load}].surface") },
+        message: format!("the load on `{}` has no effect: it acts only on prescribed displacements", case.loads[load].target()),
         help: "load another surface, or prescribe fewer components there; displacements normal to a symmetry plane are \
                prescribed too".into(),
     }));

@@ -5,11 +5,13 @@ mod cross_points;
 mod edges;
 mod equations;
 mod error;
+mod loads;
 mod maps;
 mod mesh;
 mod optimization;
 mod quantities;
 mod regions;
+mod sections;
 mod select;
 pub(crate) mod sides;
 mod springs;
@@ -36,14 +38,14 @@ use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::LoadTime;
 use slipstick_model::model::prescribed::{Moved, Prescribed};
 use slipstick_model::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loaded, Loads,
-    Method, ModelInterface, ModelParts, OffsetPoint, Share, Uzawa, Viscosity, Workspace,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Method,
+    ModelInterface, ModelParts, OffsetPoint, Share, Temperatures, Uzawa, Viscosity, Workspace,
 };
 pub use slipstick_model::problem::Problem;
 use slipstick_path::{
     LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
 };
-use slipstick_solid::{Interpolation, Section, Sections, Simp, SolidModel};
+use slipstick_solid::{Interpolation, Simp, SolidModel};
 use std::sync::Arc;
 
 /// What a problem is solved on.
@@ -97,7 +99,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let times = LoadTime::ends(load_cases.len().max(1), case.load_path.steps);
     let supports = prescribed.fixed().to_vec();
     let prescribed = equations::with_equations(prescribed, case, &mesh, &times)?;
-    let sections = sections(case, &mesh)?;
+    let sections = sections::sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, platform.ranks());
     let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
@@ -127,12 +129,28 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         _ => (None, vec![1.0; mesh.elements.len()].into()),
     };
     let largest = prescribed.largest(&times);
-    let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
+    let loads = loads::build_loads(case, &mesh, &load_cases)?;
     let springs = springs::build_springs(case, &mesh, &coordinates)?;
     let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, &supports);
-    let parts =
-        ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads, springs, viscosity };
+    let temperatures = Temperatures::new(case.temperatures.clone(), &mesh, &load_cases);
+    let parts = ModelParts {
+        share,
+        solid,
+        designed,
+        interpolation,
+        interfaces,
+        uzawa,
+        prescribed,
+        loads,
+        springs,
+        temperatures,
+        viscosity,
+    };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);
+    if times.iter().any(|&time| model.stretches(time).iter().any(|&stretch| stretch <= 0.0)) {
+        let message = "a change of temperature would shrink a body to nothing: 1 + α ΔT is not positive";
+        return Err(BuildError::new("temperature", message, "correct `change` or `thermal_expansion`"));
+    }
     let variations = variation::variations(case, &mesh, &model, &mirrored)?;
     let Requested { quantities, objective, constraints } = quantities::requested(case, &mesh, &model)?;
     let design = Design::new(Arc::new(model), &initial_density);
@@ -168,47 +186,17 @@ fn moved(mesh: &Mesh, dirichlet: &file::Dirichlet, path: &str) -> Result<Moved, 
     Ok(Moved::Nodes(select::deformable_nodes(mesh, &dirichlet.set, path, help)?))
 }
 
-/// Materials and element formulations of the bodies, and of their regions.
-fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
-    let section = |material, body: &file::Body| Section { material, formulation: body.element };
-    let mut all = Sections::from(case.bodies.iter().map(|body| section(body.material, body)).collect::<Vec<_>>());
-    for (b, body) in case.bodies.iter().enumerate().filter(|(_, body)| !body.sections.is_empty()) {
-        let elements: Vec<u32> = mesh.bodies[b].elements.clone().map(|e| e as u32).collect();
-        let regions = Regions::new(mesh, &elements);
-        for (i, of) in body.sections.iter().enumerate() {
-            let inside = regions.each(std::slice::from_ref(&of.region)).concat();
-            if inside.is_empty() {
-                let (message, help) = match &of.region {
-                    file::Region::Part { part } => {
-                        let own = format!("{}_", body.name);
-                        let has = mesh.element_sets.keys().filter(|name| name.starts_with(&own));
-                        let has: Vec<&str> = has.map(String::as_str).collect();
-                        let help = match has.is_empty() {
-                            true => "give a set of its own mesh, a box, a cylinder or a ball".into(),
-                            false => format!("sets of its own mesh: {}", has.join(", ")),
-                        };
-                        (format!("no element of `{part}` belongs to `{}`", body.name), help)
-                    }
-                    _ => (
-                        format!("no element of `{}` has its centroid in this region", body.name),
-                        "give a region of the body, at its position after `place`, or omit the section".into(),
-                    ),
-                };
-                return Err(BuildError::new(format!("body[{b}].section[{i}]"), message, help));
-            }
-            all.list.push(section(of.material, body));
-            all.regions.push((b, inside));
-        }
-    }
-    Ok(all)
-}
-
 /// How the stiffness of an element depends on its density.
 fn interpolation(design: Option<&file::Design>) -> Interpolation {
     let Some(design) = design else {
         return Simp { penalization: 1.0, minimum: 0.0 }.into();
     };
-    Interpolation { simp: design.simp, energy: design.energy_interpolation, strength: design.yield_p }
+    Interpolation {
+        simp: design.simp,
+        energy: design.energy_interpolation,
+        strength: design.yield_p,
+        mass: design.mass_p,
+    }
 }
 
 /// Relative residual of linear solves, forward and transposed: a fraction of the tolerance of the
@@ -242,22 +230,6 @@ fn march_options(case: &Case) -> MarchOptions {
         memory: case.adjoint.memory.0,
         keeps_factors: true,
     }
-}
-
-fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
-    let target = |(i, load): (usize, &file::Load)| {
-        if let Some(reference) = mesh.reference_of(&load.surface) {
-            return Ok(Loaded::Body(reference));
-        }
-        let path = format!("load[{i}].surface");
-        if let (file::LoadKind::NodalForce(_), Some(nodes)) = (load.kind, mesh.set_nodes(&load.surface)) {
-            return Ok(Loaded::Nodes(nodes.into_owned()));
-        }
-        let surface = surface_of(mesh, &load.surface, &path)?;
-        Ok(Loaded::Facets(mesh.faces_of_surface(surface)))
-    };
-    let targets: Result<Vec<Loaded>, BuildError> = case.loads.iter().enumerate().map(target).collect();
-    Ok(Loads::new(case.loads.clone(), targets?, coordinates, load_cases))
 }
 
 /// Facets of a surface that `path` names.

@@ -24,7 +24,8 @@ impl Timeline {
             let count = ((step.period / step.increment - 1e-6).ceil().max(1.0) as usize).min(MOST);
             let amplitude = |name: &Option<String>| name.is_some();
             let follows = step.conditions.items.iter().any(|c| amplitude(&c.amplitude))
-                || step.loads.items.iter().any(|load| amplitude(&load.amplitude));
+                || step.loads.items.iter().any(|load| amplitude(&load.amplitude))
+                || step.temperatures.iter().any(|of| amplitude(&of.amplitude));
             if follows { count.max(RESOLVED) } else { count }
         };
         Self { counts: deck.steps.iter().map(count).collect() }
@@ -188,6 +189,7 @@ mod tests {
             increment,
             conditions: none(),
             loads: Change { replaces: false, items: vec![] },
+            temperatures: vec![],
         };
         Deck { steps: periods.iter().map(step).collect(), ..Deck::default() }
     }

@@ -1,6 +1,8 @@
 //! What motions, forces, pressures and contact act on: nodes and faces, grouped into sets of the file.
 
 mod equations;
+mod heat;
+mod mass;
 mod springs;
 mod surfaces;
 
@@ -13,6 +15,8 @@ use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
 use crate::read::{Deck, On, Target};
 pub use equations::{CoupledFace, EquationOfSets, Joined};
+pub use heat::Heated;
+pub use mass::MassLoad;
 pub use springs::{End, Sprung};
 
 /// Nodes whose motion is prescribed alike.
@@ -52,11 +56,13 @@ pub struct Targets {
     pub held: Vec<Held>,
     pub forces: Vec<Forces>,
     pub pressures: Vec<Pressure>,
+    pub masses: Vec<MassLoad>,
     pub sprung: Vec<Sprung>,
     /// Nodes of no body that become points, with their names.
     pub points: Vec<(u32, String)>,
     pub equations: Vec<EquationOfSets>,
     pub couplings: Vec<CoupledFace>,
+    pub heated: Vec<Heated>,
     /// Number of load steps of the case, and those of each step.
     pub load_steps: usize,
     pub counts: Vec<usize>,
@@ -102,6 +108,8 @@ impl Targets {
         let forces = finder.forces(&timeline);
         targets.forces = finder.loaded(forces);
         targets.pressures = finder.pressures(&timeline);
+        targets.masses = finder.masses(&timeline);
+        targets.heated = finder.heated(&timeline);
         (targets.points, targets.couplings) = (finder.points, finder.couplings);
         targets
     }
@@ -403,7 +411,7 @@ impl Finder<'_> {
             for load in &step.loads.items {
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
                 match &load.on {
-                    On::Nodes(..) => {}
+                    On::Nodes(..) | On::Mass(..) => {}
                     On::Surface(name) => match self.surface(name) {
                         Some(surface) => surfaces.say(surface, load.value, amplitude, load.lines[0], None),
                         None => {

@@ -240,11 +240,11 @@ fn what_is_not_supported_is_refused() {
     for (from, to, what, cure) in [
         ("*STEP", "*MPC\nBEAM,1,2\n*STEP", "*MPC: this keyword is not supported", "--ignore \"MPC\""),
         ("*STATIC\n0.5, 1", "*DYNAMIC\n0.5, 1", "*DYNAMIC", "use *STATIC"),
-        ("*BOUNDARY", "*DLOAD\nLOW, GRAV, 9.81, 0., 0., -1.\n*BOUNDARY", "*DLOAD: gravity", "pressure"),
+        ("*BOUNDARY", "*DLOAD\nLOW, BX, 9.81\n*BOUNDARY", "*DLOAD: the load `BX`", "pressure"),
         ("*ELASTIC\n", "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n", "*ELASTIC: TYPE=ENGINEERING CONSTANTS", "isotropic"),
         ("=HARD", "=EXPONENTIAL\n1e-3, 10.", "PRESSURE-OVERCLOSURE=EXPONENTIAL", "LINEAR"),
         ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: the parameter FIXED", "remove the parameter"),
-        ("*BOUNDARY", "*TEMPERATURE\nBASE, 100.\n*BOUNDARY", "*TEMPERATURE", "keep the temperature"),
+        ("*STEP", "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n*STEP", "*INITIAL CONDITIONS", "unstressed"),
         ("*FRICTION\n0.3\n", "*FRICTION, ROUGH\n", "*FRICTION: rough", "*TIE"),
     ] {
         let deck = CUBES.replacen(from, to, 1);
@@ -498,4 +498,60 @@ fn couplings() {
         let messages = refused(&CUBES.replace("*STEP", &format!("{keywords}*STEP")));
         assert!(messages.iter().any(|text| text.contains(message)), "{keywords}: {messages:?}");
     }
+}
+
+/// `GRAV`: acceleration and direction; `CENTRIF`: ω², a point on the axis, its direction.
+#[test]
+fn loads_on_mass() {
+    let heavy = CUBES.replace("1000, 0.3\n", "1000, 0.3\n*DENSITY\n2.5\n");
+    let heavy = heavy.replacen("*STEP", "*ELSET, ELSET=ALL\nLOW, HIGH\n*STEP", 1);
+    let deck = |loads: &str| heavy.replacen("*BOUNDARY", &format!("*DLOAD\n{loads}\n*BOUNDARY"), 1);
+    let found = new_tables(&deck("ALL, GRAV, 9.81, 0, 0, -2\nHIGH, CENTRIF, 16., 1, 2, 3, 0, 0, 5"));
+    assert!(found[..2].iter().all(|table| table.ends_with("; mass_density = 2.5")), "{found:?}");
+    assert_eq!(
+        found[2..],
+        [
+            "[[load]]; gravity = [0.0, 0.0, -9.81]",
+            "[[load]]; body = \"HIGH\"; centrifugal = { point = [1.0, 2.0, 3.0], direction = [0.0, 0.0, 5.0], angular_velocity = 4.0 }",
+        ]
+    );
+    assert!(refused(&deck("2, GRAV, 9.81, 0, 0, 0")).iter().any(|error| error.contains("the direction is zero")));
+    let light = deck("ALL, GRAV, 9.81, 0, 0, -1").replace("*DENSITY\n2.5\n", "");
+    assert!(refused(&light)[0].contains("no material has a density"), "{:?}", refused(&light));
+    let part = deck("1, GRAV, 9.81, 0, 0, -1").replace("2, 11,12,13,14,", "2, 5,6,7,8,").replace("DOWN, UP\n", "");
+    assert!(
+        refused(&part.replace("*CONTACT PAIR, INTERACTION=dry, ADJUST=0.02\n", ""))[0].contains("a part of a body")
+    );
+}
+
+/// Changes from the initial temperature, of whole bodies and of sets of nodes, over two steps.
+#[test]
+fn temperatures() {
+    let warm = CUBES.replace("1000, 0.3\n", "1000, 0.3\n*EXPANSION, ZERO=3.\n1.2e-5\n");
+    let deck = |given: &str| {
+        let warm = warm.replacen(
+            "*STEP",
+            "*NSET, NSET=LOW_NODES, GENERATE\n1, 8\n*INITIAL CONDITIONS, TYPE=TEMPERATURE\nLOW_NODES, 20\n*STEP",
+            1,
+        );
+        warm.replacen("*BOUNDARY", &format!("*TEMPERATURE\n{given}\n*BOUNDARY"), 1)
+    };
+    let found = new_tables(&deck("LOW_NODES, 120\nTOP, 40"));
+    assert!(found[..2].iter().all(|table| table.ends_with("; thermal_expansion = 1.2e-5")), "{found:?}");
+    assert_eq!(
+        found[2..],
+        ["[[temperature]]; body = \"LOW\"; change = 100.0", "[[temperature]]; set = \"HIGH_heated_1\"; change = 40.0",]
+    );
+    // the second step cools the nodes of one body again
+    let later = deck("LOW_NODES, 120") + "*STEP\n*STATIC\n0.5, 1\n*TEMPERATURE\nLOW_NODES, 20\n*END STEP\n";
+    let found = new_tables(&later);
+    let cooled = "[[temperature]]; body = \"LOW\"; change = 100.0; \
+                  amplitude = [{ t = 0.5, factor = 1.0 }, { t = 1.0, factor = 0.0 }]";
+    assert!(found.iter().any(|table| table == cooled), "{found:?}");
+    let swinging =
+        deck("LOW_NODES, 120").replace("*TEMPERATURE\n", "*AMPLITUDE, NAME=A\n0,0,1,1\n*TEMPERATURE, AMPLITUDE=A\n");
+    assert!(refused(&swinging)[0].contains("do not start from 0"), "{:?}", refused(&swinging));
+    // without expansion, temperatures do not matter
+    let rigid = deck("LOW_NODES, 120").replace("*EXPANSION, ZERO=3.\n1.2e-5\n", "");
+    assert_eq!(tables(&rigid).iter().filter(|table| table.contains("temperature")).count(), 0);
 }

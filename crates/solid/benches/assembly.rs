@@ -39,7 +39,7 @@ fn main() {
     for formulation in [Formulation::Full, Formulation::FBar] {
         let of = |law: &LawKind| {
             let material = law.like(1000.0, 0.3).expect("a law");
-            pool.install(|| measure(&hexahedra, Section { material, formulation }))
+            pool.install(|| measure(&hexahedra, Section::new(material, formulation)))
         };
         let base = of(&LawKind::NeoHooke);
         println!("\n{formulation:?}, microseconds per hexahedron (times neo_hooke)");

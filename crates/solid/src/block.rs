@@ -2,6 +2,7 @@
 //!
 //! A new element implements [`ElementBlock`] and gets a row in [`KINDS`].
 
+use crate::heat::Heat;
 use crate::inelastic::{self, Energies, Inelastic};
 use crate::interpolation::ElementScaling;
 use crate::quadratic::{Hex27, Tet10};
@@ -52,6 +53,8 @@ pub(crate) struct State<'a> {
     pub scalings: &'a [ElementScaling],
     /// History of the elements with memory at the start of the step; empty: at rest.
     pub history: &'a [f64],
+    /// Free expansion of the elements; `None`: none.
+    pub heat: Option<Heat<'a>>,
 }
 
 /// Weights of the equations: λ for the forces, η for the new history.
@@ -82,10 +85,10 @@ pub(crate) struct StressSlopes<'a> {
 }
 
 impl StressSlopes<'_> {
-    /// Adds the derivatives of one element.
-    pub fn add(&mut self, element: usize, nodes: &[u32], forces: &[[f64; 3]], by_gamma: f64) {
+    /// Adds the derivatives of one element; `factor` applies to those with respect to displacements.
+    pub fn add(&mut self, element: usize, nodes: &[u32], (factor, forces): (f64, &[[f64; 3]]), by_gamma: f64) {
         for (&node, force) in nodes.iter().zip(forces) {
-            (0..3).for_each(|c| self.displacements[3 * node as usize + c] += force[c]);
+            (0..3).for_each(|c| self.displacements[3 * node as usize + c] += factor * force[c]);
         }
         self.density.1[element] += self.density.0[element].gamma * by_gamma;
     }

@@ -89,9 +89,19 @@ pub struct Interpolation {
     /// Power with which the yield stress falls with the density; `None`: that of the stiffness. With a power
     /// of its own, the minimum of `simp` must be positive.
     pub strength: Option<f64>,
+    /// Power with which the mass falls with the density, ≥ 1.
+    pub mass: f64,
 }
 
 impl Interpolation {
+    /// Mass of an element relative to the solid, and its derivative: φ^q without a minimum, so that a void
+    /// has no weight. With q = 1, this is the mass of the material.
+    pub fn mass(&self, density: f64) -> [f64; 2] {
+        // 0⁰ counts as 1
+        let slope = if self.mass == 1.0 { 1.0 } else { self.mass * density.powf(self.mass - 1.0) };
+        [density.powf(self.mass), slope]
+    }
+
     /// Scaling of an element with a density in [0, 1].
     pub fn scaling(&self, density: f64) -> ElementScaling {
         let gamma = self.energy.map_or(1.0, |energy| energy.gamma(density.powf(self.simp.penalization)));
@@ -122,7 +132,7 @@ impl Interpolation {
 
 impl From<Simp> for Interpolation {
     fn from(simp: Simp) -> Self {
-        Self { simp, energy: None, strength: None }
+        Self { simp, energy: None, strength: None, mass: 1.0 }
     }
 }
 
@@ -131,7 +141,7 @@ mod tests {
     use super::*;
 
     fn interpolation(penalization: f64, energy: EnergyInterpolation) -> Interpolation {
-        Interpolation { simp: Simp { penalization, minimum: 1e-3 }, energy: Some(energy), strength: None }
+        Interpolation { simp: Simp { penalization, minimum: 1e-3 }, energy: Some(energy), strength: None, mass: 1.0 }
     }
 
     #[test]

@@ -7,9 +7,11 @@
 
 mod assembly;
 mod block;
+pub mod body_force;
 mod clusters;
 mod dual;
 mod evaluations;
+mod heat;
 pub mod hex8;
 mod inelastic;
 pub mod interpolation;
@@ -28,6 +30,7 @@ pub mod spring;
 pub mod stress;
 mod tet4;
 
+pub use body_force::{Acceleration, MassiveElements};
 pub use evaluations::Evaluation;
 pub use inelastic::Energies;
 pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};

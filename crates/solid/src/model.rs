@@ -2,6 +2,7 @@
 
 use crate::block::{Build, ElementBlock, KINDS, PullBack, State, Weights};
 use crate::evaluations::{Counter, Evaluation};
+use crate::heat::Heat;
 use crate::inelastic::{self, Energies};
 use crate::interpolation::ElementScaling;
 use crate::law::Material;
@@ -30,11 +31,13 @@ pub struct SolidStep<'a> {
     /// empty: at rest. For results at a state that a step has reached, this is the history at its end:
     /// forces and tangents with it are the same.
     pub history: &'a [f64],
+    /// Stretch of the free thermal expansion of each element, 1 + α ΔT; empty: no expansion.
+    pub stretches: &'a [f64],
 }
 
 impl<'a> From<&'a [ElementScaling]> for SolidStep<'a> {
     fn from(scalings: &'a [ElementScaling]) -> Self {
-        Self { scalings, history: &[] }
+        Self { scalings, history: &[], stretches: &[] }
     }
 }
 
@@ -64,6 +67,8 @@ pub struct SolidModel {
     regions: Vec<(usize, Vec<u32>)>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
+    /// Of the nodes, three each.
+    coordinates: Arc<[f64]>,
     pub(crate) counter: Counter,
 }
 
@@ -124,7 +129,8 @@ impl SolidModel {
         }
         refuse(flat)?;
         let history = inelastic::history(mesh, &sections, &section_of);
-        Ok(Self { blocks, history, sections, regions, section_of, counter: Counter::default() })
+        let coordinates = mesh.nodes.iter().flatten().copied().collect();
+        Ok(Self { blocks, history, sections, regions, section_of, coordinates, counter: Counter::default() })
     }
 
     /// How often each [`Evaluation`] was computed, in the order of [`Evaluation::ALL`], by this model and its
@@ -176,6 +182,16 @@ impl SolidModel {
         &self.sections[self.section_of[element] as usize].material
     }
 
+    /// Mass of an element of the solid per reference volume. \[M/L³\]
+    pub fn mass_density(&self, element: usize) -> f64 {
+        self.sections[self.section_of[element] as usize].mass_density
+    }
+
+    /// Coefficient of thermal expansion α of an element. \[1/temperature\]
+    pub fn thermal_expansion(&self, element: usize) -> f64 {
+        self.sections[self.section_of[element] as usize].thermal_expansion
+    }
+
     /// Element volumes by the model's quadrature, Σ w. \[L³\]
     pub fn element_volumes(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.elements()];
@@ -200,7 +216,10 @@ impl SolidModel {
     }
 
     pub(crate) fn state<'a>(&'a self, d: &'a [f64], step: SolidStep<'a>) -> State<'a> {
-        State { sections: &self.sections, d, scalings: step.scalings, history: step.history }
+        let SolidStep { scalings, history, stretches } = step;
+        let coordinates = &self.coordinates[..];
+        let heat = (!stretches.is_empty()).then_some(Heat { coordinates, stretches });
+        State { sections: &self.sections, d, scalings, history, heat }
     }
 
     /// Adds transposed derivatives.

@@ -16,19 +16,30 @@ pub enum Formulation {
     FBar,
 }
 
-/// Material and formulation of a body's elements.
+/// Material, formulation and mass of a body's elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
     /// The solid's law.
     pub material: Material,
     /// The element's formulation.
     pub formulation: Formulation,
+    /// Mass per reference volume of the solid, ≥ 0. \[M/L³\]
+    pub mass_density: f64,
+    /// Coefficient of thermal expansion α: a change ΔT of the temperature stretches by 1 + α ΔT.
+    pub thermal_expansion: f64,
+}
+
+impl Section {
+    /// Elements without mass and thermal expansion.
+    pub fn new(material: Material, formulation: Formulation) -> Self {
+        Self { material, formulation, mass_density: 0.0, thermal_expansion: 0.0 }
+    }
 }
 
 impl<M: Into<Material>> From<M> for Section {
     /// Fully integrated elements of a material.
     fn from(material: M) -> Self {
-        Self { material: material.into(), formulation: Formulation::Full }
+        Self::new(material.into(), Formulation::Full)
     }
 }
 

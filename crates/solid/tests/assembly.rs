@@ -44,7 +44,7 @@ fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<Eleme
 fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
     let simp = Simp { penalization: 3.0, minimum: 1e-3 };
     let densities = (0..elements).map(|e| [0.05, 0.19, 0.22, 0.25, 0.6, 1.0][e % 6]).collect();
-    (Interpolation { simp, energy: Some(EnergyInterpolation::PUBLISHED), strength: None }, densities)
+    (Interpolation { simp, energy: Some(EnergyInterpolation::PUBLISHED), strength: None, mass: 1.0 }, densities)
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn uniaxial_stress_of_linear_elasticity() {
     for (number, mesh) in meshes().into_iter().enumerate() {
         for formulation in [Formulation::Full, Formulation::FBar] {
             let material = LinearElastic::new(e, nu).unwrap().into();
-            let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).unwrap();
+            let model = SolidModel::new(&mesh, vec![Section::new(material, formulation)]).unwrap();
             let scalings = vec![ElementScaling::SOLID; model.elements()];
             let d: Vec<f64> =
                 mesh.nodes.iter().flat_map(|x| [strain * x[0], -nu * strain * x[1], -nu * strain * x[2]]).collect();

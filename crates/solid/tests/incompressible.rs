@@ -87,7 +87,7 @@ fn energy(material: Material, formulation: Formulation, bend: f64, n: usize, wed
     let shape =
         BoxShape { min: [0.0, -half, 0.0], max: [SIZE[0], half, SIZE[2]], elements: [n, 2 * n, 1], grading: [1.0; 3] };
     let mesh = box_mesh("block", &shape).unwrap().divided_into_wedges(|_| wedges);
-    let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).unwrap();
+    let model = SolidModel::new(&mesh, vec![Section::new(material, formulation)]).unwrap();
     let at_end = |x: &[f64; 3]| (x[1].abs() - half).abs() < 1e-12;
     // plane strain
     let fixed: Vec<bool> = mesh.nodes.iter().flat_map(|x| [at_end(x), at_end(x), true]).collect();

@@ -54,7 +54,7 @@ fn cube() -> Mesh {
 /// P of an element under uniform deformation: the force on each of the faces at x, y, z = 1.
 fn element_stress(material: Material, formulation: Formulation, f: &Matrix) -> Matrix {
     let mesh = cube();
-    let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).expect("a model");
+    let model = SolidModel::new(&mesh, vec![Section::new(material, formulation)]).expect("a model");
     let moved = |x: &[f64; 3], a: usize| (0..3).map(|b| f[a][b] * x[b]).sum::<f64>() - x[a];
     let d: Vec<f64> = mesh.nodes.iter().flat_map(|x| [0, 1, 2].map(|a| moved(x, a))).collect();
     let mut force = vec![0.0; d.len()];

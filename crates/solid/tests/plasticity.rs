@@ -43,14 +43,18 @@ struct Loaded {
     model: SolidModel,
     scalings: Vec<ElementScaling>,
     history: Vec<f64>,
+    /// Of thermal expansion; empty: none.
+    stretches: Vec<f64>,
     d: Vec<f64>,
     mesh: Mesh,
 }
 
 fn loaded(each: impl Fn(&Loaded)) {
     for mesh in meshes() {
-        for formulation in [Formulation::Full, Formulation::FBar] {
-            let model = SolidModel::new(&mesh, vec![Section { material: plastic(30.0), formulation }]).unwrap();
+        let heated = (0..mesh.elements.len()).map(|e| 1.0 + 0.03 * (e as f64 + 0.5).sin()).collect();
+        let kinds = [Formulation::Full, Formulation::FBar].map(|formulation| (formulation, Vec::new()));
+        for (formulation, stretches) in kinds.into_iter().chain([(Formulation::FBar, heated)]) {
+            let model = SolidModel::new(&mesh, vec![Section::new(plastic(30.0), formulation)]).unwrap();
             let of = |e: usize| ElementScaling {
                 // the first element has no stiffness
                 factor: if e == 0 { 0.0 } else { 0.5 + 0.1 * e as f64 },
@@ -59,19 +63,19 @@ fn loaded(each: impl Fn(&Loaded)) {
             };
             let scalings: Vec<ElementScaling> = (0..mesh.elements.len()).map(of).collect();
             let mut history = vec![0.0; model.history()];
-            let step = SolidStep { scalings: &scalings, history: &vec![0.0; model.history()] };
+            let step = SolidStep { scalings: &scalings, history: &vec![0.0; model.history()], stretches: &stretches };
             model.update_history(&displacements(&mesh, 0.1), step, &mut history).unwrap();
             let strains = model.plastic_strains(&history);
             assert!(strains.as_flattened().iter().filter(|&&x| x > 0.01).count() > 2, "the step causes flow");
             let d = displacements(&mesh, 0.17);
-            each(&Loaded { model, scalings, history, d, mesh: mesh.clone() });
+            each(&Loaded { model, scalings, history, stretches, d, mesh: mesh.clone() });
         }
     }
 }
 
 impl Loaded {
     fn step(&self) -> SolidStep<'_> {
-        SolidStep { scalings: &self.scalings, history: &self.history }
+        SolidStep { scalings: &self.scalings, history: &self.history, stretches: &self.stretches }
     }
 
     fn force(&self, d: &[f64], step: SolidStep<'_>) -> Vec<f64> {
@@ -104,7 +108,7 @@ fn strong_elements_are_elastic() {
             let d = displacements(&mesh, 0.1);
             let scalings = vec![ElementScaling::stiffness(0.7); mesh.elements.len()];
             let of = |material: Material| {
-                let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).unwrap();
+                let model = SolidModel::new(&mesh, vec![Section::new(material, formulation)]).unwrap();
                 let mut force = vec![0.0; d.len()];
                 model.internal_force(&d, &scalings, &mut force).unwrap();
                 let (energies, volumes) = (model.energies(&d, &scalings).unwrap(), model.element_volumes());

@@ -42,7 +42,7 @@ fn wedges_deform_uniformly() {
     let mesh = distorted();
     let laws = LawKind::ALL.iter().map(|law| law.like(100.0, 0.25).unwrap());
     let sections = laws.flat_map(|material| {
-        [Formulation::Full, Formulation::FBar].map(|formulation| Section { material, formulation })
+        [Formulation::Full, Formulation::FBar].map(|formulation| Section::new(material, formulation))
     });
     let h = [[-0.1, 0.2, 0.05], [0.1, 0.15, -0.1], [0.0, 0.1, 0.08]];
     let f = std::array::from_fn(|a| std::array::from_fn(|b| h[a][b] + f64::from(a == b)));

@@ -11,7 +11,7 @@ use super::bodies::held_motions;
 use super::distance::{SurfacePair, largest_difference};
 use super::{Notice, NoticeKind};
 use crate::construct::Problem;
-use crate::file::{Case, Contact};
+use crate::file::{Case, Contact, Load};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{FacetNodes, Mesh};
 use slipstick_model::model::LoadTime;
@@ -81,10 +81,21 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
         Some((facets.iter().map(|facet| facet.nodes).collect(), body))
     };
     let pairs: Vec<_> = case.contacts.iter().map(|c| Some((surface(&c.slave)?, surface(&c.master)?))).collect();
+    let on_mass = |load: &Load, body: usize| {
+        load.acts_on_mass() && load.body.as_ref().is_none_or(|name| *name == mesh.bodies[body].name)
+    };
+    let expands = |body: usize| {
+        let name = &mesh.bodies[body].name;
+        !case.temperatures.is_empty() && case.bodies.iter().any(|known| known.name == *name && known.expands())
+    };
     let loaded: Vec<usize> = case.loads.iter().filter_map(|load| Some(surface(&load.surface)?.1)).collect();
     let fixed = problem.analysis.model().contact_fixed();
-    let steady =
-        |body: usize| !loaded.contains(&body) && held_motions(mesh, mesh.bodies[body].nodes.clone(), fixed) == 6;
+    let steady = |body: usize| {
+        !loaded.contains(&body)
+            && !case.loads.iter().any(|load| on_mass(load, body))
+            && !expands(body)
+            && held_motions(mesh, mesh.bodies[body].nodes.clone(), fixed) == 6
+    };
     let open: Vec<Option<Open>> = pairs
         .iter()
         .enumerate()

@@ -45,22 +45,22 @@ fn frictions(case: &Case, load_case: &LoadCase) -> Vec<Option<f64>> {
 
 fn moduli(case: &Case, load_case: &LoadCase) -> Vec<f64> {
     let own = |name: &str| load_case.bodies.iter().find(|body| body.body == name)?.modulus_factor;
-    factors(case.bodies.iter().map(|body| &body.name), own, load_case.modulus_factor)
+    factors(case.bodies.iter().map(|body| body.name.as_str()), own, load_case.modulus_factor)
 }
 
 fn motions(case: &Case, load_case: &LoadCase) -> Vec<f64> {
     let own = |name: &str| load_case.motions.iter().find(|motion| motion.set == name).map(|motion| motion.factor);
-    factors(case.dirichlet.iter().map(|dirichlet| &dirichlet.set), own, load_case.motion_factor)
+    factors(case.dirichlet.iter().map(|dirichlet| dirichlet.set.as_str()), own, load_case.motion_factor)
 }
 
 fn loads(case: &Case, load_case: &LoadCase) -> Vec<f64> {
     let own = |name: &str| load_case.loads.iter().find(|load| load.surface == name).map(|load| load.factor);
-    factors(case.loads.iter().map(|load| &load.surface), own, load_case.load_factor)
+    factors(case.loads.iter().map(file::Load::target), own, load_case.load_factor)
 }
 
 /// The factor on each of some names: its own, or that of all, or 1.
 fn factors<'a>(
-    names: impl Iterator<Item = &'a String>,
+    names: impl Iterator<Item = &'a str>,
     own: impl Fn(&str) -> Option<f64>,
     of_all: Option<f64>,
 ) -> Vec<f64> {

@@ -54,6 +54,11 @@ pub fn schema() -> Value {
         for (table, key, instead) in [("Body", "material", "rigid"), ("Contact", "friction", "tied")] {
             definitions.get_mut(table).into_iter().for_each(|table| either(table, key, instead));
         }
+        // Loads on mass have no surface.
+        if let Some(load) = definitions.get_mut("Load") {
+            either(load, "surface", "gravity");
+            load["anyOf"].as_array_mut().into_iter().for_each(|ways| ways.push(json!({ "required": ["centrifugal"] })));
+        }
         // A union of surfaces has neither body nor conditions.
         if let Some(surface) = definitions.get_mut("SurfaceSet").and_then(Value::as_object_mut) {
             let of_body = surface.remove("anyOf").unwrap_or_default();

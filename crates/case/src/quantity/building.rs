@@ -13,7 +13,7 @@ pub(crate) struct Building<'a> {
     pub model: &'a ContactModel,
     /// Slave and master of each contact pair.
     pub pairs: Vec<[&'a str; 2]>,
-    /// The surfaces on which loads act.
+    /// The surfaces on which loads act; the empty name is for loads on mass.
     pub loaded: Vec<&'a str>,
     /// The bodies that are designed; `None`: all.
     pub designed: Option<Vec<&'a str>>,
@@ -48,6 +48,26 @@ impl Building<'_> {
         Ok(Volume::new(name, volumes.map(of).collect()))
     }
 
+    /// The mass of a body, or of all, with the mass densities of the bodies.
+    ///
+    /// # Errors
+    /// If the body is not designed, or has no mass.
+    pub fn mass(&self, name: &str, body: Option<&str>) -> Result<Volume, BuildError> {
+        self.volume(name, body)?;
+        let (elements, solid) = (self.elements(body), self.model.solid());
+        let volumes = self.mesh.element_volumes().into_iter().enumerate();
+        let of = |(e, volume): (usize, f64)| if elements.contains(&e) { solid.mass_density(e) * volume } else { 0.0 };
+        let masses: Vec<f64> = volumes.map(of).collect();
+        if masses.iter().all(|&mass| mass == 0.0) {
+            let message = format!("{} no `mass_density`", body.map_or("no body has".into(), |b| format!("`{b}` has")));
+            return Err(self.constant(
+                message.replace("no body has no", "no body has a"),
+                "add the key to the [[body]], or to this table",
+            ));
+        }
+        Ok(Volume::new(name, masses).mass(1.0))
+    }
+
     /// The slave nodes of a pair, or those of them in a set.
     pub fn patch(&self, slave: &str, within: Option<&str>) -> Result<Patch, BuildError> {
         let pair = self.pairs.iter().position(|[known, _]| *known == slave).unwrap_or(0) as u32;
@@ -78,8 +98,11 @@ impl Building<'_> {
         self.pairs.contains(&[slave; 2])
     }
 
-    /// The nodes of all surfaces on which loads act.
+    /// The nodes of all surfaces on which loads act; with loads on mass, all nodes.
     pub fn loaded(&self) -> BTreeSet<u32> {
+        if self.loaded.contains(&"") {
+            return (0..self.mesh.nodes.len() as u32).collect();
+        }
         let surfaces = self.loaded.iter().filter_map(|surface| self.mesh.set_nodes(surface));
         surfaces.flat_map(|nodes| nodes.to_vec()).collect()
     }

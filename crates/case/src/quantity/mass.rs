@@ -17,8 +17,9 @@ pub struct Mass {
     /// The body; `None`: all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// ρ of the solid material. \[M/L³\]
-    pub mass_density: f64,
+    /// ρ of the solid material; `None`: those of the bodies. \[M/L³\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_density: Option<f64>,
 }
 
 impl Kind for Mass {
@@ -32,11 +33,15 @@ impl Kind for Mass {
         let mass_density =
             mass_density.check(CaseCode::OutOfRange, positive, "must be positive", "such as 1.01e-6 [kg/mm³]");
         let body = table.body();
-        Self { body, mass_density: mass_density.required(1.0, "mass per volume of the solid material") }
+        Self { body, mass_density: mass_density.optional() }
     }
 
     fn build(&self, name: &str, at: &Building<'_>) -> Result<Arc<dyn Quantity>, BuildError> {
-        Ok(Arc::new(at.volume(name, self.body.as_deref())?.mass(self.mass_density)))
+        let body = self.body.as_deref();
+        Ok(Arc::new(match self.mass_density {
+            Some(density) => at.volume(name, body)?.mass(density),
+            None => at.mass(name, body)?,
+        }))
     }
 
     fn depends_on_state(&self) -> bool {

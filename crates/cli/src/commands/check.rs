@@ -233,10 +233,14 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
                 LoadKind::Traction(t) => ("traction", shown(t.map(|t| factor * t)), Dimension::STRESS),
                 LoadKind::Force(f) => ("force", shown(f.map(|f| factor * f)), Dimension::FORCE),
                 LoadKind::NodalForce(f) => ("force on each node", shown(f.map(|f| factor * f)), Dimension::FORCE),
+                LoadKind::Gravity(g) => ("acceleration", shown(g.map(|g| factor * g)), Dimension::NONE),
+                LoadKind::Centrifugal(about) => {
+                    ("rotation, ω²", digits(factor * about.angular_velocity.powi(2)), Dimension::NONE)
+                }
                 LoadKind::Moment(m) => ("moment", shown(m.map(|m| factor * m)), Dimension::WORK),
             };
             let case = load.load_case.clone().unwrap_or_else(|| "all".into());
-            vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value, case]
+            vec![load.target().to_owned(), format!("{kind}{}", units.bracket(dimension)), value, case]
         })
         .collect();
     lines(columns(setup, &["surface", "load", "at the end", "load case"]), &rows)

@@ -109,6 +109,6 @@ fn name(case: &Case, parameter: Parameter) -> (&'static str, String) {
         Parameter::Amplitude { motion } => {
             ("amplitude", format!("dirichlet[{motion}] ({})", case.dirichlet[motion].set))
         }
-        Parameter::Load { load } => ("amplitude", format!("load[{load}] ({})", case.loads[load].surface)),
+        Parameter::Load { load } => ("amplitude", format!("load[{load}] ({})", case.loads[load].target())),
     }
 }

@@ -11,6 +11,9 @@ pub struct Material {
     pub hyperelastic: Option<(Hyperelastic, usize)>,
     /// Yield stresses and plastic strains.
     pub plastic: Option<(Vec<[f64; 2]>, usize)>,
+    pub density: Option<f64>,
+    /// Coefficient of thermal expansion.
+    pub expansion: Option<f64>,
     /// Whether an option is refused, which has its own message.
     pub refused: bool,
     pub line: usize,
@@ -32,10 +35,8 @@ pub enum Hyperelastic {
     Ogden { terms: Vec<[f64; 2]>, d1: f64 },
 }
 
-/// Options of a material that mean nothing without temperatures, inertia or gravity, and those.
+/// Options of a material that mean nothing without temperatures and inertia, and those.
 const IDLE: &[(&str, &str)] = &[
-    ("DENSITY", "no load depends on it"),
-    ("EXPANSION", "no temperature changes"),
     ("CONDUCTIVITY", "no temperature changes"),
     ("SPECIFIC HEAT", "no temperature changes"),
     ("DAMPING", "steps are static"),
@@ -74,6 +75,8 @@ impl Reader<'_> {
             "ELASTIC" => self.elastic(card),
             "HYPERELASTIC" => self.hyperelastic(card),
             "PLASTIC" => self.plastic(card),
+            "DENSITY" => self.density(card),
+            "EXPANSION" => self.expansion(card),
             _ => return false,
         }
         if self.ledger.count() > before {
@@ -83,7 +86,7 @@ impl Reader<'_> {
     }
 
     /// The material that an option belongs to.
-    fn own(&mut self, card: &Card<'_>) -> Option<&mut Material> {
+    pub(super) fn own(&mut self, card: &Card<'_>) -> Option<&mut Material> {
         let material = self.material.as_ref().and_then(|name| self.deck.materials.get_mut(name));
         if material.is_none() {
             let line = card.keyword.line;
@@ -98,7 +101,7 @@ impl Reader<'_> {
     }
 
     /// The only row of constants: one that depends on temperature has several.
-    fn constants(&mut self, card: &Card<'_>, count: usize) -> Option<Vec<f64>> {
+    pub(super) fn constants(&mut self, card: &Card<'_>, count: usize) -> Option<Vec<f64>> {
         let (name, line) = (card.keyword.name.clone(), card.keyword.line);
         let rows = self.numbers(card);
         if rows.len() > 1 && rows[0].len() >= count {
@@ -130,6 +133,18 @@ impl Reader<'_> {
         self.ledger.used("ELASTIC", line);
         if let Some(material) = self.own(card) {
             material.elastic = Some((elastic, line));
+        }
+    }
+
+    fn density(&mut self, card: &Card<'_>) {
+        let line = card.keyword.line;
+        let Some(row) = self.constants(card, 1) else { return };
+        if row[0] < 0.0 {
+            return self.ledger.wrong("DENSITY", [line, line], "the density is negative", "correct the line");
+        }
+        self.ledger.translated("DENSITY", line, "`mass_density`");
+        if let Some(material) = self.own(card) {
+            material.density = Some(row[0]).filter(|&density| density > 0.0);
         }
     }
 

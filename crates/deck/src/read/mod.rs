@@ -7,6 +7,7 @@ mod material;
 mod refused;
 mod spring;
 mod step;
+mod temperature;
 
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ pub use material::{Hyperelastic, Material};
 pub use spring::{SpringElement, SpringSection};
 #[cfg(test)]
 pub use step::Change;
-pub use step::{Condition, On, Step, Target};
+pub use step::{Condition, Field, On, Step, Target};
 
 /// A deck without its mesh. Names are in capitals where other keywords refer to them.
 #[derive(Debug, Default)]
@@ -42,6 +43,7 @@ pub struct Deck {
     pub couplings: Vec<Coupling>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
+    pub initial_temperatures: Vec<Condition>,
     pub steps: Vec<Step>,
     /// Whether there are hexahedra of 8 nodes.
     pub element_types: Vec<(String, usize)>,
@@ -106,7 +108,8 @@ impl Reader<'_> {
             "SOLID SECTION" | "SOLIDSECTION" => self.section(card),
             "AMPLITUDE" => self.amplitude(card),
             _ => {
-                if !(self.of_material(card) || self.of_contact(card) || self.of_step(card)) {
+                let known = self.of_material(card) || self.of_contact(card) || self.of_step(card);
+                if !(known || self.of_temperature(card)) {
                     self.refused(card);
                 }
             }

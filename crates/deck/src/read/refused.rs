@@ -59,7 +59,6 @@ const CURES: &[(&str, &str)] = &[
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),
     ("BEAM SECTION", "mesh the part with solid elements"),
-    ("TEMPERATURE", "keep the temperature"),
     ("TRANSFORM", "give boundary conditions and loads in global axes"),
 ];
 
@@ -72,11 +71,6 @@ impl Reader<'_> {
         }
         if let Some((_, why)) = CONTROLS.iter().find(|(control, _)| *control == name) {
             return self.ledger.ignored(name, line, *why);
-        }
-        if name == "INITIAL CONDITIONS"
-            && card.keyword.parameter("TYPE").is_some_and(|of| of.eq_ignore_ascii_case("TEMPERATURE"))
-        {
-            return self.ledger.ignored(name, line, "no temperature changes");
         }
         let cure = CURES.iter().find(|(keyword, _)| *keyword == name).map(|(_, cure)| *cure);
         self.ledger.refuse(

@@ -13,6 +13,7 @@ pub struct Step {
     pub increment: f64,
     pub conditions: Change<Condition>,
     pub loads: Change<Load>,
+    pub temperatures: Vec<Condition>,
 }
 
 /// What a step changes.
@@ -50,6 +51,17 @@ pub enum On {
     Face(Target, u8),
     /// A surface.
     Surface(String),
+    /// The mass of elements.
+    Mass(Target, Field),
+}
+
+/// A load on mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Field {
+    /// The direction of gravity, of length 1; the value is the acceleration.
+    Gravity([f64; 3]),
+    /// A point and the direction of the axis; the value is ω².
+    Centrifugal([f64; 3], [f64; 3]),
 }
 
 /// A line of `*CLOAD`, `*DLOAD` or `*DSLOAD`: a force or a pressure.
@@ -108,7 +120,8 @@ impl Reader<'_> {
         self.ledger.translated("STEP", line, "a part of the load path; loads and motions grow linearly over it");
         let (conditions, loads) =
             (Change { replaces: false, items: vec![] }, Change { replaces: false, items: vec![] });
-        self.deck.steps.push(Step { nlgeom, period: 1.0, increment: 1.0, conditions, loads });
+        let temperatures = Vec::new();
+        self.deck.steps.push(Step { nlgeom, period: 1.0, increment: 1.0, conditions, loads, temperatures });
         self.in_step = true;
     }
 
@@ -220,27 +233,51 @@ impl Reader<'_> {
     fn dload(&mut self, card: &Card<'_>) {
         self.allow(card, &["OP", "AMPLITUDE"]);
         let line = card.keyword.line;
-        self.ledger.translated("DLOAD", line, "`pressure` on the deformed faces");
         let amplitude = card.keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
         let mut found = Vec::new();
         for (data, fields) in card.data() {
             let kind = fields.get(1).copied().unwrap_or_default().to_ascii_uppercase();
+            if let Some(field) = self.field(card, data, &fields, &kind) {
+                let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
+                let (on, amplitude) = (On::Mass(Target::new(fields[0]), field), amplitude.clone());
+                let how = "`gravity` or `centrifugal` on the mass of bodies";
+                self.ledger.translated("DLOAD", line, how);
+                found.push(Load { on, value, amplitude, keyword: "DLOAD", lines: [line, data] });
+                continue;
+            }
             let Some(face) =
                 kind.strip_prefix('P').and_then(|face| face.parse::<u8>().ok()).filter(|f| (1..=6).contains(f))
             else {
-                let why = match kind.as_str() {
-                    "GRAV" => "gravity is not supported".to_owned(),
-                    "CENTRIF" | "CENTRIFUGAL" => "centrifugal loads are not supported".to_owned(),
-                    _ => format!("the load `{kind}` is not supported"),
-                };
-                self.ledger.refuse_at("DLOAD", [line, data], why, "use a pressure P1 to P6 on faces, or forces");
+                let why = format!("the load `{kind}` is not supported");
+                let cure = "use a pressure P1 to P6 on faces, GRAV, CENTRIF, or forces";
+                self.ledger.refuse_at("DLOAD", [line, data], why, cure);
                 continue;
             };
+            self.ledger.translated("DLOAD", line, "`pressure` on the deformed faces");
             let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
             let (on, amplitude) = (On::Face(Target::new(fields[0]), face - 1), amplitude.clone());
             found.push(Load { on, value, amplitude, keyword: "DLOAD", lines: [line, data] });
         }
         self.loads(card, found);
+    }
+
+    /// What a line says of a load on mass, if it is one.
+    fn field(&mut self, card: &Card<'_>, data: usize, fields: &[&str], kind: &str) -> Option<Field> {
+        let mut vector = |first: usize| [0, 1, 2].map(|c| self.number(card, data, fields, first + c).unwrap_or(0.0));
+        let (point, direction) = match kind {
+            "GRAV" => (None, vector(3)),
+            "CENTRIF" | "CENTRIFUGAL" => (Some(vector(3)), vector(6)),
+            _ => return None,
+        };
+        let length = direction.iter().map(|n| n * n).sum::<f64>().sqrt();
+        if length == 0.0 {
+            self.ledger.wrong("DLOAD", [card.keyword.line, data], "the direction is zero", DAMAGED);
+            return Some(Field::Gravity([0.0, 0.0, 1.0]));
+        }
+        Some(match point {
+            Some(point) => Field::Centrifugal(point, direction),
+            None => Field::Gravity(direction.map(|n| n / length)),
+        })
     }
 
     fn dsload(&mut self, card: &Card<'_>) {

@@ -18,7 +18,11 @@ impl Writer<'_> {
             self.table("body", "RIGID BODY", rigid.line);
             self.line(mesh);
             let at = self.bodies.position(rigid.reference).map_or([0.0; 3], |node| self.mesh.points[node as usize]);
-            return self.line(format!("rigid = {{ reference = {} }}", vector(&at)));
+            self.line(format!("rigid = {{ reference = {} }}", vector(&at)));
+            if let Some(&(main, _)) = body.sections.first() {
+                self.further_constants(&self.deck.sections[main].material, true);
+            }
+            return;
         }
         let Some(&(main, _)) = body.sections.first() else { return };
         let (section, deck) = (&self.deck.sections[main], self.deck);
@@ -26,6 +30,7 @@ impl Writer<'_> {
         self.line(mesh);
         let material = self.material(&section.material);
         self.line(format!("material = {material}"));
+        self.further_constants(&section.material, false);
         let soft = deck.element_types.iter().any(|(of, _)| of.len() > 4 && of.starts_with("C3D8"));
         let plastic = deck.materials.get(&section.material).is_some_and(|material| material.plastic.is_some());
         if body.hexahedra && (soft || plastic) {
@@ -41,6 +46,17 @@ impl Writer<'_> {
             let region = quoted(&self.on(index, &set));
             let material = self.material(&section.material);
             self.line(format!("region = {{ part = {region} }}\nmaterial = {material}"));
+            self.further_constants(&section.material, false);
+        }
+    }
+
+    /// The constants of a material that do not belong to its law.
+    fn further_constants(&mut self, material: &str, rigid: bool) {
+        if let Some(density) = self.deck.materials.get(material).and_then(|material| material.density) {
+            self.line(format!("mass_density = {density:?}"));
+        }
+        if let (Some(alpha), false) = (self.deck.materials.get(material).and_then(|of| of.expansion), rigid) {
+            self.line(format!("thermal_expansion = {alpha:?}"));
         }
     }
 

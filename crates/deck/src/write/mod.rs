@@ -34,7 +34,9 @@ pub fn case(
     writer.equations();
     writer.motions();
     writer.loads();
+    writer.masses();
     writer.springs();
+    writer.heated();
     writer.text
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Writer, quoted, vector};
 use crate::history::Curve;
+use crate::read::Field;
 use crate::targets::Held;
 
 const COMPONENTS: [&str; 6] = ["\"x\"", "\"y\"", "\"z\"", "\"rx\"", "\"ry\"", "\"rz\""];
@@ -108,6 +109,54 @@ impl Writer<'_> {
                 let surface = quoted(&self.on(body, &pressure.surface));
                 self.table("load", "DLOAD", pressure.line);
                 self.line(format!("surface = {surface}\npressure = {value:?}"));
+                self.amplitude(&factors);
+            }
+        }
+    }
+
+    /// Gravity and rotation.
+    pub(super) fn masses(&mut self) {
+        let targets = self.targets;
+        for load in &targets.masses {
+            let (value, factors) = scaled(&load.curve);
+            let kind = match load.field {
+                Field::Gravity(direction) => format!("gravity = {}", vector(&direction.map(|n| value * n))),
+                // the amplitude has the sign of ω²
+                Field::Centrifugal(point, direction) => format!(
+                    "centrifugal = {{ point = {}, direction = {}, angular_velocity = {:?} }}",
+                    vector(&point),
+                    vector(&direction),
+                    value.abs().sqrt()
+                ),
+            };
+            let negative = matches!(load.field, Field::Centrifugal(..)) && value < 0.0;
+            let factors: Curve = factors.iter().map(|&[t, f]| [t, if negative { -f } else { f }]).collect();
+            let all = load.bodies.len() == self.bodies.list.len();
+            let bodies = load.bodies.iter().map(|&body| self.bodies.list[body].name.clone());
+            let bodies: Vec<Option<String>> = if all { vec![None] } else { bodies.map(Some).collect() };
+            for body in bodies {
+                self.table("load", "DLOAD", load.line);
+                body.into_iter().for_each(|body| self.line(format!("body = {}", quoted(&body))));
+                self.line(&kind);
+                self.amplitude(&factors);
+            }
+        }
+    }
+
+    /// Changes of temperature.
+    pub(super) fn heated(&mut self) {
+        let targets = self.targets;
+        for heated in &targets.heated {
+            let (change, factors) = scaled(&heated.curve);
+            let all = heated.set.is_none() && heated.bodies.len() == self.bodies.list.len();
+            let of = |body: &usize| match &heated.set {
+                Some(set) => format!("set = {}\n", quoted(&self.on(*body, set))),
+                None => format!("body = {}\n", quoted(&self.bodies.list[*body].name)),
+            };
+            let places: Vec<String> = if all { vec![String::new()] } else { heated.bodies.iter().map(of).collect() };
+            for place in places {
+                self.table("temperature", "TEMPERATURE", heated.line);
+                self.line(format!("{place}change = {change:?}"));
                 self.amplitude(&factors);
             }
         }

@@ -9,7 +9,7 @@ use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, LoadTime, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
-use crate::equations::{ContactModel, ContactResults, Design, Kinematics, Known};
+use crate::equations::{ContactResults, Design, Kinematics, Known};
 
 /// The data of a state that quantities can read.
 pub(crate) struct StateData {
@@ -67,7 +67,7 @@ impl PreviousData {
         let none = vec![0.0; model.prescribed().fixed().len()];
         let displacement = state.unknowns[..none.len()].to_vec();
         let mut external = none.clone();
-        model.external_force(&displacement, time, &mut external);
+        design.external_force(&displacement, time, &mut external);
         let reaction = model.reactions(&none, &external, &none);
         Self { time, rest: true, displacement, external, reaction, kinematics: None }
     }
@@ -95,11 +95,11 @@ impl StateData {
             Some(internal) => internal.to_vec(),
             None => {
                 let mut internal = vec![0.0; n];
-                design.internal_force(d, model.solid_history(previous), &mut internal)?;
+                design.internal_force(d, (time, model.solid_history(previous)), &mut internal)?;
                 internal
             }
         };
-        model.external_force(d, time, &mut external);
+        design.external_force(d, time, &mut external);
         let mut data = Self {
             time,
             internal,
@@ -128,7 +128,7 @@ impl StateData {
         }
         let reads_plastic_work = model.has_memory() && (reads.energy || reads.plastic_work);
         if reads.energy || reads_plastic_work {
-            let [elastic, plastic] = design.energies(d, model.solid_history(state))?;
+            let [elastic, plastic] = design.energies(d, (time, model.solid_history(state)))?;
             data.energy = if reads.energy { elastic } else { Vec::new() };
             data.plastic_work = if reads_plastic_work { plastic } else { Vec::new() };
         }
@@ -136,7 +136,7 @@ impl StateData {
             data.plastic_strain = design.plastic_strains(state);
         }
         if reads.stress {
-            data.stress = design.von_mises_stresses(state)?;
+            data.stress = design.von_mises_stresses(time, state)?;
         }
         Ok(data)
     }
@@ -356,26 +356,30 @@ impl<'a> Adapter<'a> {
     }
 
     /// Keeps derivatives with respect to the state before until the sweep arrives there. At rest,
-    /// only the loads depend on anything, namely on their amplitudes.
+    /// only the loads depend on anything, namely on their amplitudes and on masses.
     fn keep_for_previous(
         &mut self,
         response: usize,
-        model: &ContactModel,
+        design: &Design,
         before: &PreviousData,
         mut by: PreviousDerivative,
         to: &mut Explicit<'_>,
     ) {
         if !before.rest {
             self.later[response] = Some(by);
-        } else if self.parameters {
-            let by_reaction = by.reaction.iter().zip(model.prescribed().fixed());
+        } else {
+            let by_reaction = by.reaction.iter().zip(design.model().prescribed().fixed());
             // the reactions are minus the loads on prescribed unknowns
             by.external_force
                 .iter_mut()
                 .zip(by_reaction)
                 .filter(|(_, (_, fixed))| **fixed)
                 .for_each(|(load, (reaction, _))| *load -= reaction);
-            model.pull_back_loads(&before.displacement, before.time, &by.external_force, &mut to.inputs.parameters);
+            let (d, time, weights) = (&before.displacement, before.time, &by.external_force);
+            design.pull_back_masses(d, time, weights, &mut to.inputs.density);
+            if self.parameters {
+                design.pull_back_loads(d, time, weights, &mut to.inputs.parameters);
+            }
         }
     }
 
@@ -417,7 +421,7 @@ impl PathResponses<Design> for Adapter<'_> {
             by.add_later(&later);
         }
         if reads.previous {
-            self.keep_for_previous(response, model, &data.previous, std::mem::take(&mut by.previous), to);
+            self.keep_for_previous(response, design, &data.previous, std::mem::take(&mut by.previous), to);
         }
         if !model.springs().is_empty() {
             // at the reference point of a rigid body, the reaction is the force of springs minus the loads
@@ -430,22 +434,29 @@ impl PathResponses<Design> for Adapter<'_> {
         let d = view.displacement;
         let by_internal = by.internal_force.iter().any(|&weight| weight != 0.0);
         if by_internal {
-            let before = model.solid_history(at.previous);
+            let before = (at.time, model.solid_history(at.previous));
             design.add_internal_tangent_product(d, before, &by.internal_force, &mut by.displacement)?;
             design.pull_back_internal_history(d, before, &by.internal_force, &mut to.inputs.history);
         }
-        model.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
+        design.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
         if reads.energy {
-            design.pull_back_energies(d, &view, &by.energy, self.parameters, &mut by.displacement, to.inputs)?;
+            design.pull_back_energies(
+                (at.time, d),
+                &view,
+                &by.energy,
+                self.parameters,
+                &mut by.displacement,
+                to.inputs,
+            )?;
         }
         if reads.stress {
             let by_state = (&mut by.displacement[..], &mut to.history[..]);
-            design.pull_back_stresses(at.state, &view, &by.stress, self.parameters, by_state, to.inputs);
+            design.pull_back_stresses((at.time, at.state), &view, &by.stress, self.parameters, by_state, to.inputs);
         }
         if reads.energy || reads.plastic_work {
             let weights = [&by.energy[..], &by.plastic_work];
             let by_history = (&mut to.history[..], &mut to.inputs.density[..]);
-            design.pull_back_inelastic_energies(at.state, weights, &mut by.displacement, by_history);
+            design.pull_back_inelastic_energies((at.time, at.state), weights, &mut by.displacement, by_history);
         }
         if reads.plastic_strain {
             design.pull_back_plastic_strains(&by.plastic_strain, to.history);
@@ -469,22 +480,23 @@ impl PathResponses<Design> for Adapter<'_> {
         if by_internal {
             design.pull_back_density(
                 d,
-                model.solid_history(at.previous),
+                (at.time, model.solid_history(at.previous)),
                 &by.internal_force,
                 &mut to.inputs.density,
             )?;
         }
+        design.pull_back_masses(d, at.time, &by.external_force, &mut to.inputs.density);
         to.inputs.density.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
         if self.parameters {
             if by_internal {
                 design.pull_back_moduli(
                     d,
-                    model.solid_history(at.previous),
+                    (at.time, model.solid_history(at.previous)),
                     &by.internal_force,
                     &mut to.inputs.parameters,
                 )?;
             }
-            model.pull_back_loads(d, at.time, &by.external_force, &mut to.inputs.parameters);
+            design.pull_back_loads(d, at.time, &by.external_force, &mut to.inputs.parameters);
         }
         Ok(())
     }

@@ -41,7 +41,7 @@ impl Analysis {
         let previous = if reads.previous { previous } else { PreviousView::default() };
         for (step, &time) in (1..=steps).zip(&self.times) {
             let mut external_force = vec![0.0; n];
-            model.external_force(&displacement, time, &mut external_force);
+            self.design.external_force(&displacement, time, &mut external_force);
             let state = StateView {
                 step: (step - 1) % each + 1,
                 steps: each,
@@ -75,7 +75,7 @@ impl Analysis {
             let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
             let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
             // at rest no element is inverted, so this loop ends
-            if self.design.internal_force(&displacement, &[], &mut force).is_ok() {
+            if self.design.internal_force(&displacement, (0.0.into(), &[]), &mut force).is_ok() {
                 return (displacement, force);
             }
             amplitude *= 0.1;

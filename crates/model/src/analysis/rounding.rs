@@ -96,11 +96,11 @@ impl Analysis {
         let n = model.prescribed().fixed().len();
         let (still, mut force) = (vec![0.0; n], vec![0.0; n]);
         let load = |&time: &LoadTime| {
-            model.external_force(&still, time, &mut force);
+            self.design.external_force(&still, time, &mut force);
             force.iter().map(|f| f * f).sum::<f64>().sqrt()
         };
         let load = self.times.iter().map(load).fold(0.0, f64::max);
-        let motion = model.prescribed().largest(&self.times) + load / (modulus * size);
+        let motion = model.prescribed().largest(&self.times) + load / (modulus * size) + model.thermal_motion();
         (modulus * size * motion, motion)
     }
 }

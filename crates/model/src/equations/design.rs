@@ -5,8 +5,8 @@ use super::enforcement::{Enforcement, GivenStiffness, Method, TANGENTIAL_COMPLEM
 use super::{ContactModel, LEAST_SHARE, SlaveData, Workspace, inverted};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_design::ElementValues;
-use slipstick_path::{Evaluator, HistoryUpdate, StateError};
-use slipstick_solid::ElementScaling;
+use slipstick_path::{Evaluator, HistoryUpdate, LoadTime, StateError};
+use slipstick_solid::{ElementScaling, SolidStep};
 use std::sync::Arc;
 
 /// A model with the density of every element. Its steps are those of
@@ -17,6 +17,10 @@ pub struct Design {
     density: ElementValues,
     pub(super) scalings: Vec<ElementScaling>,
     slopes: Vec<ElementScaling>,
+    /// Mass of every element per reference volume, and its derivative with respect to the density; empty
+    /// unless a load acts on mass. \[M/L³\]
+    pub(super) masses: Vec<f64>,
+    pub(super) mass_slopes: Vec<f64>,
     /// The bodies' own stiffness at each slave node: E_eff/h. \[F/L³\]
     local_stiffness: Vec<f64>,
     /// ε or c of each slave node.
@@ -34,7 +38,8 @@ impl Design {
         let (scalings, slopes) = model.scale(density);
         let local_stiffness = model.local_stiffness(&scalings);
         let stiffness = model.node_stiffness(&local_stiffness);
-        Self { model, density: density.clone(), scalings, slopes, local_stiffness, stiffness }
+        let (masses, mass_slopes) = model.masses(density);
+        Self { model, density: density.clone(), scalings, slopes, masses, mass_slopes, local_stiffness, stiffness }
     }
 
     /// The same densities in the model as modified by `change`.
@@ -75,26 +80,34 @@ impl Design {
         Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
     }
 
-    /// Internal force at displacements `d`, springs included, with the history of elements with memory at the start of the
-    /// step (or at its end: the result is the same). \[F\]
+    /// Internal force at displacements `d` and a pseudo-time, springs included, with the history of elements with
+    /// memory at the start of the step (or at its end: the result is the same). \[F\]
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn internal_force(&self, d: &[f64], history: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let result = self.model.solid.internal_force(d, self.solid_step(history), out).map_err(inverted);
+    pub fn internal_force(
+        &self,
+        d: &[f64],
+        (time, history): (LoadTime, &[f64]),
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let stretches = self.model.stretches(time);
+        let solid = self.solid_step(history, &stretches);
+        let result = self.model.solid.internal_force(d, solid, out).map_err(inverted);
         self.model.share.agree(result)?;
         self.model.add_spring_force(d, out);
         self.model.share.sum(&mut [out]);
         Ok(())
     }
 
-    /// Strain energy and plastic work of each element at displacements `d` and the history there, complete on
-    /// every rank. \[F L\]
+    /// Strain energy and plastic work of each element at displacements `d`, a pseudo-time and the history
+    /// there, complete on every rank. \[F L\]
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn energies(&self, d: &[f64], history: &[f64]) -> Result<[Vec<f64>; 2], StateError> {
-        let found = self.model.solid.elastic_and_plastic(d, self.solid_step(history)).map_err(inverted);
+    pub fn energies(&self, d: &[f64], (time, history): (LoadTime, &[f64])) -> Result<[Vec<f64>; 2], StateError> {
+        let stretches = self.model.stretches(time);
+        let found = self.model.solid.elastic_and_plastic(d, self.solid_step(history, &stretches)).map_err(inverted);
         let (mut elastic, mut plastic): (Vec<f64>, Vec<f64>) =
             self.model.share.agree(found)?.into_iter().map(|of| (of.elastic, of.plastic)).unzip();
         self.model.share.sum(&mut [&mut elastic, &mut plastic]);
@@ -108,11 +121,12 @@ impl Design {
     pub fn add_internal_tangent_product(
         &self,
         d: &[f64],
-        history: &[f64],
+        (time, history): (LoadTime, &[f64]),
         v: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        let (solid, step) = (&self.model.solid, self.solid_step(history));
+        let stretches = self.model.stretches(time);
+        let (solid, step) = (&self.model.solid, self.solid_step(history, &stretches));
         self.model.share.add(out, |out| {
             self.model.add_spring_tangent_product(d, v, out);
             solid.add_tangent_product(d, step, v, out).map_err(inverted)
@@ -126,11 +140,23 @@ impl Design {
     pub fn pull_back_density(
         &self,
         d: &[f64],
-        history: &[f64],
+        (time, history): (LoadTime, &[f64]),
         lambda: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        let (solid, step, slopes) = (&self.model.solid, self.solid_step(history), &self.slopes);
+        let stretches = self.model.stretches(time);
+        self.pull_back_own_density(d, self.solid_step(history, &stretches), lambda, out)
+    }
+
+    /// The same in a known step.
+    pub(super) fn pull_back_own_density(
+        &self,
+        d: &[f64],
+        step: SolidStep<'_>,
+        lambda: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let (solid, slopes) = (&self.model.solid, &self.slopes);
         self.model.share.add(out, |out| solid.pull_back_density(d, step, slopes, lambda, out).map_err(inverted))
     }
 
@@ -142,18 +168,20 @@ impl Design {
     pub fn pull_back_moduli(
         &self,
         d: &[f64],
-        history: &[f64],
+        (time, history): (LoadTime, &[f64]),
         lambda: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        self.model.share.add(out, |out| self.pull_back_own_moduli(d, history, lambda, &[], out))
+        let stretches = self.model.stretches(time);
+        let step = self.solid_step(history, &stretches);
+        self.model.share.add(out, |out| self.pull_back_own_moduli(d, step, lambda, &[], out))
     }
 
     /// The contribution of this rank, with (∂G/∂E)ᵀ η unless η is empty.
     pub(super) fn pull_back_own_moduli(
         &self,
         d: &[f64],
-        history: &[f64],
+        step: SolidStep<'_>,
         lambda: &[f64],
         eta: &[f64],
         out: &mut [f64],
@@ -165,7 +193,6 @@ impl Design {
         let whole: Vec<ElementScaling> = self.scalings.iter().map(whole).collect();
         let mut works = vec![0.0; model.solid.elements()];
         let lambda = &lambda[..model.displacement_count()];
-        let step = self.solid_step(history);
         model.solid.pull_back_density(d, step, &whole, lambda, &mut works).map_err(inverted)?;
         if model.has_memory() && !eta.is_empty() {
             let eta = &eta[model.history.solid.clone()];
@@ -190,6 +217,15 @@ impl ContactModel {
             false => (ElementScaling::SOLID, none),
         };
         density.iter().zip(&self.penalization.designed).map(of).unzip()
+    }
+
+    /// Mass of every element per reference volume, and its derivative with respect to the density.
+    fn masses(&self, density: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let of = |((&solid, &density), &designed): ((&f64, &f64), &bool)| match designed {
+            true => self.penalization.interpolation.mass(density).map(|relative| solid * relative).into(),
+            false => (solid, 0.0),
+        };
+        self.mass_densities.iter().zip(density).zip(&self.penalization.designed).map(of).unzip()
     }
 
     /// The bodies' own stiffness at each slave node, with these scalings: moduli of both sides in

@@ -39,6 +39,7 @@ pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, G
 pub(crate) use evaluated::Known;
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 use layout::{conditions, pair, partition, points, share, slaves};
+use loads::LoadState;
 pub use loads::{Loaded, Loads};
 use loose::LooseBodies;
 pub use motion::linear;
@@ -66,8 +67,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use step::evaluated;
 pub use step::pattern;
+pub use temperature::Temperatures;
 pub use terms::node;
-use terms::{enforcement, law, loads, springs, viscosity};
+use terms::{enforcement, law, loads, springs, temperature, viscosity};
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 
@@ -103,7 +105,10 @@ pub struct ContactModel {
     uzawa: Option<Uzawa>,
     prescribed: Prescribed,
     loads: Loads,
+    /// Mass of each element of the solid per reference volume; empty unless a load acts on it.
+    mass_densities: Vec<f64>,
     springs: Springs,
+    temperatures: Temperatures,
     viscosity: Viscosity,
     /// Bodies that supports alone do not hold.
     loose: LooseBodies,
@@ -139,6 +144,8 @@ pub struct ModelParts {
     pub loads: Loads,
     /// Springs between nodes and to the ground.
     pub springs: Springs,
+    /// Changes of temperature.
+    pub temperatures: Temperatures,
     /// Viscous forces.
     pub viscosity: Viscosity,
 }
@@ -147,6 +154,7 @@ pub struct ModelParts {
 /// forces and displacements are zero at rest.
 #[derive(Debug, Clone, Copy)]
 struct Floors {
+    thermal_motion: f64,
     force: f64,
     displacement: f64,
     multiplier: f64,
@@ -166,6 +174,16 @@ fn compression_modulus(material: &Material) -> f64 {
     modulus * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
 }
 
+/// Largest magnitude of α ΔT of an element at any waypoint.
+fn largest_expansion(solid: &SolidModel, temperatures: &Temperatures) -> f64 {
+    let at = |time: LoadTime| {
+        let changes = temperatures.of_elements(time);
+        let of = |(e, change): (usize, f64)| (solid.thermal_expansion(e) * change).abs();
+        changes.into_iter().enumerate().map(of).fold(0.0, f64::max)
+    };
+    temperatures.times().map(at).fold(0.0, f64::max)
+}
+
 impl ContactModel {
     /// Assembles a model.
     ///
@@ -173,18 +191,8 @@ impl ContactModel {
     /// default stiffness. `largest_motion` is the largest prescribed displacement on the path;
     /// together with the loads, it sets the tolerances of a start at rest.
     pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
-        let ModelParts {
-            share,
-            solid,
-            designed,
-            interpolation,
-            interfaces,
-            uzawa,
-            prescribed,
-            loads,
-            springs,
-            viscosity,
-        } = parts;
+        let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, .. } = parts;
+        let ModelParts { loads, springs, temperatures, viscosity, .. } = parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let map = ContactMap::new(mesh);
         let (slaves, contact_elements) = slaves::tables(mesh, &map, &interfaces);
@@ -210,12 +218,17 @@ impl ContactModel {
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
+        let of_mass = if loads.depend_on_mass() { solid.elements() } else { 0 };
+        let mass_densities: Vec<f64> = (0..of_mass).map(|element| solid.mass_density(element)).collect();
         // the displacement by which a load would compress an element
-        let driven = largest_motion.max(loads.largest(&coordinates) / (modulus * size));
+        let thermal_motion = largest_expansion(&solid, &temperatures) * volume.cbrt();
+        let driven =
+            largest_motion.max(loads.largest(&coordinates, &mass_densities) / (modulus * size)).max(thermal_motion);
         let motion = if driven > 0.0 { driven } else { size };
         let compression = |e: usize| compression_modulus(solid.material(e));
         let stiffness = size * (0..solid.elements()).map(compression).fold(0.0, f64::max);
         let floors = Floors {
+            thermal_motion,
             stiffness,
             force: FLOOR * modulus * size * motion,
             displacement: FLOOR * motion,
@@ -237,7 +250,9 @@ impl ContactModel {
             uzawa,
             prescribed,
             loads,
+            mass_densities,
             springs,
+            temperatures,
             viscosity,
             loose,
             slaves,
@@ -363,14 +378,28 @@ impl ContactModel {
         &self.viscosity
     }
 
+    /// Stretch of the free thermal expansion of every element at a pseudo-time, 1 + α ΔT; empty if no
+    /// temperature ever changes.
+    pub fn stretches(&self, time: LoadTime) -> Vec<f64> {
+        let changes = self.temperatures.of_elements(time);
+        changes.iter().enumerate().map(|(e, change)| 1.0 + self.solid.thermal_expansion(e) * change).collect()
+    }
+
+    /// Displacement that thermal expansion may cause in a body of the size of all. \[L\]
+    pub(crate) fn thermal_motion(&self) -> f64 {
+        self.floors.thermal_motion
+    }
+
     /// Whether loads act on the bodies, in addition to prescribed motions.
     pub fn has_loads(&self) -> bool {
         !self.loads.is_empty()
     }
 
-    /// Numbers of the loads that act only on prescribed displacements and so have no effect.
+    /// Numbers of the loads that act only on prescribed displacements, or on no mass, and so have no effect.
     pub fn idle_loads(&self) -> Vec<usize> {
-        self.loads.idle(self.prescribed.fixed(), &self.dependent, &self.coordinates)
+        let at =
+            LoadState { time: LoadTime::default(), x: &self.coordinates, masses: &self.mass_densities, part: None };
+        self.loads.idle(self.prescribed.fixed(), &self.dependent, at)
     }
 
     /// Global numbers of all slave nodes, interface by interface: the order of nodal contact

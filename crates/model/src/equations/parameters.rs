@@ -4,7 +4,7 @@
 use super::design::in_series;
 use super::evaluated::{ContactState, Step};
 use super::law::LawWeights;
-use super::{ContactModel, Design, Enforcement, GivenStiffness, Method, SlaveData};
+use super::{ContactModel, Design, Enforcement, GivenStiffness, LoadState, Method, Share, SlaveData};
 use slipstick_contact::enforcement::friction_share;
 use slipstick_path::LoadTime;
 use slipstick_solid::ElementScaling;
@@ -83,7 +83,9 @@ impl ContactModel {
         };
         self.slaves.iter().zip(&self.contact_elements.of_slaves).map(shares).collect()
     }
+}
 
+impl Design {
     /// Adds (∂ŷ/∂a)ᵀ μ of every motion and λᵀ ∂F/∂a of every load.
     pub(super) fn pull_back_amplitudes(
         &self,
@@ -93,8 +95,9 @@ impl ContactModel {
         by_prescribed: &[f64],
         out: &mut [f64],
     ) {
-        let first = self.interfaces.len() + self.bodies.len();
-        self.prescribed.pull_back_amplitudes(time, by_prescribed, &mut out[first..]);
+        let model = &*self.model;
+        let first = model.interfaces.len() + model.bodies.len();
+        model.prescribed.pull_back_amplitudes(time, by_prescribed, &mut out[first..]);
         // R contains minus the external force
         let weights: Vec<f64> = lambda.iter().map(|l| -l).collect();
         self.pull_back_loads(d, time, &weights, out);
@@ -102,15 +105,22 @@ impl ContactModel {
 
     /// Adds weightsᵀ ∂f_ext/∂a of every load.
     pub(crate) fn pull_back_loads(&self, d: &[f64], time: LoadTime, weights: &[f64], out: &mut [f64]) {
-        let first = out.len() - self.loads.len();
-        self.loads.pull_back_amplitudes(time, &self.positions(d), weights, &mut out[first..]);
+        let (loads, x) = (&self.model.loads, self.model.positions(d));
+        let first = out.len() - loads.len();
+        loads.pull_back_amplitudes(self.load_state(time, &x, None), weights, &mut out[first..]);
+    }
+
+    /// The state of loads at positions, in a part of the model or in all of it.
+    pub(super) fn load_state<'a>(&'a self, time: LoadTime, x: &'a [f64], part: Option<&'a Share>) -> LoadState<'a> {
+        LoadState { time, x, masses: &self.masses, part }
     }
 
     /// External force at displacements `d` and pseudo-time `time`. \[F\]
     pub fn external_force(&self, d: &[f64], time: LoadTime, out: &mut [f64]) {
         out.fill(0.0);
-        if !self.loads.is_empty() {
-            self.loads.add_residual(time, &self.positions(d), out);
+        if self.model.has_loads() {
+            let x = self.model.positions(d);
+            self.model.loads.add_residual(self.load_state(time, &x, None), out);
             out.iter_mut().for_each(|f| *f = -*f);
         }
     }
@@ -118,14 +128,20 @@ impl ContactModel {
     /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to
     /// the displacements, times `weights`.
     pub fn pull_back_external_force(&self, d: &[f64], time: LoadTime, weights: &[f64], out: &mut [f64]) {
-        if !self.loads.is_empty() {
-            let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
-            self.loads.add_transposed_product(time, &self.positions(d), &weights, out);
+        if self.model.has_loads() {
+            let (weights, x): (Vec<f64>, _) = (weights.iter().map(|w| -w).collect(), self.model.positions(d));
+            self.model.loads.add_transposed_product(self.load_state(time, &x, None), &weights, out);
         }
     }
-}
 
-impl Design {
+    /// Adds weightsᵀ ∂f_ext/∂φ of every element, through its mass.
+    pub(crate) fn pull_back_masses(&self, d: &[f64], time: LoadTime, weights: &[f64], out: &mut [f64]) {
+        if !self.masses.is_empty() {
+            let x = self.model.positions(d);
+            self.model.loads.pull_back_density(self.load_state(time, &x, None), &self.mass_slopes, weights, out);
+        }
+    }
+
     /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface. Also adds ∂(λᵀF + ηᵀG)/∂E of every body through
     /// stiffnesses that are multiples of the bodies' own at the start design: those of contact at
     /// partly covered nodes, and of the penalty method unless given in units.

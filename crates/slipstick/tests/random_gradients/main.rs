@@ -7,6 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod curved;
+mod fields;
 mod maps;
 mod problem;
 #[path = "../common/table.rs"]
@@ -18,6 +19,7 @@ use std::panic::catch_unwind;
 use std::time::Instant;
 
 use curved::FIRST_OF_CURVED;
+use fields::FIRST_OF_FIELDS;
 use problem::{
     FIRST_OF_EQUATIONS, FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID,
     FIRST_OF_SCENARIOS, FIRST_OF_SPRINGS, RandomProblem, random_problem,
@@ -258,6 +260,15 @@ fn gradients_of_random_plastic_bodies() {
 #[test]
 fn gradients_of_random_rigid_bodies() {
     suite(FIRST_OF_RIGID..FIRST_OF_RIGID + 40, With::Densities);
+}
+
+/// The same with bodies of all these kinds that have mass, under gravity and in a rotation, and whose temperature
+/// changes.
+#[test]
+fn gradients_of_random_bodies_in_fields() {
+    for first in [FIRST_OF_JOINTS, FIRST_OF_QUADRATIC, FIRST_OF_PLASTIC, FIRST_OF_RIGID] {
+        suite(first + FIRST_OF_FIELDS..first + FIRST_OF_FIELDS + 8, With::Densities);
+    }
 }
 
 /// The same with curved surfaces whose facets do not match, and with nodes in two pairs, as at the edge of a

@@ -15,6 +15,7 @@ use slipstick_design::{ObservedSteps, Reduction, Response, Term, VectorMeasure};
 use slipstick_mesh::{BoxShape, box_mesh};
 
 use super::curved::{FIRST_OF_CURVED, curved_problem};
+use super::fields::{has_fields, with_fields};
 use crate::common::quantities::every_quantity;
 use crate::common::{Random, designed, problem, problem_with};
 
@@ -52,7 +53,7 @@ fn elements(random: &mut Random) -> [usize; 3] {
     }
 }
 
-fn direction(random: &mut Random) -> Unit<Vector3<f64>> {
+pub fn direction(random: &mut Random) -> Unit<Vector3<f64>> {
     loop {
         let v = Vector3::from_iterator(random.vector(3, 1.0));
         if (0.1..1.0).contains(&v.norm()) {
@@ -528,6 +529,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let text = text + &more;
     let is_plastic = (FIRST_OF_PLASTIC..FIRST_OF_RIGID).contains(&seed);
     let text = if is_plastic { with_plastic_bodies(r, &text) } else { text };
+    let text = if has_fields(seed) { with_fields(seed, &text) } else { text };
     let mut problem = match seed {
         FIRST_OF_PLASTIC..FIRST_OF_RIGID if seed.is_multiple_of(2) => problem(&text),
         FIRST_OF_QUADRATIC..FIRST_OF_RIGID => quadratic(r, &text),

@@ -105,9 +105,9 @@ fn forces(problem: &mut Problem, run: &Forward) -> Forces {
     let results = problem.analysis.design.contact_results(before, last, 1.0.into()).unwrap();
     let d = &last.unknowns[..3 * problem.mesh.nodes.len()];
     let mut force = vec![0.0; d.len()];
-    problem.analysis.design.internal_force(d, &[], &mut force).unwrap();
+    problem.analysis.design.internal_force(d, (0.0.into(), &[]), &mut force).unwrap();
     let mut outer = vec![0.0; d.len()];
-    problem.analysis.model().external_force(d, run.path.states.last().unwrap().time, &mut outer);
+    problem.analysis.design.external_force(d, run.path.states.last().unwrap().time, &mut outer);
     // forces that supports exert in addition to contact and loads, by equilibrium
     for ((force, contact), outer) in force.iter_mut().zip(&results.force).zip(&outer) {
         *force -= contact + outer;

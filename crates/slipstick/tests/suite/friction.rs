@@ -59,7 +59,7 @@ fn slide(problem: &mut Problem) -> (f64, f64, f64) {
     assert!(contact.iter().all(|c| c.status != Status::Stick));
     let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
     let mut force = vec![0.0; d.len()];
-    problem.analysis.design.internal_force(d, &[], &mut force).unwrap();
+    problem.analysis.design.internal_force(d, (0.0.into(), &[]), &mut force).unwrap();
     let top = problem.mesh.set_nodes("block_ymax").unwrap();
     let sum = |c: usize| top.iter().map(|&n| force[3 * n as usize + c]).sum::<f64>();
     assert!(sum(2).abs() < 1e-7 * sum(1).abs(), "nothing pulls across: {:e}", sum(2) / sum(1));

@@ -72,6 +72,8 @@ fn kinds() -> Vec<Kind> {
                        stiffness = 50\n";
         scenes.push((format!("{name}, springs"), Scene { more: springs.into(), ..base }));
     }
+    let mass = "\nmass_density = 2.0\nmaterial = { neo_hooke";
+    let fields = "[[load]]\ncentrifugal = { point = [-3, 2, 1], direction = [1, 2, -2], angular_velocity = 2 }\n";
     let mut kinds: Vec<Kind> =
         scenes.iter().map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: true }).collect();
     for (name, enforcement) in [&methods[0], &methods[1], &methods[4]] {
@@ -81,6 +83,12 @@ fn kinds() -> Vec<Kind> {
         let plastic =
             "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }";
         kinds.push(Kind { name: format!("{name}, plastic"), text: text.replace(elastic, plastic), varied: false });
+    }
+    for (name, enforcement) in [&methods[0], &methods[1]] {
+        let (_, base) = scene("", enforcement, "standard");
+        let text = Scene { design: "mass_p = 1.5".into(), more: fields.into(), ..base }.text();
+        let text = text.replace("\nmaterial = { neo_hooke", mass);
+        kinds.push(Kind { name: format!("{name}, rotating"), text, varied: false });
     }
     let (_, base) = scene("", LAGRANGE, "standard");
     let text = base.text();
@@ -114,7 +122,9 @@ fn with_parameters(text: &str, names: &[Parameter], values: &[f64]) -> String {
                 let line = out.lines().find(|line| line.starts_with("motion = ")).expect("a motion").to_owned();
                 out.replace(&line, &scaled(&line, *value))
             }
-            Parameter::Load { .. } => out.replace("pressure = 20", &format!("pressure = {:?}", 20.0 * value)),
+            Parameter::Load { .. } => out
+                .replace("pressure = 20", &format!("pressure = {:?}", 20.0 * value))
+                .replace("angular_velocity = 2", &format!("angular_velocity = {:?}", 2.0 * value.sqrt())),
         };
     }
     out

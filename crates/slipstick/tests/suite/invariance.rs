@@ -156,7 +156,7 @@ fn forces_balance() {
             let [pair] = &pairs[..] else { panic!("one pair") };
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
             let mut force = vec![0.0; d.len()];
-            problem.analysis.design.internal_force(d, &[], &mut force).unwrap();
+            problem.analysis.design.internal_force(d, (0.0.into(), &[]), &mut force).unwrap();
             let total = |set: &str| -> Vector3<f64> {
                 let nodes = problem.mesh.set_nodes(set).unwrap();
                 nodes.iter().map(|&n| Vector3::from_column_slice(&force[3 * n as usize..][..3])).sum()

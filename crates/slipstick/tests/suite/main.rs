@@ -1,6 +1,7 @@
 //! Tests of the library, in one program: it links once, and its tests share the cores.
 //! `cargo test --release -p slipstick --test suite newton::` runs those of one module.
 
+mod body_forces;
 #[path = "../common/mod.rs"]
 mod common;
 mod conservative;
@@ -51,4 +52,5 @@ mod symmetry;
 #[path = "../common/table.rs"]
 mod table;
 mod tapers;
+mod temperature;
 mod void;

@@ -5,7 +5,7 @@ use crate::common::*;
 use nalgebra::{Matrix3, Vector3};
 use slipstick::build::{Problem, build_mesh};
 use slipstick::case::parse_case;
-use slipstick::model::{ContactModel, Design, Loads, ModelParts, Share, Springs, Viscosity};
+use slipstick::model::{ContactModel, Design, Loads, ModelParts, Share, Springs, Temperatures, Viscosity};
 use slipstick_contact::friction::Status;
 use slipstick_mesh::{BoxShape, Element, Mesh, box_mesh};
 use std::sync::Arc;
@@ -378,6 +378,7 @@ fn inclined(stack: &Stack) -> Problem {
         prescribed: model.prescribed().clone(),
         loads: Loads::default(),
         springs: Springs::default(),
+        temperatures: Temperatures::default(),
         viscosity: Viscosity::default(),
     };
     let density = vec![1.0; mesh.elements.len()];

@@ -83,10 +83,10 @@ impl Solved {
         let mut force = vec![0.0; d.len()];
         let time = self.problem.analysis.times[step - 1];
         let mut loads = force.clone();
-        self.problem.analysis.model().external_force(d, time, &mut loads);
+        self.problem.analysis.design.external_force(d, time, &mut loads);
         let state = &self.forward.path.states[self.at(step)].state;
         let history = self.problem.analysis.model().solid_history(state);
-        self.problem.analysis.design.internal_force(d, history, &mut force).expect("a converged state");
+        self.problem.analysis.design.internal_force(d, (time, history), &mut force).expect("a converged state");
         force.iter_mut().zip(loads).for_each(|(f, load)| *f -= load);
         force
     }

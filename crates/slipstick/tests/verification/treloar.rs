@@ -212,7 +212,7 @@ impl Cube {
     fn new(material: Material, formulation: Formulation) -> Self {
         let shape = BoxShape { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
         let mesh = box_mesh("cube", &shape).unwrap();
-        let model = SolidModel::new(&mesh, vec![Section { material, formulation }]).unwrap();
+        let model = SolidModel::new(&mesh, vec![Section::new(material, formulation)]).unwrap();
         Self { mesh, model }
     }
 

@@ -6,6 +6,7 @@ use super::{ReferenceGeometry, energy, interpolated, smallest_determinant, trans
 use crate::assembly::{add, add_to_nodes, local, positions};
 use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks, write};
 use crate::clusters::{Clusters, Target};
+use crate::heat::Power;
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
 use crate::stress::{self, STRESS_POINTS, Tensor};
@@ -47,10 +48,21 @@ impl Hexahedron {
         self.section as usize
     }
 
-    fn stress_points(&self, d: &[f64]) -> stress::Points<8> {
+    fn stress_points(&self, state: State<'_>) -> stress::Points<8> {
         let gradients = (0..STRESS_POINTS).map(|p| self.geometry.shape_gradients(p)).collect();
         let weights = (0..STRESS_POINTS).map(|p| self.geometry.weight(p)).collect();
-        stress::Points::new(gradients, weights, &self.nodes, d)
+        stress::Points::new(gradients, weights, &self.local(state))
+    }
+
+    /// The displacements of its nodes without thermal expansion.
+    #[inline(always)]
+    fn local(&self, state: State<'_>) -> [[f64; 3]; 8] {
+        state.local(&self.nodes, self.number(), self.section())
+    }
+
+    #[inline(always)]
+    fn scaling(&self, state: State<'_>, power: Power) -> ElementScaling {
+        state.scaling(self.number(), self.section(), power)
     }
 }
 
@@ -115,8 +127,8 @@ impl ElementBlock for Hexahedra {
 
     fn write_energies(&self, state: State<'_>, out: &mut [Energies]) {
         let of = |element: &Hexahedron| {
-            let (section, scaling) = (&state.sections[element.section()], state.scalings[element.number()]);
-            let elastic = energy(section, scaling, &element.geometry, &local(&element.nodes, state.d));
+            let (section, scaling) = (&state.sections[element.section()], element.scaling(state, Power::Energy));
+            let elastic = energy(section, scaling, &element.geometry, &element.local(state));
             Energies::elastic(elastic)
         };
         write(&self.elements, of, Hexahedron::number, out);
@@ -130,7 +142,7 @@ impl ElementBlock for Hexahedra {
     fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
         let of = |element: &Hexahedron| {
             let (section, gamma) = (&state.sections[element.section()], state.scalings[element.number()].gamma);
-            stress::at_points(section, element.stress_points(state.d).deformation(section, gamma))
+            stress::at_points(section, element.stress_points(state).deformation(section, gamma))
         };
         write(&self.elements, of, Hexahedron::number, out);
     }
@@ -139,12 +151,13 @@ impl ElementBlock for Hexahedra {
         let of = |element: &Hexahedron| {
             let own = weights.of(element.number())?;
             let section = &state.sections[element.section()];
-            Some(element.stress_points(state.d).pull_back(section, state.scalings[element.number()].gamma, own))
+            Some(element.stress_points(state).pull_back(section, state.scalings[element.number()].gamma, own))
         };
         let found: Vec<_> = self.elements.par_iter().map(of).collect();
         for (element, found) in self.elements.iter().zip(found) {
             if let Some((forces, by_gamma)) = found {
-                into.add(element.number(), &element.nodes, &forces, by_gamma);
+                let factor = state.by_displacement(element.number(), element.section());
+                into.add(element.number(), &element.nodes, (factor, &forces), by_gamma);
             }
         }
     }
@@ -165,8 +178,9 @@ impl WithSimd for AddForces<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
         for element in self.elements {
-            let (section, scaling) = (&self.state.sections[element.section()], self.state.scalings[element.number()]);
-            let d = local(&element.nodes, self.state.d);
+            let (section, scaling) =
+                (&self.state.sections[element.section()], element.scaling(self.state, Power::Force));
+            let d = element.local(self.state);
             match interpolated::internal_force(simd, &mut scratch, section, &element.geometry, scaling, &d) {
                 Some(force) => add_to_nodes(&element.nodes, &force, self.target),
                 None => self.inverted.push(element.number),
@@ -195,8 +209,9 @@ impl WithSimd for AddProducts<'_> {
             if v.as_flattened().iter().all(|&v| v == 0.0) {
                 continue;
             }
-            let (section, scaling) = (&self.state.sections[element.section()], self.state.scalings[element.number()]);
-            let d = local(&element.nodes, self.state.d);
+            let (section, scaling) =
+                (&self.state.sections[element.section()], element.scaling(self.state, Power::Tangent));
+            let d = element.local(self.state);
             match interpolated::tangent_product(simd, &mut scratch, section, &element.geometry, scaling, &d, &v) {
                 Some(force) => add_to_nodes(&element.nodes, &force, self.target),
                 None => self.inverted.push(element.number),
@@ -221,8 +236,9 @@ impl WithSimd for AddTangents<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
         for (element, positions) in self.elements.iter().zip(self.positions) {
-            let (section, scaling) = (&self.state.sections[element.section()], self.state.scalings[element.number()]);
-            let d = local(&element.nodes, self.state.d);
+            let (section, scaling) =
+                (&self.state.sections[element.section()], element.scaling(self.state, Power::Tangent));
+            let d = element.local(self.state);
             let done = interpolated::tangent(
                 simd,
                 &mut scratch,
@@ -266,13 +282,15 @@ impl WithSimd for PullBackHexahedra<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
         for (element, out) in self.elements.iter().zip(self.out) {
-            let scalings = [self.state.scalings[element.number()], self.slopes[element.number()]];
-            if scalings[1] == ElementScaling::NONE {
+            let slope = self.slopes[element.number()];
+            if slope == ElementScaling::NONE {
                 *out = 0.0;
                 continue;
             }
+            let slope = self.state.scaled(slope, element.number(), element.section(), Power::Force);
+            let scalings = [element.scaling(self.state, Power::Force), slope];
             let section = &self.state.sections[element.section()];
-            let (d, lambda) = (local(&element.nodes, self.state.d), local(&element.nodes, self.adjoint));
+            let (d, lambda) = (element.local(self.state), local(&element.nodes, self.adjoint));
             match interpolated::pull_back(simd, &mut scratch, section, &element.geometry, scalings, &d, &lambda) {
                 Some(product) => *out = product,
                 None => self.inverted.push(element.number),

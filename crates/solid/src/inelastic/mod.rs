@@ -16,6 +16,7 @@ use crate::assembly::find_pairs;
 use crate::block::{ElementBlock, PullBack, State, StressSlopes, Weights, write};
 use crate::clusters::Clusters;
 use crate::dual::Dual;
+use crate::heat::Power;
 use crate::interpolation::ElementScaling;
 use crate::law::memory::Inelastic as _;
 use crate::law::{HISTORY, Material, with_memory};
@@ -40,8 +41,19 @@ pub(crate) struct Inelastic {
 const DIRECTIONS: usize = 9 + HISTORY + 1;
 
 impl<'a> State<'a> {
-    fn law(&self, element: &PointElement) -> (&'a Material, ElementScaling) {
-        (&self.sections[element.section as usize].material, self.scalings[element.number as usize])
+    fn law(&self, element: &PointElement, power: Power) -> (&'a Material, ElementScaling) {
+        let section = element.section as usize;
+        (&self.sections[section].material, self.scaling(element.number(), section, power))
+    }
+
+    /// A slope of a scaling, for an integral over an element.
+    fn slope(&self, slope: ElementScaling, element: &PointElement, power: Power) -> ElementScaling {
+        self.scaled(slope, element.number(), element.section as usize, power)
+    }
+
+    /// F̄ without thermal expansion; `None` if J ≤ 0 at a point.
+    fn deformed(&self, element: &PointElement) -> Option<Deformed> {
+        element.deformed(self.d, self.stretch(element.number()))
     }
 
     fn history_of(&self, element: &PointElement, q: usize) -> [f64; HISTORY] {
@@ -114,8 +126,8 @@ impl Inelastic {
     /// elements.
     pub fn update(&self, state: State<'_>, out: &mut [f64]) -> Vec<u32> {
         let of = |element: &PointElement| {
-            let at = element.deformed(state.d)?;
-            let (material, scaling) = state.law(element);
+            let at = state.deformed(element)?;
+            let (material, scaling) = state.law(element, Power::Force);
             let of = |(q, f): (usize, &Tensor)| {
                 with_memory!(material, law => law.update(f, &state.history_of(element, q), scaling.strength)).1
             };
@@ -149,7 +161,7 @@ impl ElementBlock for Inelastic {
     fn add_forces(&self, state: State<'_>, direction: Option<&[f64]>, nodes: &mut [[f64; 3]]) -> Vec<u32> {
         self.add(nodes, |element| match direction {
             None => {
-                let at = element.deformed(state.d)?;
+                let at = state.deformed(element)?;
                 Some(element.forces(&at, &stresses(element, &at, state)))
             }
             Some(v) => {
@@ -192,8 +204,8 @@ impl ElementBlock for Inelastic {
     fn pull_back(&self, state: State<'_>, weights: Weights<'_>, into: &mut PullBack<'_>) -> Vec<u32> {
         let slope_of = into.density.as_ref().map(|(slopes, _)| *slopes);
         let of = |element: &PointElement| {
-            let at = element.deformed(state.d)?;
-            let (material, scaling) = state.law(element);
+            let at = state.deformed(element)?;
+            let (material, scaling) = state.law(element, Power::Force);
             let changes = weights.forces.map(|lambda| element.change(&at, lambda));
             let mut tensors = Vec::with_capacity(element.points());
             let mut by_history = Vec::with_capacity(element.points());
@@ -211,6 +223,7 @@ impl ElementBlock for Inelastic {
                 tensors.push(slopes.by_f);
                 by_history.push(slopes.by_history);
                 if let Some(slope) = slope_of.map(|of| of[element.number as usize]) {
+                    let slope = state.slope(slope, element, Power::Force);
                     by_density += slope.factor * slopes.by_factor + slope.strength * slopes.by_strength;
                 }
             }
@@ -227,8 +240,9 @@ impl ElementBlock for Inelastic {
                 continue;
             };
             if let (Some(out), Some(forces)) = (&mut *displacements, &forces) {
+                let factor = state.by_displacement(element.number(), element.section as usize);
                 for (&node, force) in element.nodes.iter().zip(forces) {
-                    (0..3).for_each(|c| out[3 * node as usize + c] += force[c]);
+                    (0..3).for_each(|c| out[3 * node as usize + c] += factor * force[c]);
                 }
             }
             if let Some(out) = history {
@@ -274,7 +288,7 @@ impl ElementBlock for Inelastic {
 
 /// Weight times P at every point, scaled by the density.
 fn stresses(element: &PointElement, at: &Deformed, state: State<'_>) -> Vec<Tensor> {
-    let (material, scaling) = state.law(element);
+    let (material, scaling) = state.law(element, Power::Force);
     let of = |(q, f): (usize, &Tensor)| {
         let p = with_memory!(material, law => law.update(f, &state.history_of(element, q), scaling.strength)).0;
         p.map(|row| row.map(|x| scaling.factor * element.weights[q] * x))
@@ -284,8 +298,8 @@ fn stresses(element: &PointElement, at: &Deformed, state: State<'_>) -> Vec<Tens
 
 /// The tangent of an element; `None` if it is inverted.
 fn tangent(element: &PointElement, state: State<'_>) -> Option<Vec<f64>> {
-    let at = element.deformed(state.d)?;
-    let (material, scaling) = state.law(element);
+    let at = state.deformed(element)?;
+    let (material, scaling) = state.law(element, Power::Tangent);
     let (mut tensors, mut moduli) = (Vec::new(), Vec::new());
     for (q, f) in at.bar.iter().enumerate() {
         let unit = |k: usize| from_fn(|l| f64::from(k == l));

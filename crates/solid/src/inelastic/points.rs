@@ -70,9 +70,10 @@ impl PointElement {
         first..first + crate::law::HISTORY
     }
 
-    /// `None` if J ≤ 0 at a point.
-    pub fn deformed(&self, d: &[f64]) -> Option<Deformed> {
-        let f: Vec<Tensor> = self.gradients.iter().map(|g| plus_identity(&self.gradient(g, d))).collect();
+    /// F̄ over the stretch of a uniform expansion; `None` if J ≤ 0 at a point.
+    pub fn deformed(&self, d: &[f64], stretch: f64) -> Option<Deformed> {
+        let of = |g: &Vec<[f64; 3]>| plus_identity(&self.gradient(g, d)).map(|row| row.map(|x| x / stretch));
+        let f: Vec<Tensor> = self.gradients.iter().map(of).collect();
         let j: Vec<f64> = f.iter().map(determinant).collect();
         if !j.iter().all(|&j| j >= f64::MIN_POSITIVE && j.is_finite()) {
             return None;

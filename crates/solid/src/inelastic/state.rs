@@ -4,6 +4,7 @@ use super::Inelastic;
 use super::points::{PointElement, Tensor};
 use crate::block::{State, StressSlopes};
 use crate::dual::Dual;
+use crate::heat::Power;
 use crate::interpolation::ElementScaling;
 use crate::law::memory::Inelastic as _;
 use crate::law::{HISTORY, determinant, with_memory};
@@ -81,8 +82,9 @@ impl Inelastic {
             if weights == [0.0; 2] {
                 continue;
             }
-            let Some(at) = element.deformed(state.d) else { continue };
-            let (material, scaling) = state.law(element);
+            let Some(at) = state.deformed(element) else { continue };
+            let (material, scaling) = state.law(element, Power::Energy);
+            let slope = state.slope(slopes[e], element, Power::Energy);
             let mut tensors = Vec::with_capacity(element.points());
             for (q, f) in at.bar.iter().enumerate() {
                 let (f, history) = varied(f, &state.history_of(element, q));
@@ -92,14 +94,15 @@ impl Inelastic {
                 tensors.push(from_fn(|a| from_fn(|b| scaling.factor * weight * both.slopes[3 * a + b])));
                 let out = &mut into.history[element.entries(q)];
                 out.iter_mut().enumerate().for_each(|(i, out)| *out += scaling.factor * weight * both.slopes[9 + i]);
-                by_density[e] += weight * slopes[e].factor * both.value;
-                if slopes[e].strength != 0.0 {
+                by_density[e] += weight * slope.factor * both.value;
+                if slope.strength != 0.0 {
                     // the plastic work is proportional to the strength
                     let plastic = weights[1] * energies[1].value / scaling.strength;
-                    by_density[e] += weight * scaling.factor * slopes[e].strength * plastic;
+                    by_density[e] += weight * scaling.factor * slope.strength * plastic;
                 }
             }
-            add(element, &element.forces(&at, &tensors), into.displacements);
+            let factor = state.by_displacement(e, element.section as usize);
+            add(element, factor, &element.forces(&at, &tensors), into.displacements);
         }
     }
 }
@@ -107,8 +110,8 @@ impl Inelastic {
 impl PointElement {
     /// NaN if the element is inverted.
     pub fn energies(&self, state: State<'_>) -> Energies {
-        let Some(at) = self.deformed(state.d) else { return Energies { elastic: f64::NAN, plastic: f64::NAN } };
-        let (material, scaling) = state.law(self);
+        let Some(at) = state.deformed(self) else { return Energies { elastic: f64::NAN, plastic: f64::NAN } };
+        let (material, scaling) = state.law(self, Power::Energy);
         let mut sum = Energies::default();
         for (q, f) in at.bar.iter().enumerate() {
             let history = state.history_of(self, q);
@@ -123,9 +126,9 @@ impl PointElement {
     /// Cauchy stresses of the solid material at the listed points; NaN if the element is inverted.
     pub fn stresses(&self, state: State<'_>) -> [Tensor; STRESS_POINTS] {
         let mut out = [[[f64::NAN; 3]; 3]; STRESS_POINTS];
-        let Some(at) = self.deformed(state.d) else { return out };
+        let Some(at) = state.deformed(self) else { return out };
         out = [[[0.0; 3]; 3]; STRESS_POINTS];
-        let (material, _) = state.law(self);
+        let (material, _) = state.law(self, Power::Energy);
         for (out, q) in out.iter_mut().zip(listed(self)) {
             let (f, history) = (&at.bar[q], state.history_of(self, q));
             let j = determinant(f);
@@ -136,8 +139,8 @@ impl PointElement {
 
     /// Adds the derivatives of Σ w σ_v over the listed points.
     pub fn pull_back_stresses(&self, state: State<'_>, weights: &[f64], into: &mut StressSlopes<'_>) {
-        let Some(at) = self.deformed(state.d) else { return };
-        let (material, _) = state.law(self);
+        let Some(at) = state.deformed(self) else { return };
+        let (material, _) = state.law(self, Power::Energy);
         let mut tensors = vec![[[0.0; 3]; 3]; self.points()];
         for (weight, q) in weights.iter().zip(listed(self)).filter(|(weight, _)| **weight != 0.0) {
             let (f, history) = varied(&at.bar[q], &state.history_of(self, q));
@@ -157,7 +160,8 @@ impl PointElement {
             let out = &mut into.history[self.entries(q)];
             out.iter_mut().enumerate().for_each(|(i, out)| *out += weight * slope(9 + i));
         }
-        into.add(self.number(), &self.nodes, &self.forces(&at, &tensors), 0.0);
+        let factor = state.by_displacement(self.number(), self.section as usize);
+        into.add(self.number(), &self.nodes, (factor, &self.forces(&at, &tensors)), 0.0);
     }
 
     /// Smallest J over the points, without F̄; −∞ if it is not a number.
@@ -167,8 +171,8 @@ impl PointElement {
     }
 }
 
-fn add(element: &PointElement, forces: &[[f64; 3]], out: &mut [f64]) {
+fn add(element: &PointElement, factor: f64, forces: &[[f64; 3]], out: &mut [f64]) {
     for (&node, force) in element.nodes.iter().zip(forces) {
-        (0..3).for_each(|c| out[3 * node as usize + c] += force[c]);
+        (0..3).for_each(|c| out[3 * node as usize + c] += factor * force[c]);
     }
 }

@@ -7,6 +7,7 @@ use super::{Group, Kind};
 use crate::assembly::{find_pairs, local};
 use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks, write};
 use crate::clusters::Target;
+use crate::heat::Power;
 use crate::hex8::transposed;
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
@@ -91,7 +92,7 @@ where
     fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
         let of = |cell: &Cell<N, B, M>| {
             let (section, gamma) = (&state.sections[cell.section as usize], state.scalings[cell.number()].gamma);
-            stress::at_points(section, self.averaged_points(cell, state.d).deformation(section, gamma))
+            stress::at_points(section, self.averaged_points(cell, state).deformation(section, gamma))
         };
         write(&self.cells, of, Cell::number, out);
     }
@@ -100,8 +101,9 @@ where
         for cell in &self.cells {
             let Some(own) = weights.of(cell.number()) else { continue };
             let (section, gamma) = (&state.sections[cell.section as usize], state.scalings[cell.number()].gamma);
-            let (forces, by_gamma) = self.averaged_points(cell, state.d).pull_back(section, gamma, own);
-            into.add(cell.number(), &cell.nodes, &forces, by_gamma);
+            let (forces, by_gamma) = self.averaged_points(cell, state).pull_back(section, gamma, own);
+            let factor = state.by_displacement(cell.number(), cell.section as usize);
+            into.add(cell.number(), &cell.nodes, (factor, &forces), by_gamma);
         }
     }
 }
@@ -124,11 +126,12 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let State { sections, d, scalings, .. } = self.state;
+        let (state, sections) = (self.state, self.state.sections);
         let (mut scratch, table) = (Scratch::new(), <Group<N, B, P, M> as Kind<N, B, P>>::table());
         for cell in &self.group.cells[self.cluster] {
-            let (section, scaling) = (&sections[cell.section as usize], scalings[cell.number as usize]);
-            let d = local(&cell.nodes, d);
+            let power = if self.direction.is_some() { Power::Tangent } else { Power::Force };
+            let (section, scaling) = (&sections[cell.section as usize], cell.scaling(state, power));
+            let d = cell.local(state);
             let direction = self.direction.map(|v| local(&cell.nodes, v));
             if direction.is_some_and(|v| v.as_flattened().iter().all(|&v| v == 0.0)) {
                 continue;
@@ -165,12 +168,12 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let State { sections, d, scalings, .. } = self.state;
+        let (state, sections) = (self.state, self.state.sections);
         let (mut scratch, table) = (Scratch::new(), <Group<N, B, P, M> as Kind<N, B, P>>::table());
         let cells = self.group.cells[self.cluster.clone()].iter();
         let positions = self.positions.chunks_exact(N * N).skip(self.cluster.start);
         for (cell, positions) in cells.zip(positions) {
-            let (section, scaling) = (&sections[cell.section as usize], scalings[cell.number as usize]);
+            let (section, scaling) = (&sections[cell.section as usize], cell.scaling(state, Power::Tangent));
             let target = self.target;
             let mut add = |i: usize, k: usize, block: [f64; 9]| {
                 let add = |position: u32, block: [f64; 9]| {
@@ -183,7 +186,7 @@ where
                     add(positions[N * k + i], transposed(block));
                 }
             };
-            let done = tangent(simd, table, &mut scratch, section, cell, scaling, &local(&cell.nodes, d), &mut add);
+            let done = tangent(simd, table, &mut scratch, section, cell, scaling, &cell.local(state), &mut add);
             if done.is_none() {
                 self.inverted.push(cell.number);
             }
@@ -211,15 +214,16 @@ where
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let _ = self.group;
-        let State { sections, d, scalings, .. } = self.state;
+        let (state, sections) = (self.state, self.state.sections);
         let (mut scratch, table) = (Scratch::new(), <Group<N, B, P, M> as Kind<N, B, P>>::table());
         for (cell, out) in self.cells.iter().zip(self.out) {
             let section = &sections[cell.section as usize];
-            let (scaling, slope) = (scalings[cell.number as usize], self.slopes[cell.number as usize]);
+            let (scaling, slope) = (cell.scaling(state, Power::Force), self.slopes[cell.number as usize]);
             if slope == ElementScaling::NONE {
                 continue;
             }
-            let (d, lambda) = (local(&cell.nodes, d), local(&cell.nodes, self.adjoint));
+            let slope = state.scaled(slope, cell.number(), cell.section as usize, Power::Force);
+            let (d, lambda) = (cell.local(state), local(&cell.nodes, self.adjoint));
             let dot = |force: Corners<N>| -> f64 {
                 force.as_flattened().iter().zip(lambda.as_flattened()).map(|(f, l)| f * l).sum()
             };

@@ -1,5 +1,7 @@
 //! One element in its reference configuration, and the tables for its type.
 
+use crate::block::State;
+use crate::heat::Power;
 use crate::interpolation::ElementScaling;
 use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
@@ -184,6 +186,17 @@ impl<const N: usize, const B: usize, const M: usize> Cell<N, B, M> {
     /// The mesh's number of the element.
     pub fn number(&self) -> usize {
         self.number as usize
+    }
+
+    /// The displacements of its nodes without thermal expansion.
+    #[inline(always)]
+    pub fn local(&self, state: State<'_>) -> Corners<N> {
+        state.local(&self.nodes, self.number(), self.section as usize)
+    }
+
+    #[inline(always)]
+    pub fn scaling(&self, state: State<'_>, power: Power) -> ElementScaling {
+        state.scaling(self.number(), self.section as usize, power)
     }
 
     /// Volume by numerical integration, Σ w. \[L³\]

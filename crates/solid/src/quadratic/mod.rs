@@ -20,6 +20,7 @@ mod tangent;
 use crate::assembly::local;
 use crate::block::State;
 use crate::clusters::Clusters;
+use crate::heat::Power;
 use crate::inelastic::Reference;
 use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
@@ -89,8 +90,8 @@ where
     }
 
     fn energy(&self, cell: &Cell<N, B, M>, state: State<'_>) -> Option<f64> {
-        let (section, scaling) = (&state.sections[cell.section as usize], state.scalings[cell.number as usize]);
-        cell.energy(Self::table(), section, scaling, &local(&cell.nodes, state.d))
+        let (section, scaling) = (&state.sections[cell.section as usize], cell.scaling(state, Power::Energy));
+        cell.energy(Self::table(), section, scaling, &cell.local(state))
     }
 
     /// Smallest J over the integration points; −∞ if J is not a number.
@@ -101,8 +102,8 @@ where
     }
 
     /// An element's stress points, with what F̄ needs from its integration points.
-    fn averaged_points(&self, cell: &Cell<N, B, M>, d: &[f64]) -> AveragedPoints<N> {
-        let (table, d) = (Self::table(), local(&cell.nodes, d));
+    fn averaged_points(&self, cell: &Cell<N, B, M>, state: State<'_>) -> AveragedPoints<N> {
+        let (table, d) = (Self::table(), cell.local(state));
         let points = table.points();
         let mode = |m: usize, q: usize| cell.modes[m][q / POINTS][q % POINTS] * cell.weights[q / POINTS][q % POINTS];
         let weight = |at: &[f64; M], q: usize| (0..M).map(|m| at[m] * mode(m, q)).sum();

@@ -45,7 +45,7 @@ fn force(section: &Section, x: &Vectors, u: &Vectors, v: &Vectors, scaling: Elem
 pub(crate) fn sections() -> impl Iterator<Item = Section> {
     let formulations = [Formulation::Full, Formulation::FBar];
     let laws = LawKind::ALL.iter().map(|law| law.like(210.0, 0.3).unwrap());
-    laws.flat_map(move |material| formulations.map(|formulation| Section { material, formulation }))
+    laws.flat_map(move |material| formulations.map(|formulation| Section::new(material, formulation)))
 }
 
 fn nodes() -> Vec<[f64; 3]> {

@@ -258,7 +258,7 @@ mod tests {
         for kind in LawKind::ALL.iter().filter(|kind| !kind.has_memory()) {
             for formulation in [Formulation::Full, Formulation::FBar] {
                 let material = kind.like(100.0, 0.35).unwrap();
-                let model = SolidModel::new(mesh, vec![Section { material, formulation }]).unwrap();
+                let model = SolidModel::new(mesh, vec![Section::new(material, formulation)]).unwrap();
                 let sum = |d: &[f64], scalings: &[ElementScaling]| -> f64 {
                     let stresses = model.cauchy_stresses(d, scalings).unwrap();
                     stresses.as_flattened().iter().zip(&weights).map(|(s, w)| w * von_mises(s)).sum()

@@ -12,9 +12,9 @@ pub(crate) struct Points<const N: usize> {
 }
 
 impl<const N: usize> Points<N> {
-    pub fn new(gradients: Vec<[[f64; 3]; N]>, weights: Vec<f64>, nodes: &[u32; N], d: &[f64]) -> Self {
+    pub fn new(gradients: Vec<[[f64; 3]; N]>, weights: Vec<f64>, d: &[[f64; 3]; N]) -> Self {
         // relative to the first corner: a translation causes no round-off
-        let at = |i: usize, a: usize| d[3 * nodes[i] as usize + a] - d[3 * nodes[0] as usize + a];
+        let at = |i: usize, a: usize| d[i][a] - d[0][a];
         let h = |gradients: &[[f64; 3]; N]| from_fn(|a| from_fn(|b| (0..N).map(|i| at(i, a) * gradients[i][b]).sum()));
         let h = gradients.iter().map(h).collect();
         Self { gradients, weights, h }

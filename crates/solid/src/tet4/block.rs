@@ -69,8 +69,9 @@ impl Tetrahedra {
     }
 }
 
-fn stress_points(batch: &Batch, lane: usize, d: &[f64]) -> stress::Points<4> {
-    stress::Points::new(vec![batch.shape_gradients(lane)], vec![batch.volumes[lane]], &batch.nodes[lane], d)
+fn stress_points(batch: &Batch, lane: usize, state: State<'_>) -> stress::Points<4> {
+    let d = state.local(&batch.nodes[lane], batch.numbers()[lane] as usize, batch.section);
+    stress::Points::new(vec![batch.shape_gradients(lane)], vec![batch.volumes[lane]], &d)
 }
 
 impl ElementBlock for Tetrahedra {
@@ -117,10 +118,7 @@ impl ElementBlock for Tetrahedra {
     }
 
     fn write_energies(&self, state: State<'_>, out: &mut [Energies]) {
-        let of = |batch: &Batch, lane: usize| {
-            let scaling = state.scalings[batch.numbers()[lane] as usize];
-            Energies::elastic(batch.energy(lane, &state.sections[batch.section].material, scaling, state.d))
-        };
+        let of = |batch: &Batch, lane: usize| Energies::elastic(batch.energy(lane, state));
         self.write(of, out);
     }
 
@@ -132,7 +130,7 @@ impl ElementBlock for Tetrahedra {
         let of = |batch: &Batch, lane: usize| {
             let section = &state.sections[batch.section];
             let gamma = state.scalings[batch.numbers()[lane] as usize].gamma;
-            stress::at_points(section, stress_points(batch, lane, state.d).deformation(section, gamma))
+            stress::at_points(section, stress_points(batch, lane, state).deformation(section, gamma))
         };
         self.write(of, out);
     }
@@ -142,10 +140,10 @@ impl ElementBlock for Tetrahedra {
             for (lane, &number) in batch.numbers().iter().enumerate() {
                 let e = number as usize;
                 let Some(own) = weights.of(e) else { continue };
-                let points = stress_points(batch, lane, state.d);
+                let points = stress_points(batch, lane, state);
                 let gamma = state.scalings[e].gamma;
                 let (forces, by_gamma) = points.pull_back(&state.sections[batch.section], gamma, own);
-                into.add(e, &batch.nodes[lane], &forces, by_gamma);
+                into.add(e, &batch.nodes[lane], (state.by_displacement(e, batch.section), &forces), by_gamma);
             }
         }
     }
@@ -169,11 +167,10 @@ impl WithSimd for AddForces<'_> {
         let mut work = Work::new();
         let moves = |nodes: &[u32; 4], v: &[f64]| local(nodes, v).as_flattened().iter().any(|&v| v != 0.0);
         for batch in self.batches {
-            let material = &self.state.sections[batch.section].material;
             match self.direction {
-                None => work.internal_force(simd, batch, material, self.state.scalings, self.state.d),
+                None => work.internal_force(simd, batch, self.state),
                 Some(v) if !batch.nodes.iter().any(|nodes| moves(nodes, v)) => continue,
-                Some(v) => work.tangent_product(simd, batch, material, self.state.scalings, self.state.d, v),
+                Some(v) => work.tangent_product(simd, batch, self.state, v),
             }
             for (lane, &number) in batch.numbers().iter().enumerate() {
                 let nodes = &batch.nodes[lane];
@@ -207,7 +204,7 @@ impl WithSimd for AddTangents<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Work::new();
         for (batch, positions) in self.batches.iter().zip(self.positions) {
-            work.tangents(simd, batch, &self.state.sections[batch.section].material, self.state.scalings, self.state.d);
+            work.tangents(simd, batch, self.state);
             for (lane, &number) in batch.numbers().iter().enumerate() {
                 if !work.is_admissible(lane) {
                     self.inverted.push(number);
@@ -244,9 +241,7 @@ impl WithSimd for PullBackBatches<'_> {
             if !batch.numbers().iter().any(|&number| depends(number)) {
                 continue;
             }
-            let material = &self.state.sections[batch.section].material;
-            let scalings = [self.state.scalings, self.slopes];
-            let products = pull_back(simd, &mut work, batch, material, scalings, self.state.d, self.adjoint);
+            let products = pull_back(simd, &mut work, batch, self.state, self.slopes, self.adjoint);
             for (lane, &number) in batch.numbers().iter().enumerate().filter(|&(_, &number)| depends(number)) {
                 out[lane] = products[lane];
                 if !products[lane].is_finite() {

@@ -1,8 +1,10 @@
 //! The integrals over a batch, generic over the instruction set: a register holds a few elements.
 
 use super::{Batch, LANES};
+use crate::block::State;
+use crate::heat::Power;
 use crate::interpolation::ElementScaling;
-use crate::law::{Local, Material, Stress, with_stress};
+use crate::law::{Local, Stress, with_stress};
 use crate::registers::{
     AtPoints, Matrices, Matrix, array, contract, invert, load, load_matrix, product, store, store_matrix,
 };
@@ -54,19 +56,27 @@ impl Work {
         }
     }
 
-    /// Evaluates the deformation at displacements `d`. The caller checks which elements are
+    /// Evaluates the deformation at a state, without thermal expansion. The caller checks which elements are
     /// admissible.
     #[inline(always)]
-    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], law: &impl Stress) {
+    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, state: State<'_>, power: Power, law: &impl Stress) {
         self.modulus = [0.0; LANES];
         self.gamma = ONES;
         for (lane, &number) in batch.numbers().iter().enumerate() {
-            let ElementScaling { factor, gamma, .. } = scalings[number as usize].effective(law.small_strains());
+            let ElementScaling { factor, gamma, .. } =
+                state.scaling(number as usize, batch.section, power).effective(law.small_strains());
             self.modulus[lane] = factor * batch.volumes[lane] * law.shear_modulus();
             self.gamma[lane] = gamma;
         }
         self.interpolated = self.gamma != ONES;
-        self.displacement = field_gradient(simd, batch, d);
+        self.displacement = field_gradient(simd, batch, state.d);
+        if state.heat.is_some() {
+            for (lane, &number) in batch.numbers().iter().enumerate() {
+                let h = self.displacement.map(|row| row.map(|entry| entry[lane]));
+                let h = state.without_expansion(h, number as usize, batch.section);
+                (0..9).for_each(|n| self.displacement[n / 3][n % 3][lane] = h[n / 3][n % 3]);
+            }
+        }
         for v in 0..LANES / S::F64_LANES {
             let gamma = load::<S>(&self.gamma, v);
             let mut f = array(|a, b| simd.mul_f64s(gamma, load::<S>(&self.displacement[a][b], v)));
@@ -131,20 +141,14 @@ impl Work {
 
     /// Internal forces at displacements `d`.
     #[inline(always)]
-    pub fn internal_force<S: Simd>(
-        &mut self,
-        simd: S,
-        batch: &Batch,
-        material: &Material,
-        scalings: &[ElementScaling],
-        d: &[f64],
-    ) {
-        with_stress!(S, material, law => self.force_of(simd, &law, batch, scalings, d))
+    pub fn internal_force<S: Simd>(&mut self, simd: S, batch: &Batch, state: State<'_>) {
+        let material = &state.sections[batch.section].material;
+        with_stress!(S, material, law => self.force_of(simd, &law, batch, state))
     }
 
     #[inline(always)]
-    fn force_of<S: Simd>(&mut self, simd: S, law: &impl Stress, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
-        self.deform(simd, batch, scalings, d, law);
+    fn force_of<S: Simd>(&mut self, simd: S, law: &impl Stress, batch: &Batch, state: State<'_>) {
+        self.deform(simd, batch, state, Power::Force, law);
         let volumetric = law.volumetric(simd, &self.determinant);
         let rest = if self.interpolated { law.volumetric(simd, &ONES) } else { ONES };
         let [finite, linear] = self.weights(OF_FORCE);
@@ -163,29 +167,14 @@ impl Work {
 
     /// Product of the tangent at displacements `d` with `direction`, instead of the forces.
     #[inline(always)]
-    pub fn tangent_product<S: Simd>(
-        &mut self,
-        simd: S,
-        batch: &Batch,
-        material: &Material,
-        scalings: &[ElementScaling],
-        d: &[f64],
-        direction: &[f64],
-    ) {
-        with_stress!(S, material, law => self.product_of(simd, &law, batch, scalings, d, direction))
+    pub fn tangent_product<S: Simd>(&mut self, simd: S, batch: &Batch, state: State<'_>, direction: &[f64]) {
+        let material = &state.sections[batch.section].material;
+        with_stress!(S, material, law => self.product_of(simd, &law, batch, state, direction))
     }
 
     #[inline(always)]
-    fn product_of<S: Simd>(
-        &mut self,
-        simd: S,
-        law: &impl Stress,
-        batch: &Batch,
-        scalings: &[ElementScaling],
-        d: &[f64],
-        direction: &[f64],
-    ) {
-        self.deform(simd, batch, scalings, d, law);
+    fn product_of<S: Simd>(&mut self, simd: S, law: &impl Stress, batch: &Batch, state: State<'_>, direction: &[f64]) {
+        self.deform(simd, batch, state, Power::Tangent, law);
         let change = field_gradient(simd, batch, direction);
         let moduli = Moduli::new(simd, law, self);
         for v in 0..LANES / S::F64_LANES {
@@ -198,27 +187,14 @@ impl Work {
 
     /// Tangents at displacements `d`.
     #[inline(always)]
-    pub fn tangents<S: Simd>(
-        &mut self,
-        simd: S,
-        batch: &Batch,
-        material: &Material,
-        scalings: &[ElementScaling],
-        d: &[f64],
-    ) {
-        with_stress!(S, material, law => self.tangents_of(simd, &law, batch, scalings, d))
+    pub fn tangents<S: Simd>(&mut self, simd: S, batch: &Batch, state: State<'_>) {
+        let material = &state.sections[batch.section].material;
+        with_stress!(S, material, law => self.tangents_of(simd, &law, batch, state))
     }
 
     #[inline(always)]
-    fn tangents_of<S: Simd>(
-        &mut self,
-        simd: S,
-        law: &impl Stress,
-        batch: &Batch,
-        scalings: &[ElementScaling],
-        d: &[f64],
-    ) {
-        self.deform(simd, batch, scalings, d, law);
+    fn tangents_of<S: Simd>(&mut self, simd: S, law: &impl Stress, batch: &Batch, state: State<'_>) {
+        self.deform(simd, batch, state, Power::Tangent, law);
         let moduli = Moduli::new(simd, law, self);
         let Self { gradient, inverse, determinant, moduli: blocks, .. } = self;
         for v in 0..LANES / S::F64_LANES {
@@ -321,12 +297,12 @@ pub(crate) fn pull_back<S: Simd>(
     simd: S,
     work: &mut Work,
     batch: &Batch,
-    material: &Material,
-    [scalings, slopes]: [&[ElementScaling]; 2],
-    d: &[f64],
+    state: State<'_>,
+    slopes: &[ElementScaling],
     adjoint: &[f64],
 ) -> AtPoints {
-    with_stress!(S, material, law => pull_back_of(simd, work, &law, batch, [scalings, slopes], d, adjoint))
+    let material = &state.sections[batch.section].material;
+    with_stress!(S, material, law => pull_back_of(simd, work, &law, batch, state, slopes, adjoint))
 }
 
 #[inline(always)]
@@ -335,11 +311,11 @@ fn pull_back_of<S: Simd>(
     work: &mut Work,
     law: &impl Stress,
     batch: &Batch,
-    [scalings, slopes]: [&[ElementScaling]; 2],
-    d: &[f64],
+    state: State<'_>,
+    slopes: &[ElementScaling],
     adjoint: &[f64],
 ) -> AtPoints {
-    work.deform(simd, batch, scalings, d, law);
+    work.deform(simd, batch, state, Power::Force, law);
     let lambda = field_gradient(simd, batch, adjoint);
     let volumetric = law.volumetric(simd, &work.determinant);
     let rest = law.volumetric(simd, &ONES);
@@ -358,10 +334,11 @@ fn pull_back_of<S: Simd>(
     let mut out = [0.0; LANES];
     for (lane, &number) in batch.numbers().iter().enumerate() {
         let [ElementScaling { factor, gamma, .. }, slope] =
-            [scalings, slopes].map(|of| of[number as usize].effective(law.small_strains()));
+            [state.scalings, slopes].map(|of| of[number as usize].effective(law.small_strains()));
         let by_factor = gamma * force[lane] + (1.0 - gamma * gamma) * linear[lane];
         let by_gamma = factor * (force[lane] + gamma * (finite[lane] - 2.0 * linear[lane]));
-        let modulus = batch.volumes[lane] * law.shear_modulus();
+        let expanded = state.power(number as usize, batch.section, Power::Force);
+        let modulus = expanded * batch.volumes[lane] * law.shear_modulus();
         let product = modulus * (slope.factor * by_factor + slope.gamma * by_gamma);
         out[lane] = if work.is_admissible(lane) { product } else { f64::NAN };
     }

@@ -18,8 +18,10 @@ mod kernel;
 pub(crate) use block::block;
 use kernel::{Work, pull_back};
 
+use crate::block::State;
+use crate::heat::Power;
 use crate::interpolation::ElementScaling;
-use crate::law::{Material, determinant};
+use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
 use slipstick_mesh::{Mesh, tet_volume};
 
@@ -101,9 +103,11 @@ impl Batch {
     }
 
     /// Energy of one element; `None` if J ≤ 0, at γ d if the energy is interpolated. \[F L\]
-    pub fn energy(&self, lane: usize, material: &Material, scaling: ElementScaling, d: &[f64]) -> Option<f64> {
+    pub fn energy(&self, lane: usize, state: State<'_>) -> Option<f64> {
+        let (number, material) = (self.numbers[lane] as usize, &state.sections[self.section].material);
+        let scaling = state.scaling(number, self.section, Power::Energy);
         let ElementScaling { factor, gamma, .. } = scaling.effective(material.small_strains());
-        let h = self.displacement_gradient(lane, d);
+        let h = state.without_expansion(self.displacement_gradient(lane, state.d), number, self.section);
         let f = plus_identity(&h, gamma);
         if !(determinant(&f) > 0.0) {
             return None;

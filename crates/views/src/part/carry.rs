@@ -195,8 +195,11 @@ fn uses(case: &Case) -> Vec<(String, String)> {
     for support in &case.dirichlet {
         need(&support.set, "a support or motion".into());
     }
-    for load in &case.loads {
+    for load in case.loads.iter().filter(|load| !load.acts_on_mass()) {
         need(&load.surface, "a load".into());
+    }
+    for temperature in &case.temperatures {
+        temperature.set.iter().for_each(|set| need(set, "a change of temperature".into()));
     }
     for surface in &case.surfaces {
         let parts = surface.within.iter().chain(&surface.of);

@@ -65,6 +65,8 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         Some(_) => (none_of_rigid(&table), Vec::new()),
         None => (material(&table), sections(&table, names)),
     };
+    let mass_density = mass_density(&table);
+    let thermal_expansion = if rigid.is_none() { table.number("thermal_expansion").optional() } else { None };
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar)];
     let element = table.word("element", &formulations).or(Formulation::Full);
     let order = table
@@ -92,7 +94,8 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         }
     }
     table.finish();
-    Body { name, shape: shape.unwrap_or(STAND_IN), place, rigid, material, sections, element, order }
+    let shape = shape.unwrap_or(STAND_IN);
+    Body { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, element, order }
 }
 
 /// The shape; `None` only if it is unknown which shape is meant, or which surfaces it has.
@@ -259,14 +262,20 @@ fn material(table: &Table<'_>) -> Material {
     read.unwrap_or(example)
 }
 
+/// Mass per volume of the solid, if it is given.
+fn mass_density(table: &Table<'_>) -> Option<f64> {
+    table.number("mass_density").positive(CaseCode::OutOfRange).optional()
+}
+
 /// Regions with other materials.
 fn sections(table: &Table<'_>, names: &Names) -> Vec<BodySection> {
     let section = |table: Table<'_>| {
         table.require("region", "for instance region = { min = [0, 0, 0], max = [1, 1, 1] }");
         let region = table.table("region").and_then(|table| region(table, OF_BODY, names));
-        let material = material(&table);
+        let (material, mass_density) = (material(&table), mass_density(&table));
+        let thermal_expansion = table.number("thermal_expansion").optional();
         table.finish();
-        Some(BodySection { region: region?, material })
+        Some(BodySection { region: region?, material, mass_density, thermal_expansion })
     };
     table.tables("section").into_iter().filter_map(section).collect()
 }

@@ -51,6 +51,10 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
                 "2.5 is usual; omit it for that of the stiffness",
             )
             .optional(),
+        mass_p: table
+            .number("mass_p")
+            .check(CaseCode::Simp, |&p| p >= 1.0, "must be at least 1", "1 is the mass of the material")
+            .or(1.0),
         energy_interpolation: table.table("energy_interpolation").map(energy_interpolation),
         sensitivity_filter,
         density_filter,

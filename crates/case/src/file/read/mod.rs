@@ -17,6 +17,7 @@ mod sets;
 mod shaping;
 mod spring;
 mod symmetry;
+mod temperature;
 
 use super::document::Table;
 use super::names::Names;
@@ -45,13 +46,15 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let contacts = contact::contacts(&root, &names, &bodies, load_path.steps, exchanged);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &turning, &load_cases, load_path.steps);
-    let loads = load::loads(&root, &names, &turning, &load_cases, load_path.steps);
+    let loads = load::loads(&root, &names, (&turning, &bodies), &load_cases, load_path.steps);
     let springs = spring::springs(&root, &names);
     let equations = equation::equations(&root, &names);
+    let temperatures = temperature::temperatures(&root, &names, &bodies, &load_cases, load_path.steps);
     let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
     let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =
-        (moving.collect(), loads.iter().map(|load| (load.surface.clone(), load.load_case.clone())).collect());
-    let driven: Vec<Option<String>> = moving.iter().chain(&loaded).map(|(_, of)| of.clone()).collect();
+        (moving.collect(), loads.iter().map(|load| (load.target().to_owned(), load.load_case.clone())).collect());
+    let heated = temperatures.iter().map(|temperature| temperature.load_case.clone());
+    let driven: Vec<Option<String>> = moving.iter().chain(&loaded).map(|(_, of)| of.clone()).chain(heated).collect();
     load_case::warn_idle(&root, &load_cases, &driven);
     load_case::check_differences(&root, &load_cases, &moving, &loaded);
     let design = design::design(&root, &names, &bodies);
@@ -88,6 +91,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
         points,
         equations,
         couplings,
+        temperatures,
         load_path,
         design,
         quantities,

@@ -19,6 +19,12 @@ pub struct Body {
     /// That it does not deform; its motion has six unknowns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rigid: Option<Rigid>,
+    /// Mass per reference volume of the solid, on which gravity and rotation act; > 0 if given. \[M/L³\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_density: Option<f64>,
+    /// Coefficient of thermal expansion α: a change ΔT of the temperature stretches by 1 + α ΔT.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thermal_expansion: Option<f64>,
     /// The material of the solid (density 1). For a rigid body that of the stiffest other body, from
     /// which default stiffnesses of contact follow.
     pub material: Material,
@@ -45,6 +51,10 @@ impl Serialize for Body {
             #[serde(skip_serializing_if = "Option::is_none")]
             rigid: Option<Rigid>,
             #[serde(skip_serializing_if = "Option::is_none")]
+            mass_density: Option<f64>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            thermal_expansion: Option<f64>,
+            #[serde(skip_serializing_if = "Option::is_none")]
             material: Option<Material>,
             #[serde(rename = "section", skip_serializing_if = "<[BodySection]>::is_empty")]
             sections: &'a [BodySection],
@@ -52,15 +62,29 @@ impl Serialize for Body {
             element: Option<Formulation>,
             order: u8,
         }
-        let Self { name, shape, place, rigid, material, sections, element, order } = self;
+        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, element, order } =
+            self;
         let deforms = rigid.is_none();
         let (material, element) = (deforms.then_some(*material), deforms.then_some(*element));
         let (place, rigid, order) = (*place, *rigid, *order);
-        Written { name, shape, place, rigid, material, sections, element, order }.serialize(serializer)
+        let (mass_density, thermal_expansion) = (*mass_density, *thermal_expansion);
+        Written { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, element, order }
+            .serialize(serializer)
     }
 }
 
 impl Body {
+    /// Whether a part of it has mass.
+    pub fn has_mass(&self) -> bool {
+        self.mass_density.is_some() || self.sections.iter().any(|section| section.mass_density.is_some())
+    }
+
+    /// Whether a part of it expands with temperature.
+    pub fn expands(&self) -> bool {
+        let of = |expansion: Option<f64>| expansion.is_some_and(|alpha| alpha != 0.0);
+        of(self.thermal_expansion) || self.sections.iter().any(|section| of(section.thermal_expansion))
+    }
+
     /// Its materials: its own, and those of its sections.
     pub fn materials(&self) -> impl Iterator<Item = &Material> {
         std::iter::once(&self.material).chain(self.sections.iter().map(|section| &section.material))
@@ -74,6 +98,12 @@ pub struct BodySection {
     pub region: Region,
     /// Their material.
     pub material: Material,
+    /// Their mass per reference volume; `None`: that of the body. > 0 \[M/L³\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_density: Option<f64>,
+    /// Their coefficient of thermal expansion; `None`: that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thermal_expansion: Option<f64>,
 }
 
 /// A rigid body.

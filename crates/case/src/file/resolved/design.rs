@@ -29,6 +29,10 @@ pub struct Design {
     /// Power with which the yield stress rises with the density, ≥ 1; `None`: that of the stiffness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yield_p: Option<f64>,
+    /// Power with which the mass of an element, on which loads act, falls with its density, ≥ 1; with 1, it
+    /// is that of the material.
+    #[serde(skip_serializing_if = "is_one")]
+    pub mass_p: f64,
     /// Linear elasticity for elements with very low density; `None`: finite strains everywhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy_interpolation: Option<EnergyInterpolation>,
@@ -235,4 +239,8 @@ pub struct Optimizer {
     /// change.
     #[serde(skip_serializing_if = "Schedule::is_empty")]
     pub schedule: Schedule,
+}
+
+fn is_one(power: &f64) -> bool {
+    *power == 1.0
 }

@@ -71,7 +71,7 @@ pub struct Case {
     pub load_cases: Vec<LoadCase>,
     /// Supports and prescribed motions.
     pub dirichlet: Vec<Dirichlet>,
-    /// Loads on surfaces.
+    /// Loads on surfaces, rigid bodies and mass.
     #[serde(rename = "load", skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
     /// Springs.
@@ -86,6 +86,9 @@ pub struct Case {
     /// Couplings of faces to reference points.
     #[serde(rename = "coupling", skip_serializing_if = "Vec::is_empty")]
     pub couplings: Vec<Coupling>,
+    /// Changes of temperature.
+    #[serde(rename = "temperature", skip_serializing_if = "Vec::is_empty")]
+    pub temperatures: Vec<Temperature>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
     /// The design; `None` if the case is only for a forward analysis.

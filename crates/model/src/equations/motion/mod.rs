@@ -137,11 +137,15 @@ pub struct Waypoint {
     pub angle: f64,
 }
 
-/// A load on a surface or a rigid body; along the path, its value is multiplied by `amplitude`.
+/// A load on a surface, a rigid body or the mass of bodies; along the path, its value is multiplied by `amplitude`.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Load {
-    /// The surface, or the name of the rigid body.
+    /// The surface, or the name of the rigid body; empty for loads on mass.
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub surface: String,
+    /// The body on whose mass the load acts; `None`: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
     /// The load case in which it acts; `None`: in all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_case: Option<String>,
@@ -153,17 +157,54 @@ pub struct Load {
 }
 
 impl Load {
+    /// What it acts on: a surface or body, or `all bodies`.
+    pub fn target(&self) -> &str {
+        match &self.body {
+            Some(body) => body,
+            None if self.surface.is_empty() => "all bodies",
+            None => &self.surface,
+        }
+    }
+
+    /// Whether it acts on the mass of bodies.
+    pub fn acts_on_mass(&self) -> bool {
+        matches!(self.kind, LoadKind::Gravity(_) | LoadKind::Centrifugal(_))
+    }
+
     /// The factor at pseudo-time `t`: piecewise linear through (0, 0) and the waypoints.
     pub fn factor(&self, t: f64) -> f64 {
-        let mut last = AmplitudePoint { t: 0.0, factor: 0.0 };
-        for &next in &self.amplitude {
-            if t < next.t {
-                return last.factor + (t - last.t) / (next.t - last.t) * (next.factor - last.factor);
-            }
-            last = next;
-        }
-        last.factor
+        factor(&self.amplitude, t)
     }
+}
+
+/// The factor of an amplitude at pseudo-time `t`: piecewise linear through (0, 0) and the waypoints.
+pub(in crate::equations) fn factor(amplitude: &[AmplitudePoint], t: f64) -> f64 {
+    let mut last = AmplitudePoint { t: 0.0, factor: 0.0 };
+    for &next in amplitude {
+        if t < next.t {
+            return last.factor + (t - last.t) / (next.t - last.t) * (next.factor - last.factor);
+        }
+        last = next;
+    }
+    last.factor
+}
+
+/// A change of the temperature; along the path, it is multiplied by `amplitude`.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Temperature {
+    /// The body; `None`: all, or the nodes of a set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Surface or node set; elements have the mean of their nodes, where other nodes count as unchanged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
+    /// The load case in which it acts; `None`: in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
+    /// Change of the temperature from that at which the bodies are free of stress.
+    pub change: f64,
+    /// Waypoints; linear in between, starting from 0 at t = 0; constant after the last one.
+    pub amplitude: Vec<AmplitudePoint>,
 }
 
 /// The kind of a load on a surface, and its value.
@@ -182,6 +223,21 @@ pub enum LoadKind {
     Moment([f64; 3]),
     /// Dead load: this force on each node of a set. \[F\]
     NodalForce([f64; 3]),
+    /// Acceleration of gravity, which acts on mass. \[L/T²\]
+    Gravity([f64; 3]),
+    /// Centrifugal force of a steady rotation, which acts on mass; the amplitude is a factor on ω².
+    Centrifugal(Centrifugal),
+}
+
+/// A steady rotation. The centrifugal force grows with the current distance from the axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Centrifugal {
+    /// A point on the axis, which stays where it is. \[L\]
+    pub point: [f64; 3],
+    /// The direction of the axis; need not be a unit vector, is not zero.
+    pub direction: [f64; 3],
+    /// Angular velocity ω, in radians per unit of time. \[1/T\]
+    pub angular_velocity: f64,
 }
 
 /// A waypoint of a load's amplitude.

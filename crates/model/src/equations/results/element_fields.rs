@@ -52,7 +52,8 @@ impl Design {
     ) -> ElementFields {
         let model = &*self.model;
         let d = &state.unknowns[..model.displacement_count()];
-        let step = self.solid_step(model.solid_history(state));
+        let stretches = model.stretches(time);
+        let step = self.solid_step(model.solid_history(state), &stretches);
         let solid = model.whole_solid(mesh);
         let (mut determinants, volumes) = (solid.smallest_determinants(d), solid.element_volumes());
         // rigid elements have no part in the solid
@@ -75,7 +76,7 @@ impl Design {
             return ElementFields { determinants, ..ElementFields::default() };
         };
         let mut external = vec![0.0; d.len()];
-        model.external_force(d, time, &mut external);
+        self.external_force(d, time, &mut external);
         let none = vec![0.0; d.len()];
         let contact_force = if known.contact.force.is_empty() { &none[..] } else { &known.contact.force[..] };
         let (mut stress, mut sizes) = (Vec::new(), Vec::new());

@@ -6,9 +6,9 @@ use crate::equations::{ContactModel, ContactResults, Design, Step, node};
 use nalgebra::{Vector2, Vector3};
 use slipstick_design::quantity::{ContactDerivative, ContactNode, StateView};
 use slipstick_mesh::Rigid;
-use slipstick_path::{Evaluated, Explicit, Inputs, StateError, StepState};
+use slipstick_path::{Evaluated, Explicit, Inputs, LoadTime, StateError, StepState};
 use slipstick_solid::stress::{STRESS_POINTS, von_mises};
-use slipstick_solid::{ElementScaling, EnergyWeights, SolidAdjoint};
+use slipstick_solid::{ElementScaling, EnergyWeights, SolidAdjoint, SolidStep};
 
 impl ContactModel {
     /// The data of the slave nodes that quantities read.
@@ -133,7 +133,7 @@ impl Design {
     /// If elements are inverted.
     pub(crate) fn pull_back_energies(
         &self,
-        d: &[f64],
+        (time, d): (LoadTime, &[f64]),
         view: &StateView<'_>,
         weights: &[f64],
         parameters: bool,
@@ -147,15 +147,17 @@ impl Design {
             |(scaling, weight): (&ElementScaling, &f64)| ElementScaling { factor: weight * scaling.factor, ..*scaling };
         let scalings: Vec<ElementScaling> = self.scalings.iter().zip(weights).map(weighted).collect();
         let mut force = vec![0.0; d.len()];
-        let result = model.solid.internal_force(d, &scalings, &mut force).map_err(crate::equations::inverted);
+        let stretches = model.stretches(time);
+        let step = SolidStep { scalings: &scalings, history: &[], stretches: &stretches };
+        let result = model.solid.internal_force(d, step, &mut force).map_err(crate::equations::inverted);
         model.share.agree(result)?;
         model.share.sum(&mut [&mut force]);
         by_displacement.iter_mut().zip(force).for_each(|(to, force)| *to += force);
         let interpolated = self.scaling_slopes().iter().any(|slope| slope.gamma != 0.0);
-        let by_gamma = if interpolated { self.energies_by_gamma(d)? } else { Vec::new() };
+        let by_gamma = if interpolated { self.energies_by_gamma(d, &stretches)? } else { Vec::new() };
         // a void without stiffness has energy as soon as its density rises
         let none = self.scalings.iter().any(|scaling| scaling.factor == 0.0);
-        let of_solid = if none { self.energies_of_solid(d)? } else { Vec::new() };
+        let of_solid = if none { self.energies_of_solid(d, &stretches)? } else { Vec::new() };
         for (e, (scaling, slope)) in self.scalings.iter().zip(self.scaling_slopes()).enumerate() {
             if slope.factor != 0.0 {
                 let energy = if none { of_solid[e] } else { view.energy[e] / scaling.factor };
@@ -180,7 +182,7 @@ impl Design {
     /// `gradients_through_plastic_states` (tests/suite/plasticity.rs).
     pub(crate) fn pull_back_inelastic_energies(
         &self,
-        state: &StepState,
+        (time, state): (LoadTime, &StepState),
         [elastic, plastic]: [&[f64]; 2],
         by_displacement: &mut [f64],
         (by_history, by_density): (&mut [f64], &mut [f64]),
@@ -192,7 +194,8 @@ impl Design {
         let d = &state.unknowns[..model.displacement_count()];
         let (mut force, mut history) = (vec![0.0; d.len()], vec![0.0; model.history.solid.len()]);
         let mut density = vec![0.0; by_density.len()];
-        let step = self.solid_step(model.solid_history(state));
+        let stretches = model.stretches(time);
+        let step = self.solid_step(model.solid_history(state), &stretches);
         let weights = EnergyWeights { elastic, plastic };
         let states = (&mut force[..], &mut history[..]);
         let slopes = (self.scaling_slopes(), &mut density[..]);
@@ -214,7 +217,13 @@ impl Design {
     }
 
     /// Adds (∂f_int/∂h)ᵀ λ for the history at the start of the step.
-    pub(crate) fn pull_back_internal_history(&self, d: &[f64], before: &[f64], lambda: &[f64], by_history: &mut [f64]) {
+    pub(crate) fn pull_back_internal_history(
+        &self,
+        d: &[f64],
+        (time, before): (LoadTime, &[f64]),
+        lambda: &[f64],
+        by_history: &mut [f64],
+    ) {
         let model = &*self.model;
         if !model.has_memory() {
             return;
@@ -222,7 +231,9 @@ impl Design {
         let mut history = vec![0.0; model.history.solid.len()];
         let none = vec![0.0; history.len()];
         let adjoint = SolidAdjoint { forces: lambda, history: &none };
-        let result = model.solid.pull_back_previous(d, self.solid_step(before), adjoint, &mut history);
+        let stretches = model.stretches(time);
+        let step = self.solid_step(before, &stretches);
+        let result = model.solid.pull_back_previous(d, step, adjoint, &mut history);
         result.expect("the state has been evaluated with these displacements");
         model.share.sum(&mut [&mut history]);
         add(&mut by_history[model.history.solid.clone()], &history);
@@ -243,11 +254,12 @@ impl Design {
     }
 
     /// Energies with factor 1, complete on every rank. \[F L\]
-    fn energies_of_solid(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+    fn energies_of_solid(&self, d: &[f64], stretches: &[f64]) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let scalings: Vec<ElementScaling> =
             self.scalings.iter().map(|scaling| ElementScaling { factor: 1.0, ..*scaling }).collect();
-        let energies = model.solid.energies(d, &scalings).map_err(crate::equations::inverted);
+        let step = SolidStep { scalings: &scalings, history: &[], stretches };
+        let energies = model.solid.energies(d, step).map_err(crate::equations::inverted);
         let mut energies = model.share.agree(energies)?;
         model.share.sum(&mut [&mut energies]);
         Ok(energies)
@@ -258,12 +270,13 @@ impl Design {
     ///
     /// # Errors
     /// If elements are inverted.
-    pub(crate) fn von_mises_stresses(&self, state: &StepState) -> Result<Vec<f64>, StateError> {
+    pub(crate) fn von_mises_stresses(&self, time: LoadTime, state: &StepState) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
+        let stretches = model.stretches(time);
         let d = &state.unknowns[..model.displacement_count()];
         let stresses = model
             .solid
-            .cauchy_stresses(d, self.solid_step(model.solid_history(state)))
+            .cauchy_stresses(d, self.solid_step(model.solid_history(state), &stretches))
             .map_err(crate::equations::inverted);
         let stresses = model.share.agree(stresses)?;
         let mut sizes: Vec<f64> = stresses.as_flattened().iter().map(von_mises).collect();
@@ -277,7 +290,7 @@ impl Design {
     /// (tests/suite/quantity_gradients.rs).
     pub(crate) fn pull_back_stresses(
         &self,
-        state: &StepState,
+        (time, state): (LoadTime, &StepState),
         view: &StateView<'_>,
         by_stress: &[f64],
         parameters: bool,
@@ -288,7 +301,8 @@ impl Design {
         let d = &state.unknowns[..model.displacement_count()];
         let (mut force, mut by_density) = (vec![0.0; d.len()], vec![0.0; self.scalings.len()]);
         let mut history = vec![0.0; model.history.solid.len()];
-        let step = (self.solid_step(model.solid_history(state)), self.scaling_slopes());
+        let stretches = model.stretches(time);
+        let step = (self.solid_step(model.solid_history(state), &stretches), self.scaling_slopes());
         model.solid.pull_back_stresses(d, step, by_stress, (&mut force, &mut history), &mut by_density);
         model.share.sum(&mut [&mut force, &mut history, &mut by_density]);
         add(&mut by_history[model.history.solid.clone()], &history);
@@ -305,15 +319,25 @@ impl Design {
         }
     }
 
-    /// ∂W/∂γ of every element.
-    fn energies_by_gamma(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+    /// ∂W/∂γ of every element, (v·∂W/∂v − 2 factor Ψ_L)/γ with the displacements v without thermal
+    /// expansion, for which v·∂W/∂v = (u − (θ − 1) X)·f.
+    fn energies_by_gamma(&self, d: &[f64], stretches: &[f64]) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let scaled = |gamma: f64| -> Vec<ElementScaling> {
             self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma, ..*s }).collect()
         };
+        let linear = scaled(0.0);
+        let step = self.solid_step(&[], stretches);
         let mut work = vec![0.0; self.scalings.len()];
-        let result = model.solid.pull_back_density(d, &self.scalings, &scaled(0.0), d, &mut work);
-        let linear = model.solid.energies(d, &scaled(0.0));
+        let mut result = model.solid.pull_back_density(d, step, &linear, d, &mut work);
+        if !stretches.is_empty() {
+            let mut expansion = vec![0.0; work.len()];
+            let of_expansion = model.solid.pull_back_density(d, step, &linear, &model.coordinates, &mut expansion);
+            result = result.and(of_expansion);
+            let each = work.iter_mut().zip(expansion).zip(stretches);
+            each.for_each(|((work, expansion), stretch)| *work -= (stretch - 1.0) * expansion);
+        }
+        let linear = model.solid.energies(d, SolidStep { scalings: &linear, ..step });
         let result = result.and(linear).map_err(crate::equations::inverted);
         let linear = model.share.agree(result)?;
         for ((work, linear), scaling) in work.iter_mut().zip(linear).zip(&self.scalings) {

@@ -62,8 +62,9 @@ pub struct Step {
     pub(in crate::equations) rows: Vec<PreviousRow>,
     /// History of the previous state.
     pub(in crate::equations) history: Vec<f64>,
-    /// When it ends.
+    /// When it ends, and the stretches of thermal expansion there.
     pub(in crate::equations) time: LoadTime,
+    pub(in crate::equations) stretches: Vec<f64>,
     /// What the viscous forces are measured from.
     pub(in crate::equations) rate: Rate,
     /// Rotation vectors of the rigid bodies before the step. \[rad\]
@@ -90,6 +91,7 @@ impl Step {
             rows,
             history: history.to_vec(),
             time,
+            stretches: model.stretches(time),
             rate: Rate::default(),
             rotations: Vec::new(),
             anchor: None,

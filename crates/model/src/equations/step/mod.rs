@@ -41,7 +41,9 @@ impl StepProblem for Design {
     }
 
     fn load_factors(&self, time: LoadTime) -> Vec<f64> {
-        self.model.loads.factors(time)
+        let mut factors = self.model.loads.factors(time);
+        factors.extend(self.model.temperatures.factors(time));
+        factors
     }
 
     fn geometry(&self, y: &[f64], wanted: Wanted, workspace: &mut Workspace) -> Result<Arc<Kinematics>, StateError> {
@@ -83,10 +85,7 @@ impl StepProblem for Design {
         if wanted.residual() {
             let begin = workspace.timings.begin();
             internal.resize(split, 0.0);
-            result = model
-                .solid
-                .internal_force(&y[..split], self.solid_step(step.solid_history(model)), &mut internal)
-                .map_err(inverted);
+            result = model.solid.internal_force(&y[..split], self.solid_at(step), &mut internal).map_err(inverted);
             model.add_spring_force(&y[..split], &mut internal);
             workspace.timings.end(Phase::Solid, begin);
         }
@@ -147,12 +146,10 @@ impl StepProblem for Design {
         let Workspace { scatter, matrix, .. } = workspace;
         let (scatter, matrix) = (scatter.as_ref().expect("made above"), matrix.as_mut().expect("made above"));
         matrix.set_zero();
-        let result = model
-            .solid
-            .add_tangent(&y[..split], self.solid_step(step.solid_history(model)), scatter, matrix)
-            .map_err(inverted);
-        if !model.loads.is_empty() && model.share.has_rest() {
-            model.loads.add_tangent(step.time, &model.positions(y), matrix);
+        let result = model.solid.add_tangent(&y[..split], self.solid_at(step), scatter, matrix).map_err(inverted);
+        if model.has_loads() {
+            let x = model.positions(y);
+            model.loads.add_tangent(self.load_state(step.time, &x, Some(&model.share)), matrix);
         }
         model.add_spring_tangent(&y[..split], matrix);
         model.add_viscous_tangent(step, matrix);
@@ -218,8 +215,8 @@ impl StepProblem for Design {
                 history[2 * j..][..2].copy_from_slice(&node.law.value().as_slice()[1..]);
             }
             let split = model.displacement_count();
-            let (before, solid) = (step.solid_history(model), &mut history[model.history.solid.clone()]);
-            let result = model.solid.update_history(&at.unknowns[..split], self.solid_step(before), solid);
+            let solid = &mut history[model.history.solid.clone()];
+            let result = model.solid.update_history(&at.unknowns[..split], self.solid_at(step), solid);
             model.share.agree(result.map_err(inverted))?;
             model.share.sum(&mut [&mut history]);
         }
@@ -310,9 +307,15 @@ impl HoldFreeMotions<Self> for Design {
 }
 
 impl Design {
-    /// What the solids depend on in a step that starts with this history.
-    pub(in crate::equations) fn solid_step<'a>(&'a self, history: &'a [f64]) -> SolidStep<'a> {
-        SolidStep { scalings: &self.scalings, history }
+    /// What the solids depend on in a step.
+    pub(in crate::equations) fn solid_at<'a>(&'a self, step: &'a Step) -> SolidStep<'a> {
+        self.solid_step(step.solid_history(&self.model), &step.stretches)
+    }
+
+    /// What the solids depend on in a step that starts with this history, or at a state, with the stretches
+    /// of thermal expansion.
+    pub(in crate::equations) fn solid_step<'a>(&'a self, history: &'a [f64], stretches: &'a [f64]) -> SolidStep<'a> {
+        SolidStep { scalings: &self.scalings, history, stretches }
     }
 
     /// Carries the tangent over to the unknowns on which others depend: those of equations and rigid bodies, on whose nodes loads, springs and contact act.
@@ -322,8 +325,9 @@ impl Design {
             return model.dependent.linear.carry_over(matrix);
         }
         let mut forces = vec![0.0; model.displacement_count()];
-        if !model.loads.is_empty() && model.share.has_rest() {
-            model.loads.add_residual(step.time, &model.positions(&at.unknowns), &mut forces);
+        if model.has_loads() {
+            let x = model.positions(&at.unknowns);
+            model.loads.add_residual(self.load_state(step.time, &x, Some(&model.share)), &mut forces);
         }
         model.add_spring_force(&at.unknowns, &mut forces);
         model.add_from_contact(&mut forces, |out| {
@@ -344,8 +348,9 @@ impl Design {
         let model = &*self.model;
         let split = internal.len();
         let mut out = internal.to_vec();
-        if !model.loads.is_empty() && model.share.has_rest() {
-            model.loads.add_residual(step.time, &model.positions(y), &mut out);
+        if model.has_loads() {
+            let x = model.positions(y);
+            model.loads.add_residual(self.load_state(step.time, &x, Some(&model.share)), &mut out);
         }
         model.add_viscous_force(step, y, &mut out);
         model.add_holding_force(step, y, &contact.free, &mut out);

@@ -20,7 +20,7 @@ impl Design {
         let (model, split) = (&*self.model, self.model.displacement_count());
         self.model.share.add(out, |out| {
             if model.has_memory() {
-                let (d, solid) = (&at.unknowns[..split], self.solid_step(step.solid_history(model)));
+                let (d, solid) = (&at.unknowns[..split], self.solid_at(step));
                 let eta = &eta[model.history.solid.clone()];
                 model.solid.pull_back_current(d, solid, eta, &mut out[..split]).map_err(inverted)?;
             }
@@ -70,7 +70,7 @@ impl Design {
         if model.has_memory() {
             let (split, solid) = (model.displacement_count(), model.history.solid.clone());
             let adjoint = SolidAdjoint { forces: &lambda[..split], history: &eta[solid.clone()] };
-            let before = self.solid_step(step.solid_history(model));
+            let before = self.solid_at(step);
             let result =
                 model.solid.pull_back_previous(&at.unknowns[..split], before, adjoint, &mut out.history[solid]);
             result.expect("the state has been evaluated with these displacements");
@@ -80,8 +80,8 @@ impl Design {
         add(&mut into.history, &out.history);
     }
 
-    /// The density enters only through the internal force and the history of elements with memory: neither
-    /// contact nor C depends on it.
+    /// The density enters only through the internal force, the history of elements with memory and the loads on
+    /// mass: neither contact nor C depends on it.
     ///
     /// Paper: (88)–(90). Test: `every_input_is_pulled_back`
     /// (tests/suite/inputs.rs).
@@ -93,12 +93,17 @@ impl Design {
         out: &mut [f64],
     ) -> Result<(), StateError> {
         let (model, split) = (&*self.model, self.model.displacement_count());
-        let (d, history) = (&at.unknowns[..split], step.solid_history(model));
-        self.pull_back_density(d, history, &lambda[..split], out)?;
+        let (d, solid) = (&at.unknowns[..split], self.solid_at(step));
+        self.pull_back_own_density(d, solid, &lambda[..split], out)?;
+        if !self.masses.is_empty() {
+            // R contains minus the external force
+            let weights: Vec<f64> = lambda[..split].iter().map(|l| -l).collect();
+            self.pull_back_masses(d, step.time, &weights, out);
+        }
         if !model.has_memory() {
             return Ok(());
         }
-        let (solid, eta) = (self.solid_step(history), &eta[model.history.solid.clone()]);
+        let eta = &eta[model.history.solid.clone()];
         let slopes = self.scaling_slopes();
         model.share.add(out, |out| model.solid.pull_back_history_density(d, solid, slopes, eta, out).map_err(inverted))
     }
@@ -116,9 +121,9 @@ impl Design {
         let d = &at.unknowns[..split];
         self.model.share.add(out, |out| {
             self.pull_back_contact(step, &at.state, lambda, eta, out);
-            self.pull_back_own_moduli(d, step.solid_history(&self.model), lambda, eta, out)
+            self.pull_back_own_moduli(d, self.solid_at(step), lambda, eta, out)
         })?;
-        self.model.pull_back_amplitudes(d, step.time, &lambda[..split], mu, out);
+        self.pull_back_amplitudes(d, step.time, &lambda[..split], mu, out);
         Ok(())
     }
 

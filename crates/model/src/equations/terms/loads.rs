@@ -1,11 +1,14 @@
 //! External forces along the load path.
 
 use crate::equations::dependent::Dependent;
-use crate::equations::motion::{Load, LoadKind};
+use crate::equations::motion::{Centrifugal, Load, LoadKind};
 use crate::equations::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
-use slipstick_mesh::{FaceNodes, Reference};
+use slipstick_mesh::{FaceNodes, Mesh, Reference};
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
+use slipstick_solid::{Acceleration, MassiveElements};
+use std::ops::Range;
+use std::sync::Arc;
 
 /// The loads of a model.
 #[derive(Debug, Clone, Default)]
@@ -22,6 +25,30 @@ pub enum Loaded {
     Body(Reference),
     /// Nodes of a set.
     Nodes(Vec<u32>),
+    /// The mass of elements: those of a body, or all.
+    Mass(Range<usize>),
+}
+
+/// The state at which loads act, and the part of the model on which they are evaluated.
+#[derive(Clone, Copy)]
+pub(in crate::equations) struct LoadState<'a> {
+    pub time: LoadTime,
+    /// Positions.
+    pub x: &'a [f64],
+    /// Mass of each element per reference volume. \[M/L³\]
+    pub masses: &'a [f64],
+    /// Only the part of this rank; `None`: the whole model.
+    pub part: Option<&'a Share>,
+}
+
+impl LoadState<'_> {
+    fn has_surfaces(&self) -> bool {
+        self.part.is_none_or(Share::has_rest)
+    }
+
+    fn has_element(&self, element: usize) -> bool {
+        self.part.is_none_or(|share| share.has_element(element))
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -45,14 +72,24 @@ enum Action {
     Dead(Vec<(u32, [f64; 3])>),
     /// Pressure at factor 1. \[F/L²\]
     Pressure(Vec<FaceNodes>, f64),
+    /// Force on the mass of elements at factor 1.
+    Mass(Arc<MassiveElements>, Acceleration),
 }
 
 impl Loads {
-    /// `targets[i]` is the target of `loads[i]`; `coordinates` has three entries per node; `cases`
-    /// are the names of the load cases.
-    pub fn new(loads: Vec<Load>, targets: Vec<Loaded>, coordinates: &[f64], cases: &[&str]) -> Self {
+    /// `targets[i]` is the target of `loads[i]`; `cases` are the names of the load cases.
+    pub fn new(loads: Vec<Load>, targets: Vec<Loaded>, mesh: &Mesh, cases: &[&str]) -> Self {
+        let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let mut massive: Vec<(Range<usize>, Arc<MassiveElements>)> = Vec::new();
+        let mut of_mass = |range: Range<usize>, acceleration: Acceleration| {
+            if !massive.iter().any(|(known, _)| *known == range) {
+                massive.push((range.clone(), Arc::new(MassiveElements::new(mesh, range.clone()))));
+            }
+            let elements = massive.iter().find(|(known, _)| *known == range).map(|(_, elements)| elements.clone());
+            Action::Mass(elements.expect("pushed above"), acceleration)
+        };
         let dead = |facets: &[FaceNodes], traction: [f64; 3]| {
-            let areas = nodal_areas(facets, coordinates);
+            let areas = nodal_areas(facets, &coordinates);
             Action::Dead(areas.into_iter().map(|(node, area)| (node, traction.map(|t| t * area))).collect())
         };
         let apply = |(load, target): (Load, Loaded)| {
@@ -60,7 +97,7 @@ impl Loads {
                 (LoadKind::Pressure(pressure), Loaded::Facets(facets)) => Action::Pressure(facets, pressure),
                 (LoadKind::Traction(traction), Loaded::Facets(facets)) => dead(&facets, traction),
                 (LoadKind::Force(force), Loaded::Facets(facets)) => {
-                    let area: f64 = nodal_areas(&facets, coordinates).iter().map(|(_, area)| area).sum();
+                    let area: f64 = nodal_areas(&facets, &coordinates).iter().map(|(_, area)| area).sum();
                     dead(&facets, force.map(|f| f / area))
                 }
                 (LoadKind::Force(force), Loaded::Body(body)) => Action::Dead(vec![(body.node, force)]),
@@ -69,6 +106,12 @@ impl Loads {
                 }
                 (LoadKind::NodalForce(force), Loaded::Nodes(nodes)) => {
                     Action::Dead(nodes.into_iter().map(|node| (node, force)).collect())
+                }
+                (LoadKind::Gravity(acceleration), Loaded::Mass(range)) => {
+                    of_mass(range, Acceleration::Uniform(acceleration))
+                }
+                (LoadKind::Centrifugal(Centrifugal { point, direction, angular_velocity }), Loaded::Mass(range)) => {
+                    of_mass(range, Acceleration::centrifugal(point, direction, angular_velocity))
                 }
                 // such cases are not built
                 _ => Action::Dead(Vec::new()),
@@ -103,26 +146,37 @@ impl Loads {
         self.loads.iter().map(|applied| applied.factor(time)).collect()
     }
 
-    /// Adds the negative external force at a time and positions `x`, which is its
-    /// contribution to R. \[F\]
-    pub fn add_residual(&self, time: LoadTime, x: &[f64], out: &mut [f64]) {
+    /// Whether a load acts on mass.
+    pub(in crate::equations) fn depend_on_mass(&self) -> bool {
+        self.loads.iter().any(|applied| matches!(applied.action, Action::Mass(..)))
+    }
+
+    /// Adds the negative external force, which is its contribution to R. \[F\]
+    pub(in crate::equations) fn add_residual(&self, at: LoadState<'_>, out: &mut [f64]) {
         for applied in &self.loads {
-            applied.action.add(applied.factor(time), x, out);
+            applied.action.add(applied.factor(at.time), at, out);
         }
     }
 
     /// Calls `add` with the blocks of the derivative of [`add_residual`](Self::add_residual) with
     /// respect to the positions.
-    fn tangent(&self, time: LoadTime, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
+    fn tangent(&self, at: LoadState<'_>, mut add: impl FnMut(u32, u32, &[f64; 9])) {
         for applied in &self.loads {
-            if let Action::Pressure(facets, pressure) = &applied.action {
-                pressure_tangent(facets, x, pressure * applied.factor(time), &mut add);
+            let factor = applied.factor(at.time);
+            match &applied.action {
+                Action::Pressure(facets, pressure) if at.has_surfaces() => {
+                    pressure_tangent(facets, at.x, pressure * factor, &mut add);
+                }
+                Action::Mass(elements, acceleration) => {
+                    elements.tangent(acceleration, at.masses, -factor, |e| at.has_element(e), &mut add);
+                }
+                Action::Pressure(..) | Action::Dead(_) => {}
             }
         }
     }
 
     /// Adds the couplings of that derivative to the rows of a part of the model, if this part has
-    /// the loads.
+    /// the loads. Nodes that an element couples are coupled already.
     pub(in crate::equations) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
         for applied in self.loads.iter().filter(|_| share.has_rest()) {
             if let Action::Pressure(facets, _) = &applied.action {
@@ -135,46 +189,63 @@ impl Loads {
     }
 
     /// Adds that derivative to a matrix over all nodes.
-    pub fn add_tangent(&self, time: LoadTime, x: &[f64], matrix: &mut BlockMatrix) {
-        self.tangent(time, x, |row, column, block| matrix.add(row as usize, column as usize, block));
+    pub(in crate::equations) fn add_tangent(&self, at: LoadState<'_>, matrix: &mut BlockMatrix) {
+        self.tangent(at, |row, column, block| matrix.add(row as usize, column as usize, block));
     }
 
     /// Adds the transpose of that derivative times `weights`.
-    pub fn add_transposed_product(&self, time: LoadTime, x: &[f64], weights: &[f64], out: &mut [f64]) {
-        self.tangent(time, x, |row, column, block| {
+    pub(in crate::equations) fn add_transposed_product(&self, at: LoadState<'_>, weights: &[f64], out: &mut [f64]) {
+        self.tangent(at, |row, column, block| {
             for (at, value) in block.iter().enumerate() {
                 out[3 * column as usize + at % 3] += value * weights[3 * row as usize + at / 3];
             }
         });
     }
 
+    /// Adds weightsᵀ ∂f_ext/∂φ of every element; `slopes` are the derivatives of the masses.
+    pub(in crate::equations) fn pull_back_density(
+        &self,
+        at: LoadState<'_>,
+        slopes: &[f64],
+        weights: &[f64],
+        out: &mut [f64],
+    ) {
+        for applied in &self.loads {
+            if let Action::Mass(elements, acceleration) = &applied.action {
+                let place = (applied.factor(at.time), at.x);
+                elements.pull_back_density(acceleration, slopes, place, weights, |e| at.has_element(e), out);
+            }
+        }
+    }
+
     /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 is a factor on the load.
-    pub fn pull_back_amplitudes(&self, time: LoadTime, x: &[f64], weights: &[f64], out: &mut [f64]) {
-        let mut residual = vec![0.0; x.len()];
+    pub(in crate::equations) fn pull_back_amplitudes(&self, at: LoadState<'_>, weights: &[f64], out: &mut [f64]) {
+        let mut residual = vec![0.0; at.x.len()];
         for (applied, out) in self.loads.iter().zip(out) {
             residual.fill(0.0);
-            applied.action.add(applied.factor(time), x, &mut residual);
+            applied.action.add(applied.factor(at.time), at, &mut residual);
             *out -= residual.iter().zip(weights).map(|(r, w)| r * w).sum::<f64>();
         }
     }
 
-    /// Numbers of the loads that act only on prescribed displacements, marked in `fixed`.
-    pub(in crate::equations) fn idle(&self, fixed: &[bool], dependent: &Dependent, coordinates: &[f64]) -> Vec<usize> {
+    /// Numbers of the loads that act only on prescribed displacements, marked in `fixed`, or on no mass.
+    pub(in crate::equations) fn idle(&self, fixed: &[bool], dependent: &Dependent, at: LoadState<'_>) -> Vec<usize> {
         let moves_nothing = |applied: &Applied| {
-            let mut force = vec![0.0; coordinates.len()];
-            applied.action.add(1.0, coordinates, &mut force);
+            let mut force = vec![0.0; at.x.len()];
+            applied.action.add(1.0, at, &mut force);
             let largest = force.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
-            dependent.pull_back(&vec![0.0; coordinates.len()], &mut force);
+            dependent.pull_back(&vec![0.0; at.x.len()], &mut force);
             force.iter().zip(fixed).all(|(f, fixed)| *fixed || f.abs() <= 1e-12 * largest)
         };
         (0..self.loads.len()).filter(|&load| moves_nothing(&self.loads[load])).collect()
     }
 
-    /// Largest norm of the external force at any waypoint, on the undeformed bodies. \[F\]
-    pub fn largest(&self, coordinates: &[f64]) -> f64 {
+    /// Largest norm of the external force at any waypoint, on the undeformed bodies with these masses of
+    /// elements. \[F\]
+    pub(in crate::equations) fn largest(&self, coordinates: &[f64], masses: &[f64]) -> f64 {
         let norm = |time: LoadTime| {
             let mut force = vec![0.0; coordinates.len()];
-            self.add_residual(time, coordinates, &mut force);
+            self.add_residual(LoadState { time, x: coordinates, masses, part: None }, &mut force);
             force.iter().map(|f| f * f).sum::<f64>().sqrt()
         };
         let times = self.loads.iter().flat_map(|applied| {
@@ -186,9 +257,13 @@ impl Loads {
 }
 
 impl Action {
-    fn add(&self, factor: f64, x: &[f64], out: &mut [f64]) {
+    fn add(&self, factor: f64, at: LoadState<'_>, out: &mut [f64]) {
         match self {
-            Self::Pressure(facets, pressure) => add_pressure(facets, x, factor * pressure, out),
+            Self::Mass(elements, acceleration) => {
+                elements.add_forces(acceleration, at.masses, -factor, at.x, |e| at.has_element(e), out);
+            }
+            _ if !at.has_surfaces() => {}
+            Self::Pressure(facets, pressure) => add_pressure(facets, at.x, factor * pressure, out),
             Self::Dead(forces) => {
                 for (node, force) in forces {
                     for c in 0..3 {
@@ -197,5 +272,49 @@ impl Action {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equations::motion::AmplitudePoint;
+    use slipstick_mesh::{BoxShape, box_mesh};
+    use slipstick_ranks::threads::on_ranks;
+
+    /// Forces, and products with their derivative, of the parts of three ranks add up to those of the whole.
+    #[test]
+    fn parts_of_ranks_add_up() {
+        let shape = BoxShape { min: [0.0; 3], max: [3.0, 2.0, 2.0], elements: [3, 2, 2], grading: [1.0; 3] };
+        let mesh = box_mesh("box", &shape).unwrap();
+        let load = |kind: LoadKind| Load {
+            surface: String::new(),
+            body: None,
+            load_case: None,
+            kind,
+            amplitude: vec![AmplitudePoint { t: 1.0, factor: 1.0 }],
+        };
+        let rotation = Centrifugal { point: [1.0; 3], direction: [1.0, 0.0, 2.0], angular_velocity: 1.5 };
+        let loads = [LoadKind::Pressure(2.0), LoadKind::Gravity([1.0, 2.0, 3.0]), LoadKind::Centrifugal(rotation)];
+        let faces = mesh.faces_of_surface(&mesh.surfaces["box_xmax"]);
+        let targets = vec![Loaded::Facets(faces), Loaded::Mass(0..6), Loaded::Mass(0..12)];
+        let loads = Loads::new(loads.map(load).to_vec(), targets, &mesh, &[]);
+        let x: Vec<f64> = mesh.nodes.iter().flatten().enumerate().map(|(i, x)| x + 0.1 * (i as f64).sin()).collect();
+        let masses: Vec<f64> = (0..12).map(|e| 1.0 + 0.1 * f64::from(e)).collect();
+        let weights: Vec<f64> = (0..x.len()).map(|i| (0.7 * i as f64).cos()).collect();
+        let of = |part: Option<&Share>| {
+            let at = LoadState { time: LoadTime { case: 0, t: 0.6 }, x: &x, masses: &masses, part };
+            let (mut forces, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            loads.add_residual(at, &mut forces);
+            loads.add_transposed_product(at, &weights, &mut product);
+            [forces, product].concat()
+        };
+        let whole = of(None);
+        let parts = on_ranks(3, |rank| of(Some(&Share::of(&mesh, &[], Arc::new(rank.clone())))));
+        for (i, whole) in whole.iter().enumerate() {
+            let sum: f64 = parts.iter().map(|part| part[i]).sum();
+            assert!((sum - whole).abs() < 1e-12 * 100.0, "{i}: {sum} {whole}");
+        }
+        assert!(parts.iter().all(|part| part.iter().any(|x| *x != 0.0)));
     }
 }
