@@ -305,13 +305,14 @@ fn equations(random: &mut Random) -> String {
     if chance(random, 0.7) {
         let _ = write!(
             text,
-            "[[equation]]\nterms = [{{ set = \"block_zmax\", component = {first:?}, mean = true }}, {{ set = \"slab_xmin\", \
-             component = {second:?}, factor = -0.4, mean = true }}]\n"
+            "[[point]]\nname = \"q\"\nat = [0, 0, 0]\n[[spring]]\nname = \"t\"\nset = \"q\"\nstiffness = 20\n\
+             [[equation]]\nterms = [{{ set = \"block_zmax\", component = {first:?}, mean = true }}, {{ set = \"slab_xmin\", \
+             component = {second:?}, factor = -0.4, mean = true }}, {{ set = \"q\", component = \"y\" }}]\n"
         );
     }
     if chance(random, 0.6) {
         let set = one_of(random, &["block_xmin", "slab_zmax"]);
-        let (at, force, moment) = (random.vector(3, 2.0), random.vector(3, 1.0), random.vector(3, 0.3));
+        let (at, force, moment) = (random.vector(3, 2.0), random.vector(3, 0.3), random.vector(3, 0.1));
         let held = one_of(random, &["", "[[dirichlet]]\nset = \"end\"\ncomponents = [\"rx\"]\n"]);
         let _ = write!(
             text,
@@ -323,7 +324,7 @@ fn equations(random: &mut Random) -> String {
         let axis = one_of(random, &["x", "y", "z"]);
         let _ = write!(
             text,
-            "[[set]]\nname = \"one\"\nwithin = \"block_ymin\"\nnearest = [0, 9, 0]\n\
+            "[[set]]\nname = \"one\"\nwithin = \"slab_ymax\"\nnearest = [0, 9, 0]\n\
              [[set]]\nname = \"two\"\nwithin = \"slab_ymax\"\nnearest = [9, 0, 0]\n\
              [[equation]]\nterms = [{{ set = \"one\", component = \"{axis}\" }}, {{ set = \"two\", component = {first:?}, factor = -0.5 }}]\n"
         );
