@@ -1,8 +1,9 @@
 //! Curved slave surfaces of few facets, and those that end at an edge on an inclined surface.
 
 use crate::ContactInterface;
+use crate::kinematics::frame::RingCorner;
 use crate::kinematics::height::FacetHeight;
-use crate::slave_node::{SAME_COSINE, normal};
+use crate::slave_node::{SAME_COSINE, SlaveNode, normal};
 use nalgebra::Vector3;
 use slipstick_mesh::FacetNodes;
 use std::collections::HashMap;
@@ -22,7 +23,7 @@ impl ContactInterface {
 
     /// Whether both sides are curved ([`Self::with_heights`]) and meet at an edge of the slave's body at an
     /// angle, as a plug that tapers meets the rim of a bore: the normal of some slave node at an edge would turn
-    /// by more than 2° if it followed the master. `touched` is this interface
+    /// by more than 2°, towards the face beyond the edge, if it followed the master. `touched` is this interface
     /// [with such normals](Self::with_touched_edges), and `coordinates` are those of the start, 3 per node.
     /// Surfaces that are parallel, as a shaft and a hub, are not inclined; nor are those out of reach.
     ///
@@ -37,8 +38,22 @@ impl ContactInterface {
             let evaluated = interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows);
             evaluated.map(|()| rows.into_iter().map(|row| (row.area, row.frame.vector(0))).collect::<Vec<_>>())
         });
+        let of_touched = touched.slave_nodes().iter();
         let [Ok(averaged), Ok(touched)] = normals else { return false };
-        averaged.iter().zip(&touched).any(|((area, own), (_, other))| *area > 0.0 && own.angle(other) > INCLINED)
+        let at = |node: u32| Vector3::from_column_slice(&coordinates[3 * node as usize..][..3]);
+        let beyond = |slave: &SlaveNode, turn: &Vector3<f64>| {
+            let towards = |corner: &RingCorner| {
+                let [own, next, previous] =
+                    [corner.own, corner.next, corner.previous].map(|position| at(slave.ring[position]));
+                (next - own).cross(&(previous - own)).dot(turn)
+            };
+            // the widening of the cone turns the other way
+            slave.cone.iter().skip(1).any(|patch| patch.iter().map(towards).sum::<f64>() > 0.0)
+        };
+        of_touched.enumerate().any(|(k, slave)| {
+            let ((area, own), (_, other)) = (&averaged[k], &touched[k]);
+            *area > 0.0 && own.angle(other) > INCLINED && beyond(slave, &(other - own))
+        })
     }
 }
 
@@ -136,8 +151,8 @@ mod tests {
             let touched = interface.clone().with_touched_edges(&[bore, face].concat(), x, 0.8);
             interface.is_inclined(&touched, x)
         };
-        let found = [0.0, 1.9, 2.1, 9.0].map(|degrees| is_inclined(degrees, [true; 2]));
-        assert_eq!(found, [false, false, true, true]);
+        let found = [0.0, 1.9, 2.1, 9.0, -9.0].map(|degrees| is_inclined(degrees, [true; 2]));
+        assert_eq!(found, [false, false, true, true, false], "a plug that is narrow at this rim does not meet it");
         assert!(!is_inclined(9.0, [true, false]), "a flat master");
     }
 }
