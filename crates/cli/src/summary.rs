@@ -129,6 +129,7 @@ fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, titl
         ("spring_energy", "springs"),
         ("plastic_work", "plastic"),
         ("offset_work", "work of offsets"),
+        ("thermal_work", "work of temperatures"),
         ("viscous_work", "viscous"),
         ("holding_work", "springs on free motions"),
     ]

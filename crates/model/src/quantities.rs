@@ -19,10 +19,11 @@
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
 //! | `offset_work` | everything, if a pair has an offset | F L | work of the offsets of contact pairs since the start of the load case, Σ ∫ F_n dd |
 //! | `spring_energy` | everything, with springs | F L | energy stored in all springs |
+//! | `thermal_work` | everything, if temperatures change | F L | work of changes of temperature since the start of the load case, Σ ∫ ∂W/∂θ dθ |
 //! | `viscous_work` | everything, with viscosity | F L | energy that viscous forces have dissipated since the start of the load case |
 //! | `holding_work` | everything, with bodies that only contact holds | F L | work that the springs on their free motions have taken since the start of the load case |
 //! | `plastic_work` | everything, with plasticity | F L | plastic work of all bodies since rest |
-//! | `energy_balance` | everything | F L | external work + offset work − strain energy − spring energy − plastic work − friction work − viscous work − holding work |
+//! | `energy_balance` | everything | F L | external work + offset work + thermal work − strain energy − spring energy − plastic work − friction work − viscous work − holding work |
 //!
 //! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
 //! under their own names.
@@ -144,9 +145,8 @@ impl Quantities {
     /// and energies that are round-off of the largest one on the path, are not judged. Test: `energy_from_nowhere_is_noticed`.
     pub fn jump(&self) -> Option<EnergyJump> {
         let stored = self.get("strain_energy")?;
-        let sources: Vec<Vec<f64>> =
-            ["external_work", "offset_work"].iter().filter_map(|name| self.get(name)).collect();
-        let work = ["external_work", "offset_work", "friction_work"].iter().filter_map(|name| self.get(name));
+        let sources: Vec<Vec<f64>> = SOURCES.iter().filter_map(|name| self.get(name)).collect();
+        let work = SOURCES.iter().chain(&["friction_work"]).filter_map(|name| self.get(name));
         let magnitudes = stored.iter().copied().chain(work.flatten()).map(f64::abs);
         let round_off = ROUND_OFF * magnitudes.fold(0.0, f64::max);
         (1..self.rows.len()).find_map(|row| {
@@ -161,7 +161,7 @@ impl Quantities {
     /// loads, supports and offsets, and that part. Test: `work_of_springs_is_judged`.
     pub fn holding(&self) -> Option<(usize, f64)> {
         let taken = self.get("holding_work")?;
-        let done = ["external_work", "offset_work"].iter().filter_map(|name| self.get(name));
+        let done = SOURCES.iter().filter_map(|name| self.get(name));
         let done =
             done.fold(vec![0.0; taken.len()], |sum, work| sum.iter().zip(&work).map(|(a, b)| a + b.abs()).collect());
         let at = (0..taken.len()).find(|&row| taken[row] > COUNTED_HOLDING * done[row])?;
@@ -172,6 +172,9 @@ impl Quantities {
 /// Part of the work of loads, supports and offsets above which the work of the springs on free motions is
 /// reported.
 const COUNTED_HOLDING: f64 = 1e-3;
+
+/// What adds energy to bodies.
+const SOURCES: [&str; 3] = ["external_work", "offset_work", "thermal_work"];
 
 /// Ratio of a rise of the strain energy to its sources that counts as a jump. It leaves room for the
 /// trapezoidal rule, which integrates the work over the steps.
@@ -312,12 +315,20 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
         push(Subject::Body(body.name.clone()), "strain_energy".into(), name, "F L");
     }
     let offset = has_offset(model).then_some("offset_work");
+    let thermal = model.has_temperatures().then_some("thermal_work");
     let work = ["strain_energy", "friction_work", "external_work", "contact_work"].into_iter();
     let springs = (!model.springs().is_empty()).then_some("spring_energy");
     let viscous = (!model.viscosity().is_none()).then_some("viscous_work");
     let holding = model.may_move_freely().then_some("holding_work");
     let plastic = model.has_memory().then_some("plastic_work");
-    for name in work.chain(plastic).chain(offset).chain(springs).chain(viscous).chain(holding).chain(["energy_balance"])
+    for name in work
+        .chain(plastic)
+        .chain(offset)
+        .chain(thermal)
+        .chain(springs)
+        .chain(viscous)
+        .chain(holding)
+        .chain(["energy_balance"])
     {
         push(Subject::Whole, name.into(), name.into(), "F L");
     }

@@ -37,7 +37,7 @@ pub fn schema() -> Value {
     });
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         definitions.values_mut().for_each(close);
-        for of_one_kind in ["Body", "Load", "Objective", "Quantity"] {
+        for of_one_kind in ["Body", "Load", "Objective", "Quantity", "Spring"] {
             definitions.get_mut(of_one_kind).into_iter().for_each(one_kind);
         }
     }

@@ -385,6 +385,11 @@ impl ContactModel {
         changes.iter().enumerate().map(|(e, change)| 1.0 + self.solid.thermal_expansion(e) * change).collect()
     }
 
+    /// Whether temperatures change.
+    pub(crate) fn has_temperatures(&self) -> bool {
+        !self.temperatures.is_empty()
+    }
+
     /// Displacement that thermal expansion may cause in a body of the size of all. \[L\]
     pub(crate) fn thermal_motion(&self) -> f64 {
         self.floors.thermal_motion

@@ -121,6 +121,7 @@ impl<'a> Recording<'a> {
         };
         let contact = data.results.take().unwrap_or_default();
         let pressed = pressed(design.model(), &contact, at.time);
+        let heated = design.energies_by_stretch((at.time, &now), &data.energy).unwrap_or_default();
         let (old, seen) = match before {
             Some(mut last) => {
                 let seen = std::mem::take(&mut last.seen);
@@ -141,7 +142,12 @@ impl<'a> Recording<'a> {
             let offset = both.map(|(old, new)| 0.5 * (old[0] + new[0]) * (new[1] - old[1])).sum::<f64>();
             sums.external += external;
             sums.offset += offset;
-            sums.done += external.abs() + offset.abs();
+            let stretches = [old.time, at.time].map(|time| design.model().stretches(time));
+            let thermal: f64 = (0..heated.len().min(old.heated.len()))
+                .map(|e| 0.5 * (old.heated[e] + heated[e]) * (stretches[1][e] - stretches[0][e]))
+                .sum();
+            sums.thermal += thermal;
+            sums.done += external.abs() + offset.abs() + thermal.abs();
             let before = old.results.as_ref().map_or(&none, |results| &results.contact);
             let friction: f64 = sums.friction.iter().sum();
             sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
@@ -156,7 +162,7 @@ impl<'a> Recording<'a> {
             let energies = [stored, recorder.stored(&data.energy, &now), sums.largest];
             // where material flows, the plastic work of a step is not known here
             let released = (!recorder.model.has_memory()).then(|| {
-                let (done, contact) = (external + offset, [&before.nodes[..], &contact.nodes[..]]);
+                let (done, contact) = (external + offset + thermal, [&before.nodes[..], &contact.nodes[..]]);
                 ReleasedEnergy::between(
                     recorder.model,
                     &recorder.mesh.nodes,
@@ -186,7 +192,7 @@ impl<'a> Recording<'a> {
             false => data.into_previous(&now),
         };
         let results = Some(StateResults { contact, internal_force, energies });
-        self.last = Some(Last { time: at.time, state: now, results, pressed, seen });
+        self.last = Some(Last { time: at.time, state: now, results, pressed, heated, seen });
     }
 }
 
@@ -199,6 +205,8 @@ struct Last<'a> {
     results: Option<StateResults>,
     /// Force against the offset of each pair, and the offset. \[F, L\]
     pressed: Vec<[f64; 2]>,
+    /// Derivatives of the elements' energies with respect to their free expansion. \[F L\]
+    heated: Vec<f64>,
     /// What quantities at the next state see of it.
     seen: PreviousData,
 }
@@ -219,6 +227,7 @@ fn pressed(model: &ContactModel, contact: &ContactResults, time: LoadTime) -> Ve
 struct Sums {
     external: f64,
     offset: f64,
+    thermal: f64,
     viscous: f64,
     holding: f64,
     /// Largest stored energy before the last state.
@@ -374,13 +383,14 @@ impl Recorder<'_> {
         let plastic: f64 = data.plastic_work.iter().sum();
         values.extend(self.model.has_memory().then_some(plastic));
         values.extend(has_offset(self.model).then_some(sums.offset));
+        values.extend(self.model.has_temperatures().then_some(sums.thermal));
         let springs = self.model.springs();
         let sprung = springs.energy(&state.unknowns);
         values.extend((!springs.is_empty()).then_some(sprung));
         values.extend((!self.model.viscosity().is_none()).then_some(sums.viscous));
         values.extend(self.model.may_move_freely().then_some(sums.holding));
         let taken = stored + sprung + plastic + dissipated + sums.viscous + sums.holding;
-        values.push(sums.external + sums.offset - taken);
+        values.push(sums.external + sums.offset + sums.thermal - taken);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
         values.extend(extremes);

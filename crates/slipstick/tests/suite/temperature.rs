@@ -167,6 +167,27 @@ fn the_energy_of_a_bar_between_walls() {
     let energy = last(&problem, &forward, "strain_energy");
     let expected = 0.5 * 1000.0 * 0.05f64.powi(2) * 0.5;
     assert!((energy / expected - 1.0).abs() < 1e-11, "{energy} instead of {expected}");
+    let work = last(&problem, &forward, "thermal_work");
+    assert!((work / expected - 1.0).abs() < 1e-11, "{work} instead of {expected}");
+}
+
+/// At finite strains, temperatures and motions together do the work that is stored, up to the error of the
+/// trapezoidal rule, which falls by four with twice as many steps.
+#[test]
+fn thermal_work_is_stored() {
+    let wall = "[[dirichlet]]\nset = 'bar_xmax'\ncomponents = ['x']\nmotion = [{ t = 1.0, u = [0.15, 0, 0] }]\n\
+                [[temperature]]\nset = 'bar_ymin'\nchange = 90\n";
+    let balance = |steps: usize| {
+        let text = bar("neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 }", wall);
+        let Solved { problem, forward } = Case::from(text.replace("steps = 2", &format!("steps = {steps}"))).solve();
+        let [balance, energy, work] =
+            ["energy_balance", "strain_energy", "thermal_work"].map(|name| last(&problem, &forward, name));
+        assert!(work.abs() > 0.1 * energy, "{work} {energy}");
+        balance.abs() / energy
+    };
+    let [coarse, fine] = [4, 8].map(balance);
+    println!("{coarse:e} {fine:e}");
+    assert!(coarse < 0.02 && (coarse / fine - 4.0).abs() < 0.4, "{coarse} {fine}");
 }
 
 /// A block that slides on a slab; the slab is heated and cooled, the block at one face.
