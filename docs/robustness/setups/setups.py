@@ -70,13 +70,11 @@ def variant(seed, setup):
 
 #: Times as many elements along the edges of boxes and of other bodies, to tell errors of a coarse mesh from disagreement.
 FINER_MESHES = [(3, 2), (4, 3)]
-#: The part of the difference between both choices of slave to which it must fall on a finer mesh.
-APPROACH = 0.5
 
 
-def on_finer_meshes(folder, setup, change):
-    """Whether the forces with the sides as given and exchanged, which differ by a part, approach each other; a remark."""
-    remark, approach = "no finer mesh", False
+def on_finer_meshes(folder, setup):
+    """Whether the forces with the sides as given and exchanged agree on a finer mesh; a remark."""
+    remark, agree = "no finer mesh", False
     for boxes, others in FINER_MESHES:
         case = refined(setup.case, boxes, others)
         if case is None:
@@ -89,10 +87,10 @@ def on_finer_meshes(folder, setup, change):
                 return False, f"{name} on a finer mesh: {reason(text)}"
             forces.append(results.Run(out / "out", setup).force)
         remark = f"{forces[0]:.4g} and {forces[1]:.4g} on a finer mesh"
-        approach = abs(forces[0] - forces[1]) <= max(results.SAME["sides"], APPROACH * change) * max(forces)
-        if approach:
+        agree = abs(forces[0] - forces[1]) <= results.SAME["sides"] * max(forces)
+        if agree:
             break
-    return approach, remark
+    return agree, remark
 
 
 def has_no_equilibrium(folder, setup):
@@ -194,19 +192,18 @@ def judge(seed, folder, compare):
                 # a run that is right does not warn; the other one does
                 warned |= any(warning in text for warning in WARNINGS)
                 if differ and name == "sides":
-                    change = abs(found.force - other.force) / max(found.force, other.force)
-                    approach, remark = on_finer_meshes(folder, setup, change)
+                    agree, remark = on_finer_meshes(folder, setup)
                     differ = [f"{differ[0]}, {remark}"]
-                    if approach and warned:
+                    if agree and warned:
                         remarks, differ = differ, []
                 notes += differ
-    outcome = "wrong" if notes else "approach" if remarks else "complete"
+    outcome = "wrong" if notes else "finer" if remarks else "complete"
     notes += remarks
     return Row(seed, setup.kind, outcome, found.iterations, seconds, found.energy, found.depth, notes, warned)
 
 
 def table(rows):
-    lines = ["| kind | set-ups | complete | sides approach each other on finer meshes | no equilibrium | failed | wrong | of these without a warning "
+    lines = ["| kind | set-ups | complete | sides agree on a finer mesh | no equilibrium | failed | wrong | of these without a warning "
              "| iterations, median | largest | seconds, median | largest |"]
     lines.append("|---|---|---|---|---|---|---|---|---|---|---|---|")
     names = list(dict.fromkeys(row.kind for row in rows))
@@ -218,7 +215,7 @@ def table(rows):
         numbers = [row.iterations for row in mine]
         times = [row.seconds for row in mine]
         lines.append(
-            f"| {name} | {len(mine)} | {of(['complete'])} | {of(['approach'])} | {of(['impossible'])} | {of(['failed', 'refused'])} | {of(['wrong'])} "
+            f"| {name} | {len(mine)} | {of(['complete'])} | {of(['finer'])} | {of(['impossible'])} | {of(['failed', 'refused'])} | {of(['wrong'])} "
             f"| {sum(row.outcome == 'wrong' and not row.warned for row in mine)} "
             f"| {statistics.median(numbers):.0f} | {max(numbers)} "
             f"| {statistics.median(times):.1f} | {max(times):.1f} |"
