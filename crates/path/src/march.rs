@@ -229,7 +229,8 @@ pub fn march<P: StepProblem>(
             let led = guide.and_then(|g| g.next_step(LoadTime { case, t: now + 1e-9 * whole }));
             let led = led.filter(|&t| t < end && !failed);
             let last = led.is_none() && end - now <= increment * (1.0 + 1e-9);
-            let span = Span { case, from: now, to: led.unwrap_or(if last { end } else { now + increment }) };
+            let to = led.unwrap_or(if last { end } else { now + increment });
+            let span = Span { case, from: now, to: LoadTime { case, t: to }.rounded().t };
             let target = span.end();
             let halvings = (whole / span.duration()).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * span.duration() < smallest;

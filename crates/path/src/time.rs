@@ -85,6 +85,13 @@ impl LoadTime {
         Self { case, t: if t > 1.0 { 1.0 } else { t } }
     }
 
+    /// The same, rounded so that it does not change on its way to the axis and back. The times of a path are
+    /// such times: those that a guide or a checkpoint holds are then the same, bit for bit.
+    #[must_use]
+    pub fn rounded(self) -> Self {
+        Self { t: self.on_axis() - Self::start(self.case).on_axis(), ..self }
+    }
+
     /// The name of the load case, if load cases have names.
     pub fn name(self, names: &[String]) -> Option<&str> {
         names.get(self.case).map(String::as_str)
@@ -92,7 +99,7 @@ impl LoadTime {
 
     /// The ends of `steps` equal steps of each of `cases` load cases.
     pub fn ends(cases: usize, steps: usize) -> Vec<Self> {
-        let end = |case, n| Self { case, t: n as f64 / steps as f64 };
+        let end = |case, n| Self { case, t: n as f64 / steps as f64 }.rounded();
         (0..cases).flat_map(|case| (1..=steps).map(move |n| end(case, n))).collect()
     }
 }
@@ -120,6 +127,11 @@ mod tests {
             [LoadTime::from(0.25), LoadTime { case: 2, t: 0.5 }].map(|t| format!("{t:.2}")),
             ["0.25", "0.50 of load case 3"]
         );
+        for time in LoadTime::ends(4, 7) {
+            assert_eq!(time.rounded(), time);
+            assert_eq!(LoadTime::start(time.case).on_axis() + time.t, time.on_axis());
+        }
+        assert_ne!(LoadTime { case: 1, t: 0.3 }.rounded().t, 0.3);
         let span = Span::new(LoadTime { case: 1, t: 0.25 }, 1.0);
         assert_eq!((span.start().t, span.end(), span.duration()), (0.25, LoadTime { case: 1, t: 1.0 }, 0.75));
     }

@@ -207,7 +207,8 @@ fn gradient_of_a_fit_of_facets_that_do_not_match() {
         // with the sides of both bodies held, nothing would determine the friction along z of the nodes
         // between the sides
         let friction = if order == 1 { 0.2 } else { 0.0 };
-        let text = designed(&fit([6, 8], order, friction, &more));
+        let around = if order == 1 { [6, 8] } else { [4, 6] };
+        let text = designed(&fit(around, order, friction, &more));
         let mut problem: Problem = problem(&text);
         let density = random_density(&problem, 5);
         let check = check_gradient(&mut problem, &density);
