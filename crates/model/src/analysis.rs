@@ -8,9 +8,10 @@ mod load_cases;
 mod pairs;
 mod repeated;
 mod rounding;
+mod steps;
 
 use crate::equations::{ContactModel, Design, Parameter, Workspace};
-pub(crate) use chain::{PreviousData, StateData, steps_of};
+pub(crate) use chain::{PreviousData, StateData};
 pub use error::{AnalysisError, ResponseRefused};
 pub use forward::{Forward, ForwardNotice, Gradients};
 pub use load_cases::{Designs, LoadCases};
@@ -22,6 +23,7 @@ use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
     Guide, LinearSystem, LoadTime, MarchObserver, MarchOptions, Path, PathGradient, PathState, SweepOptions, Timings,
 };
+pub(crate) use steps::steps_of;
 
 /// A model with load steps, objective and solver: everything that a density determines.
 pub struct Analysis {

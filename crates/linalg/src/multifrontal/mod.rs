@@ -38,6 +38,7 @@ mod sweep;
 mod symbolic;
 mod symmetric;
 mod trapezoid;
+mod tree;
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::scaling::Scaling;

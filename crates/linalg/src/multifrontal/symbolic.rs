@@ -2,6 +2,7 @@
 
 use super::ordering::QuotientGraph;
 use super::trapezoid;
+use super::tree::{children_of, inverse, inverse_of, postorder};
 use crate::csr::CsrPattern;
 use std::sync::Arc;
 
@@ -203,49 +204,6 @@ fn postordered_tree(graph: &QuotientGraph, order: Vec<u32>) -> (Vec<u32>, Vec<us
         relabelled[new[j]] = new[parents[j]];
     }
     (order, relabelled)
-}
-
-fn inverse(order: &[u32]) -> Vec<u32> {
-    let mut position = vec![0; order.len()];
-    for (k, &v) in order.iter().enumerate() {
-        position[v as usize] = k as u32;
-    }
-    position
-}
-
-fn inverse_of(order: &[usize]) -> Vec<usize> {
-    let mut position = vec![0; order.len()];
-    for (k, &v) in order.iter().enumerate() {
-        position[v] = k;
-    }
-    position
-}
-
-/// Children of each node, ascending; roots are the children of an extra last node.
-fn children_of(parents: &[usize]) -> Vec<Vec<usize>> {
-    let mut children = vec![Vec::new(); parents.len() + 1];
-    for (j, &parent) in parents.iter().enumerate() {
-        children[parent.min(parents.len())].push(j);
-    }
-    children
-}
-
-/// Postorder of the forest below the extra last node, without that node.
-fn postorder(children: &[Vec<usize>]) -> Vec<usize> {
-    let root = children.len() - 1;
-    let mut order = Vec::with_capacity(root);
-    let mut stack = vec![(root, 0)];
-    while let Some((node, visited)) = stack.pop() {
-        match children[node].get(visited) {
-            Some(&child) => {
-                stack.push((node, visited + 1));
-                stack.push((child, 0));
-            }
-            None if node != root => order.push(node),
-            None => {}
-        }
-    }
-    order
 }
 
 /// A supernode under construction, in graph positions.

@@ -9,6 +9,7 @@ use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, LoadTime, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
+use super::steps::steps_of;
 use crate::equations::{ContactResults, Design, Kinematics, Known};
 
 /// The data of a state that quantities can read.
@@ -181,23 +182,6 @@ impl StateData {
             },
         }
     }
-}
-
-/// For every state of a path, the user's step, through all load cases, that it completes or belongs
-/// to; 0 for states of rest.
-pub(crate) fn steps_of(path: &Path) -> Vec<usize> {
-    let mut step = path.steps;
-    let mut steps: Vec<usize> = path
-        .states
-        .iter()
-        .rev()
-        .map(|state| {
-            step = state.completes.unwrap_or(step);
-            if state.rest { 0 } else { step }
-        })
-        .collect();
-    steps.reverse();
-    steps
 }
 
 /// The values of all terms of all responses: a row for each term, with a column for each user's
