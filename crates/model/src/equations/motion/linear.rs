@@ -2,7 +2,7 @@
 //!
 //! Each equation makes one of its unknowns depend on the others: d_d = Σ c_i d_i. Gaussian elimination
 //! chooses it and expresses all of them by unknowns that depend on no others, so that d = T d_independent with
-//! a constant T. As for [rigid bodies](super::rigid), the entries of dependent unknowns in y follow from the
+//! a constant T. As for rigid bodies, the entries of dependent unknowns in y follow from the
 //! others, the equations of those are Tᵀ R, and the tangent is Tᵀ K T.
 //!
 //! R at a dependent unknown remains in the residual: −R/c is the force of the equation there.
