@@ -57,7 +57,7 @@ pub fn model(data: &[u8]) {
     match build::build(&resolved.case) {
         Ok(mut problem) => {
             let seen = inspect(&resolved.case, &mut problem);
-            drop(seen.and_then(|_| forecast(&resolved.case, &mut problem)));
+            drop(seen.and_then(|_| forecast(&resolved.case, &mut problem, 1)));
         }
         Err(error) => {
             assert!(!error.message.is_empty() && !error.help.is_empty(), "{error:?}");

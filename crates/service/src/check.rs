@@ -40,7 +40,8 @@ pub fn check(host: &dyn Host, resolved: Resolved) -> Outcome<(Checked, Problem)>
     let map = &resolved.source_map;
     let mut problem = build_on(case, &machine).map_err(|error| Failure::build(&error, map))?;
     problem.analysis.linear.set_interrupt(host.interrupt());
-    let seen = inspect(case, &mut problem).and_then(|seen| Ok((seen, forecast(case, &mut problem)?)));
+    let seen =
+        inspect(case, &mut problem).and_then(|seen| Ok((seen, forecast(case, &mut problem, host.ranks().size())?)));
     let (inspection, forecast) = seen.map_err(|error| {
         let message = format!("the reference configuration cannot be evaluated: {error}");
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))

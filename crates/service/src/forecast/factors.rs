@@ -39,15 +39,16 @@ const POSES: usize = 4;
 /// factors that are kept are those of later pseudo-times, with each body moved, undeformed, by the mean
 /// of its prescribed displacements, and slave bodies back by half of the largest overlap: according to
 /// Hertz, paraboloids that are pressed together touch in half of the area in which they would overlap.
-/// Bodies that bend touch in less, so this is a bound.
+/// Bodies that bend touch in less, so this is a bound. Without `spreads`, kept factors are those of the
+/// first tangent.
 ///
 /// # Errors
 /// If the reference configuration cannot be evaluated.
-pub(super) fn factorization(case: &Case, problem: &mut Problem, keeps: bool) -> Result<Factorization, StateError> {
+pub(super) fn factorization(case: &Case, problem: &mut Problem, spreads: bool) -> Result<Factorization, StateError> {
     let rest = problem.analysis.model().rest().unknowns;
     let start = tangent(problem, &rest)?;
     let first = sized(case, problem, &start);
-    if !keeps || case.contacts.is_empty() {
+    if !spreads || case.contacts.is_empty() {
         return Ok(first);
     }
     // one tangent at a time, as in a run

@@ -40,12 +40,16 @@ pub struct Forecast {
     pub on_ranks: RankMemory,
 }
 
-/// Forecasts what a run of a built problem needs.
+/// Forecasts what a run of a built problem needs on so many ranks.
+///
+/// On several ranks, each knows only its part of the contact. They predict kept factors from the first
+/// tangent: what is predicted from later contact takes evaluations of all ranks at once, and how many
+/// depends on the contact that is found.
 ///
 /// # Errors
 /// If the reference configuration cannot be evaluated.
-pub fn forecast(case: &Case, problem: &mut Problem) -> Result<Forecast, StateError> {
-    let keeps = problem.analysis.objective.is_some() && case.adjoint.memory.0 > 0;
+pub fn forecast(case: &Case, problem: &mut Problem, ranks: usize) -> Result<Forecast, StateError> {
+    let keeps = ranks == 1 && problem.analysis.objective.is_some() && case.adjoint.memory.0 > 0;
     let Factorization {
         unknowns,
         bytes: factor_bytes,
