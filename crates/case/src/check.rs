@@ -70,6 +70,8 @@ pub enum NoticeKind {
     IdleFilter,
     /// The void of a designed body is stiffer than a body that touches it.
     StiffVoid,
+    /// The work of the loads is an objective, and temperatures move the loads as well.
+    HeatedCompliance,
 }
 
 /// A finding that does not prevent the run, but is probably a mistake.

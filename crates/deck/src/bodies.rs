@@ -21,6 +21,8 @@ pub struct Body {
     pub rigid: Option<usize>,
     /// Whether it has hexahedra of 8 nodes.
     pub hexahedra: bool,
+    /// Whether it has elements with nodes between corners, whose facets may be curved.
+    pub second_order: bool,
 }
 
 /// All bodies.
@@ -89,7 +91,8 @@ impl Bodies {
             };
             let has = |kinds: &[CellKind]| cells.iter().any(|&cell| kinds.contains(&mesh.cells.kind(cell as usize)));
             let hexahedra = has(&[CellKind::Hex8]);
-            bodies.list.push(Body { name, part, sections: counts, rigid: None, hexahedra });
+            let second_order = cells.iter().any(|&cell| mesh.cells.kind(cell as usize).is_second_order());
+            bodies.list.push(Body { name, part, sections: counts, rigid: None, hexahedra, second_order });
         }
         bodies.find_rigid(mesh, deck, ledger);
         let line = deck.element_types.first().map_or(1, |(_, line)| *line);

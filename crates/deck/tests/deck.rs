@@ -555,3 +555,23 @@ fn temperatures() {
     let rigid = deck("LOW_NODES, 120").replace("*EXPANSION, ZERO=3.\n1.2e-5\n", "");
     assert_eq!(tables(&rigid).iter().filter(|table| table.contains("temperature")).count(), 0);
 }
+
+/// Facets of linear elements are flat, those of second-order elements curved: a pair with one of the latter
+/// keeps the default of case files.
+#[test]
+fn only_linear_elements_have_flat_facets() {
+    let tetrahedron = CUBES
+        .replace(
+            "11,0,0,1.01\n12,1,0,1.01\n13,1,1,1.01\n14,0,1,1.01\n15,0,0,2.01\n16,1,0,2.01\n17,1,1,2.01\n18,0,1,2.01\n",
+            "11,0,0,1.01\n12,1,0,1.01\n13,0,1,1.01\n14,0,0,2.01\n15,.5,0,1.01\n16,.5,.5,1.01\n17,0,.5,1.01\n\
+             18,0,0,1.51\n19,.5,0,1.51\n20,0,.5,1.51\n",
+        )
+        .replace(
+            "TYPE=C3D8, ELSET=HIGH\n2, 11,12,13,14,15,16,17,18",
+            "TYPE=C3D10, ELSET=HIGH\n2, 11,12,13,14,15,16,17,18,19,20",
+        );
+    let found = tables(&tetrahedron);
+    let pair = "[[contact]]; slave = \"HIGH_DOWN\"; master = \"LOW_UP\"; friction = 0.3; adjust = 0.02";
+    assert!(found.iter().any(|table| table == pair), "{found:?}");
+    assert!(tables(CUBES).iter().any(|table| table == &pair.replace("friction", "surfaces = \"faceted\"; friction")));
+}

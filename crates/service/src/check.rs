@@ -171,6 +171,7 @@ fn diagnostics(
             NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
             NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
             NoticeKind::StiffVoid => (CaseCode::StiffVoid, Severity::Warning),
+            NoticeKind::HeatedCompliance => (CaseCode::HeatedCompliance, Severity::Warning),
             NoticeKind::IdleLoad | NoticeKind::HeldInObjective => (CaseCode::Motion, Severity::Warning),
             NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
         };

@@ -2,7 +2,7 @@
 
 use super::{Notice, NoticeKind};
 use crate::construct::{Problem, Regions};
-use crate::file::{Case, Design};
+use crate::file::{Body, Case, Design, Load, ObjectiveKind, QuantityKind};
 use slipstick_model::words::quantity;
 
 /// Notices for passive regions that contain no element, and for a filter that reaches no
@@ -36,6 +36,7 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
         (path, radius)
     });
     notices.extend(stiff_void(case, design, problem));
+    notices.extend(heated_compliance(case));
     let Some(nearest) = nearest_centroids(problem, &centroids) else { return notices };
     for (path, _) in filter.into_iter().chain(scheduled).filter(|(_, radius)| *radius <= nearest) {
         notices.push(Notice {
@@ -95,6 +96,38 @@ fn stiff_void(case: &Case, design: &Design, problem: &Problem) -> Option<Notice>
             "set `min` in `simp` to {:.0e} or less, a hundredth of the ratio of the two moduli",
             ratio / STIFFER_THAN_VOID
         ),
+    })
+}
+
+/// A notice if the work of the loads is an objective of bodies that expand with temperature in the same load
+/// case.
+fn heated_compliance(case: &Case) -> Option<Notice> {
+    let together = case.temperatures.iter().any(|heat| {
+        let meets =
+            |load: &Load| heat.load_case.is_none() || load.load_case.is_none() || heat.load_case == load.load_case;
+        case.loads.iter().any(meets)
+    });
+    if !together || !case.bodies.iter().any(Body::expands) {
+        return None;
+    }
+    let is_work = |name: &String| {
+        let kind = case.quantities.iter().find(|quantity| quantity.name == *name).map(|quantity| &quantity.kind);
+        matches!(kind, Some(QuantityKind::Compliance(_)))
+    };
+    let objective = case.objective.as_ref()?;
+    let path = match &objective.kind {
+        ObjectiveKind::Compliance { .. } => "objective.compliance",
+        ObjectiveKind::Minimise(of) if of.sum.iter().any(|term| is_work(&term.quantity)) => "objective.minimise",
+        _ => return None,
+    };
+    Some(Notice {
+        kind: NoticeKind::HeatedCompliance,
+        path: path.into(),
+        message: "the work of the loads contains that of displacements by temperature: its smallest value is not \
+                  that of the stiffest design"
+            .into(),
+        help: "minimise or bound a displacement instead, or take temperatures and loads to load cases of their own"
+            .into(),
     })
 }
 

@@ -113,6 +113,8 @@ case_codes! {
     IdleFilter => "idle_filter",
     /// The void of a designed body is stiffer than a body that touches it (warning).
     StiffVoid => "stiff_void",
+    /// The objective is the work of the loads, and temperatures move the loads as well (warning).
+    HeatedCompliance => "heated_compliance",
     /// An optimizer that relies on exact gradients gets filtered ones (warning).
     FilteredGradients => "filtered_gradients",
     /// An entry of a schedule that no update follows (warning).

@@ -129,6 +129,12 @@ impl CaseCode {
                  touches the design, void can then carry its pressure, and the optimizer need not place material \
                  there. Lower `simp.min` to a hundredth of the ratio of the two Young's moduli."
             }
+            HeatedCompliance => {
+                "The work of the loads measures stiffness if nothing but the loads moves them. Temperatures move them \
+                 as well, with or against the loads, so the smallest work is that of a layout whose expansion opposes \
+                 the loads, not of the stiffest one. Bound or minimise a displacement instead, or take temperatures \
+                 and loads to load cases of their own."
+            }
             UnsupportedBody => {
                 "Support the body with a [[dirichlet]] table, or make sure that contact holds it from the start. If \
                  nothing holds a body, the equations are singular."

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Writer, quoted};
+use crate::bodies::find;
 use crate::read::{Adjust, Behavior, Interaction};
 
 impl Writer<'_> {
@@ -37,7 +38,9 @@ impl Writer<'_> {
                 continue;
             }
             let mut text = String::new();
-            text.push_str("surfaces = \"faceted\"\n");
+            if !self.is_curved([&pair.slave, &pair.master]) {
+                text.push_str("surfaces = \"faceted\"\n");
+            }
             let (coefficient, slope) = interaction.friction.map_or((0.0, None), |(mu, slope, ..)| (mu, slope));
             let _ = writeln!(text, "friction = {coefficient:?}");
             if let Some((.., Some(limit), _)) = interaction.friction {
@@ -60,6 +63,14 @@ impl Writer<'_> {
             self.table("contact", "TIE", tie.line);
             self.line(format!("slave = {slave}\nmaster = {master}\ntied = true"));
         }
+    }
+
+    /// Whether one of the surfaces lies on elements with nodes between corners. Facets of linear elements are
+    /// flat in other programs too; those of second-order elements are curved.
+    fn is_curved(&self, names: [&str; 2]) -> bool {
+        let known = |name| find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name));
+        let bodies = names.into_iter().filter_map(known).flat_map(|name| self.bodies.under(self.mesh, name));
+        bodies.into_iter().any(|body| self.bodies.list[body].second_order)
     }
 
     /// Both surfaces as TOML strings; a slave of an earlier pair gets another name.

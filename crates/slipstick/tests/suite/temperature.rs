@@ -236,6 +236,32 @@ fn gradients_of_heated_bodies() {
     }
 }
 
+/// The work of the loads is no stiffness where temperatures move the loads as well.
+#[test]
+fn the_compliance_of_heated_bodies_is_questioned() {
+    let heated = |objective: &str, more: &str| {
+        let load = "[[load]]\nsurface = 'bar_xmax'\npressure = 2.0\nload_case = 'pulled'\n\
+                    [[load_case]]\nname = 'warm'\n[[load_case]]\nname = 'pulled'\n";
+        let design = format!(
+            "[design]\nbodies = ['bar']\nvolume_fraction = 0.5\n\
+             [[quantity]]\nname = 'work'\ncompliance = {{}}\n[[quantity]]\nname = 'size'\nvolume = {{}}\n\
+             [objective]\n{objective}\n[optimizer]\niterations = 2\n"
+        );
+        let text = bar(&format!("neo_hooke = {{ {ELASTIC} }}"), load) + &design;
+        let case =
+            slipstick::case::parse_case(&text.replace("change = 50", &format!("change = 50{more}")), "case.toml");
+        let case = case.unwrap_or_else(|errors| panic!("{errors}")).case;
+        let mut problem = slipstick::build::build(&case).unwrap_or_else(|error| panic!("{error}"));
+        let notices = slipstick::check::inspect(&case, &mut problem).expect("the state at rest").notices;
+        notices.iter().any(|notice| notice.kind == slipstick::check::NoticeKind::HeatedCompliance)
+    };
+    assert!(heated("compliance = { steps = 'last' }", ""));
+    assert!(heated("minimise = { sum = [{ quantity = 'size' }, { quantity = 'work', weight = 2.0 }] }", ""));
+    assert!(heated("compliance = { steps = 'last' }", "\nload_case = 'pulled'"));
+    assert!(!heated("compliance = { steps = 'last' }", "\nload_case = 'warm'"));
+    assert!(!heated("minimise = { quantity = 'size' }", ""));
+}
+
 /// Displacements at the end of a clamped bar in CalculiX 2.20 (`*NODE PRINT`), for the same decks: heated as a
 /// whole, and along its upper face, from 20 to 120. In CalculiX, too, a linear element has the mean temperature of
 /// its nodes. With `NLGEOM`, its thermal strain differs by terms of order (α ΔT)².
