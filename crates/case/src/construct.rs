@@ -21,10 +21,13 @@ pub(crate) mod ties;
 mod variables;
 mod variation;
 
+pub use equations::equations_of;
 pub use error::BuildError;
 pub use mesh::build_mesh;
 pub use optimization::optimization;
 pub(crate) use regions::Regions;
+pub use sections::sections;
+pub use springs::springs_of;
 pub use surfaces::smooth_faces;
 
 use crate::file::{self, Case, CaseCode};
@@ -99,7 +102,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let times = LoadTime::ends(load_cases.len().max(1), case.load_path.steps);
     let supports = prescribed.fixed().to_vec();
     let prescribed = equations::with_equations(prescribed, case, &mesh, &times)?;
-    let sections = sections::sections(case, &mesh)?;
+    let sections = sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, platform.ranks());
     let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();

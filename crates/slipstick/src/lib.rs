@@ -24,7 +24,7 @@ pub use slipstick_model::{
     analysis, crushed, losses, model, optimize, overlaps, pieces, problem, quantities, releases, verify, words,
 };
 pub use slipstick_results::{output, run};
-pub use slipstick_views::{export, part, picture, render, report};
+pub use slipstick_views::{deck, export, part, picture, render, report};
 
 pub use slipstick_contact as contact;
 pub use slipstick_design as design;

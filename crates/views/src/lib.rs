@@ -1,9 +1,11 @@
 //! Views of results: [`render`] draws pictures, [`picture`] draws those of a run, [`report`] makes
-//! web pages of runs, [`export`] makes surfaces of designs, and [`part`] prepares such a surface to be
+//! web pages of runs, [`export`] makes surfaces of designs, [`deck`] writes cases as decks for CalculiX and
+//! compares its results, and [`part`] prepares such a surface to be
 //! meshed and analysed as a part.
 
 mod closest;
 mod crossings;
+pub mod deck;
 pub mod export;
 pub mod part;
 pub mod picture;

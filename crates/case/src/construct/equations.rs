@@ -78,6 +78,16 @@ pub(super) fn with_equations(
     Ok(prescribed.with_equations(linear))
 }
 
+/// The equations between displacement unknowns 3 n + c of each `[[equation]]` of a case: unknowns with
+/// their factors; `mesh` is that of the case.
+///
+/// # Errors
+/// [`BuildError`] at an equation whose sets do not exist or do not fit.
+pub fn equations_of(case: &Case, mesh: &Mesh) -> Result<Vec<Vec<Vec<(u32, f64)>>>, BuildError> {
+    let of = |(i, equation)| of(equation, mesh, &format!("equation[{i}]"));
+    case.equations.iter().enumerate().map(of).collect()
+}
+
 /// The displacement unknowns in whose directions springs act.
 fn sprung(case: &Case, mesh: &Mesh) -> BTreeSet<u32> {
     let mut unknowns = BTreeSet::new();

@@ -6,7 +6,10 @@ use slipstick_mesh::Mesh;
 use slipstick_solid::{Section, Sections};
 
 /// Materials and element formulations of the bodies, and of their regions.
-pub(super) fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
+///
+/// # Errors
+/// [`BuildError`] at a region without elements.
+pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
     let section = |material, of: [Option<f64>; 2], body: &file::Body| Section {
         mass_density: of[0].or(body.mass_density).unwrap_or(0.0),
         thermal_expansion: of[1].or(body.thermal_expansion).unwrap_or(0.0),

@@ -16,6 +16,15 @@ pub(super) fn build_springs(case: &Case, mesh: &Mesh, coordinates: &[f64]) -> Re
     Ok(springs)
 }
 
+/// The springs between nodes of each `[[spring]]` of a case; `mesh` is that of the case.
+///
+/// # Errors
+/// [`BuildError`] at a spring whose ends do not exist or coincide.
+pub fn springs_of(case: &Case, mesh: &Mesh) -> Result<Vec<Vec<Spring>>, BuildError> {
+    let of = |(i, spring)| of(spring, mesh, mesh.nodes.as_flattened(), &format!("spring[{i}]"));
+    case.springs.iter().enumerate().map(of).collect()
+}
+
 fn of(spring: &file::Spring, mesh: &Mesh, coordinates: &[f64], path: &str) -> Result<Vec<Spring>, BuildError> {
     let first = ends(mesh, &spring.set, &format!("{path}.set"))?;
     let second = match &spring.to {

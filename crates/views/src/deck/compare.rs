@@ -1,0 +1,308 @@
+//! What CalculiX can report of a case: reactions, contact forces, displacements, energies.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use slipstick_case::file::{
+    ForceComponent, ForceWord, Promise, Quantity, QuantityKind, VectorComponent, VectorWord,
+};
+use slipstick_solid::load::nodal_areas;
+use toml::{Table, Value};
+
+use super::{DeckRecord, Writer};
+
+/// A number that both programs report.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Compared {
+    /// A column of `quantities.csv` of the deck's case.
+    pub column: String,
+    /// What the design promised.
+    pub promised: Option<f64>,
+    /// How it follows from the results of CalculiX.
+    pub source: Source,
+}
+
+/// How a number follows from the results of CalculiX.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Sum of the reactions of components (from 0) of nodes.
+    Reaction {
+        /// Numbers of nodes, with components.
+        unknowns: Vec<(u32, u8)>,
+        /// The direction of the component; `None`: the norm of the sum.
+        along: Option<[f64; 3]>,
+    },
+    /// Mean displacement.
+    Displacement {
+        /// Numbers of nodes with their weights, which add up to 1.
+        nodes: Vec<(u32, f64)>,
+        /// The direction of the component; `None`: the norm of the mean.
+        along: Option<[f64; 3]>,
+    },
+    /// Force on the slave of a contact pair.
+    Contact {
+        /// Slave surface in the deck.
+        slave: String,
+        /// Master surface in the deck.
+        master: String,
+        /// Which part.
+        part: ContactPart,
+    },
+    /// Elastic energy of sets of elements.
+    Energy {
+        /// The sets.
+        sets: Vec<String>,
+    },
+}
+
+/// Part of a contact force.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactPart {
+    /// The sum of normal forces; pressure is positive.
+    Normal,
+    /// A component of the resultant.
+    Along([f64; 3]),
+    /// The norm of the resultant.
+    Norm,
+}
+
+/// The direction of a component; `None`: the norm.
+fn along(component: &VectorComponent) -> Option<[f64; 3]> {
+    match component {
+        VectorComponent::Direction(v) => {
+            let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            Some(v.map(|x| x / length))
+        }
+        VectorComponent::Word(VectorWord::X) => Some([1.0, 0.0, 0.0]),
+        VectorComponent::Word(VectorWord::Y) => Some([0.0, 1.0, 0.0]),
+        VectorComponent::Word(VectorWord::Z) => Some([0.0, 0.0, 1.0]),
+        VectorComponent::Word(VectorWord::Norm) => None,
+    }
+}
+
+impl Writer<'_> {
+    /// What is compared: reactions of supports, contact forces, the elastic energy, and the quantities of
+    /// the case.
+    pub(super) fn compared(&mut self, deck: &str, case: &str) -> DeckRecord {
+        let (deck, case) = (deck.to_owned(), case.to_owned());
+        let load_case = self.case.load_cases.get(self.options.load_case).map(|of| of.name.clone());
+        let mut record = DeckRecord { deck, case, load_case, compared: vec![], left_out: vec![] };
+        for quantity in &self.case.quantities {
+            match self.source(quantity) {
+                Ok(source) => {
+                    let promised = self.promised(&quantity.name);
+                    record.compared.push(Compared { column: quantity.name.clone(), promised, source });
+                }
+                Err(why) => record.left_out.push((quantity.name.clone(), why.into())),
+            }
+        }
+        let mut seen = std::collections::BTreeSet::new();
+        for motion in &self.case.dirichlet {
+            for (set, unknowns) in self.held(&motion.set) {
+                for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+                    let own: Vec<(u32, u8)> = unknowns.iter().copied().filter(|(_, of)| usize::from(*of) == c).collect();
+                    let column = format!("reaction_{set}_{axis}");
+                    if own.is_empty() || !seen.insert(column.clone()) {
+                        continue;
+                    }
+                    let mut along = [0.0; 3];
+                    along[c] = 1.0;
+                    let promised = self.promised(&format!("reaction_{}_{axis}", motion.set));
+                    let source = Source::Reaction { unknowns: own, along: Some(along) };
+                    record.compared.push(Compared { column, promised, source });
+                }
+            }
+        }
+        for contact in self.case.contacts.iter().filter(|contact| !contact.tied) {
+            let names = [&contact.slave, &contact.master].map(|name| self.names.surfaces.get(name).cloned());
+            let [Some(slave), Some(master)] = names else { continue };
+            let promised = self.promised(&format!("{}_normal_force", contact.slave));
+            let (column, part) = (format!("{slave}_normal_force"), ContactPart::Normal);
+            record.compared.push(Compared { column, promised, source: Source::Contact { slave, master, part } });
+        }
+        let promised = self.promised("strain_energy");
+        let source = Source::Energy { sets: self.deformable(None) };
+        record.compared.push(Compared { column: "strain_energy".into(), promised, source });
+        record
+    }
+
+    /// Names of deformable bodies in the deck.
+    fn deformable(&self, body: Option<&String>) -> Vec<String> {
+        let own = |b: &usize| {
+            let of = &self.case.bodies[*b];
+            of.rigid.is_none() && body.is_none_or(|name| *name == of.name)
+        };
+        (0..self.case.bodies.len()).filter(own).map(|b| self.names.bodies[b].clone()).collect()
+    }
+
+    fn promised(&self, column: &str) -> Option<f64> {
+        let promise = self.options.promises.iter().find(|promise| promise.quantity == column)?;
+        promise.values.get(self.options.load_case).copied()
+    }
+
+    /// The sets of a support in the deck's case, each with its prescribed unknowns.
+    fn held(&mut self, set: &str) -> Vec<(String, Vec<(u32, u8)>)> {
+        let prescribed = |nodes: &[u32], writer: &Self| -> Vec<(u32, u8)> {
+            let all = nodes.iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
+            let own = all.filter(|key| writer.history.prescribed.contains(key));
+            own.map(|(node, c)| (node + 1, c)).collect()
+        };
+        if let Some(reference) = self.mesh.reference_of(set) {
+            let name = self.mesh.bodies.iter().position(|body| body.name == set).map(|b| self.names.bodies[b].clone());
+            let unknowns = prescribed(&[reference.node], self);
+            return vec![(name.unwrap_or_else(|| super::text::proper(set)), unknowns)];
+        }
+        if self.case.points.iter().any(|point| point.name == set) {
+            return Vec::new();
+        }
+        let turned = |motion: &slipstick_case::file::Dirichlet| motion.set == set && motion.rotation.is_some();
+        if self.case.dirichlet.iter().any(turned) {
+            return Vec::new();
+        }
+        let sets = self.node_sets(set);
+        sets.into_iter().map(|name| (name.clone(), prescribed(&self.names.nodes[&name], self))).collect()
+    }
+
+    /// How a quantity follows from the results of CalculiX, or why not.
+    fn source(&mut self, quantity: &Quantity) -> Result<Source, &'static str> {
+        Ok(match &quantity.kind {
+            QuantityKind::Reaction(of) => {
+                let all: Vec<(u32, u8)> = self.held(&of.set).into_iter().flat_map(|(_, unknowns)| unknowns).collect();
+                if all.is_empty() {
+                    return Err("nothing is prescribed at its set, or it turns");
+                }
+                Source::Reaction { unknowns: all, along: along(&of.component) }
+            }
+            QuantityKind::Displacement(of) if of.relative_to.is_none() => {
+                let weights: Vec<(u32, f64)> = match self.mesh.surfaces.get(&of.set) {
+                    Some(surface) => nodal_areas(&self.mesh.faces_of_surface(surface), self.mesh.nodes.as_flattened()),
+                    None => self.mesh.set_nodes(&of.set).unwrap_or_default().iter().map(|&node| (node, 1.0)).collect(),
+                };
+                if self.mesh.elements.iter().any(|element| matches!(element, slipstick_mesh::Element::Hex27(_))) {
+                    return Err("CalculiX has no nodes at the centres of faces");
+                }
+                let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
+                let nodes = weights.into_iter().map(|(node, weight)| (node + 1, weight / total)).collect();
+                Source::Displacement { nodes, along: along(&of.component) }
+            }
+            QuantityKind::ContactForce(of) if of.within.is_none() => {
+                let pair = self.case.contacts.iter().find(|pair| pair.slave == of.slave && !pair.tied);
+                let pair = pair.ok_or("CalculiX does not report the force of a tie")?;
+                let names = [&pair.slave, &pair.master].map(|name| self.names.surfaces.get(name).cloned());
+                let [Some(slave), Some(master)] = names else { return Err("nothing is left of its pair") };
+                let part = match &of.component {
+                    ForceComponent::Direction(v) => {
+                        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+                        ContactPart::Along(v.map(|x| x / length))
+                    }
+                    ForceComponent::Word(ForceWord::X) => ContactPart::Along([1.0, 0.0, 0.0]),
+                    ForceComponent::Word(ForceWord::Y) => ContactPart::Along([0.0, 1.0, 0.0]),
+                    ForceComponent::Word(ForceWord::Z) => ContactPart::Along([0.0, 0.0, 1.0]),
+                    ForceComponent::Word(ForceWord::Norm) => ContactPart::Norm,
+                    ForceComponent::Word(ForceWord::Normal) => ContactPart::Normal,
+                    ForceComponent::Word(ForceWord::Tangential | ForceWord::Nodal) => {
+                        return Err("CalculiX does not report sums of magnitudes over nodes");
+                    }
+                };
+                Source::Contact { slave, master, part }
+            }
+            QuantityKind::StrainEnergy(of) => Source::Energy { sets: self.deformable(of.body.as_ref()) },
+            _ => return Err("CalculiX does not report it"),
+        })
+    }
+
+    /// A case that takes its tables from the deck, with the quantities and promises of this one.
+    pub(super) fn case_text(&mut self, deck: &str) -> (String, Vec<(String, String)>) {
+        let mut text = format!(
+            "# The case of a deck: bodies, contact, supports, loads and steps come from {deck}.\n\
+             deck = {{ file = \"{deck}\" }}\n"
+        );
+        let mut left_out = Vec::new();
+        let mut root = Table::new();
+        let mut put = |key: &str, value: Result<Value, toml::ser::Error>| {
+            if let Ok(value) = value {
+                root.insert(key.into(), value);
+            }
+        };
+        if self.case.units.length.is_some() || self.case.units.force.is_some() {
+            put("units", Value::try_from(&self.case.units));
+        }
+        put("load_path", Value::try_from(self.case.load_path));
+        let (mut quantities, mut promises) = (Vec::new(), Vec::new());
+        let mut columns: BTreeMap<String, String> = BTreeMap::new();
+        for quantity in &self.case.quantities {
+            let Ok(Value::Table(mut table)) = Value::try_from(quantity) else { continue };
+            let renamed = table.get_mut(quantity.kind.key()).and_then(Value::as_table_mut).is_none_or(|own| self.renamed(own));
+            if renamed && !matches!(quantity.kind, QuantityKind::SpringForce(_)) {
+                columns.insert(quantity.name.clone(), quantity.name.clone());
+                quantities.push(Value::Table(table));
+            } else {
+                left_out.push((quantity.name.clone(), "the deck has no such set of one body".to_owned()));
+            }
+        }
+        for motion in &self.case.dirichlet {
+            if let [(set, _)] = &self.held(&motion.set)[..] {
+                let pair = |axis| (format!("reaction_{}_{axis}", motion.set), format!("reaction_{set}_{axis}"));
+                columns.extend(["x", "y", "z"].map(pair));
+            }
+        }
+        for contact in self.case.contacts.iter().filter(|contact| !contact.tied) {
+            if let Some(slave) = self.names.surfaces.get(&contact.slave) {
+                let of_pair = ["normal_force", "friction_force", "peak_pressure"];
+                columns.extend(of_pair.map(|what| (format!("{}_{what}", contact.slave), format!("{slave}_{what}"))));
+            }
+        }
+        columns.extend(["strain_energy", "friction_work", "external_work"].map(|name| (name.to_owned(), name.to_owned())));
+        for promise in self.options.promises {
+            let value = promise.values.get(self.options.load_case);
+            if let (Some(column), Some(&value)) = (columns.get(&promise.quantity), value) {
+                promises.extend(Value::try_from(Promise { quantity: column.clone(), values: vec![value] }).ok());
+            }
+        }
+        if !quantities.is_empty() {
+            root.insert("quantity".into(), Value::Array(quantities));
+        }
+        if !promises.is_empty() {
+            root.insert("promise".into(), Value::Array(promises));
+        }
+        text.push_str(&toml::to_string(&root).unwrap_or_default());
+        (text, left_out)
+    }
+
+    /// Replaces names in the table of a quantity by those of the deck; whether all have one.
+    fn renamed(&mut self, table: &mut Table) -> bool {
+        for (key, value) in table.iter_mut() {
+            let Value::String(name) = value else { continue };
+            let new = match key.as_str() {
+                "set" | "within" | "relative_to" => self.read_again(name),
+                "slave" | "surface" => self.names.surfaces.get(name.as_str()).cloned(),
+                "body" => self.mesh.bodies.iter().position(|body| body.name == *name).map(|b| self.names.bodies[b].clone()),
+                _ => continue,
+            };
+            match new {
+                Some(new) => *name = new,
+                None => return false,
+            }
+        }
+        true
+    }
+
+    /// The name that a set has in the deck's case.
+    fn read_again(&mut self, name: &str) -> Option<String> {
+        if let Some(b) = self.mesh.rigid.iter().map(|rigid| rigid.body).find(|&b| self.mesh.bodies[b].name == name) {
+            return Some(self.names.bodies[b].clone());
+        }
+        if self.mesh.couplings.iter().any(|coupling| coupling.name == name) {
+            return Some(super::text::proper(name));
+        }
+        if self.mesh.surfaces.contains_key(name) {
+            return self.surface(name);
+        }
+        match &self.node_sets(name)[..] {
+            [one] => Some(one.clone()),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,436 @@
+//! Motions, loads and temperatures over pseudo-time, and the steps in which they are written.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use nalgebra::{Rotation3, Unit, Vector3};
+use slipstick_case::file::{Dirichlet, LoadKind};
+use slipstick_solid::load::nodal_areas;
+
+use super::text::{number, numbers};
+use super::{DeckRecord, Source, Writer};
+
+/// A line of data of a keyword with a value that changes over the steps.
+struct Line {
+    keyword: &'static str,
+    /// Fields before the value.
+    head: String,
+    /// Fields after the value, with a comma in front.
+    tail: String,
+    /// Values at the ends of load steps, from 0.
+    curve: Vec<f64>,
+}
+
+/// What changes along the path.
+pub(super) struct History {
+    /// Number of load steps.
+    steps: usize,
+    lines: Vec<Line>,
+    /// Text at the start of the step that begins after this load step.
+    changes: BTreeMap<usize, String>,
+    /// Prescribed components of nodes.
+    pub prescribed: BTreeSet<(u32, u8)>,
+    /// Conditions before the first step.
+    pub initial: String,
+}
+
+/// Second differences below this fraction of the largest value are those of a line.
+const STRAIGHT: f64 = 1e-10;
+
+impl History {
+    pub fn new(steps: usize) -> Self {
+        Self { steps, lines: vec![], changes: BTreeMap::new(), prescribed: BTreeSet::new(), initial: String::new() }
+    }
+
+    /// Writes a text at the start of the step after load step `at`.
+    pub fn change(&mut self, at: usize, text: String) {
+        self.changes.entry(at).or_default().push_str(&text);
+    }
+
+    /// Values at the ends of load steps.
+    fn sampled(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
+        (0..=self.steps).map(|n| value(n as f64 / self.steps as f64)).collect()
+    }
+
+    /// Adds a line; one with the same fields gets the sum.
+    fn add(&mut self, keyword: &'static str, head: String, tail: String, curve: Vec<f64>) {
+        if keyword != "BOUNDARY" {
+            let same = |line: &&mut Line| line.keyword == keyword && line.head == head && line.tail == tail;
+            if let Some(line) = self.lines.iter_mut().find(same) {
+                line.curve.iter_mut().zip(curve).for_each(|(sum, value)| *sum += value);
+                return;
+            }
+        }
+        self.lines.push(Line { keyword, head, tail, curve });
+    }
+
+    /// Load steps at which steps end.
+    fn ends(&self) -> Vec<usize> {
+        let mut ends: BTreeSet<usize> = self.changes.keys().copied().filter(|&n| n > 0 && n < self.steps).collect();
+        for line in &self.lines {
+            let largest = line.curve.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+            let bend = |n: &usize| {
+                (line.curve[n + 1] - 2.0 * line.curve[*n] + line.curve[n - 1]).abs() > STRAIGHT * largest
+            };
+            ends.extend((1..self.steps).filter(bend));
+        }
+        ends.into_iter().chain([self.steps]).collect()
+    }
+}
+
+impl Writer<'_> {
+    /// The factor of the load case on a motion or a load.
+    fn acts(&self, load_case: Option<&String>) -> bool {
+        let own = self.case.load_cases.get(self.options.load_case).map(|of| &of.name);
+        load_case.is_none() || load_case == own
+    }
+
+    /// Supports, motions and symmetry planes.
+    pub(super) fn motions(&mut self) {
+        let load_case = self.case.load_cases.get(self.options.load_case).cloned().unwrap_or_default();
+        for of in &load_case.bodies {
+            if of.offset.is_some() || of.rotation.is_some() {
+                let key = format!("load_case[{}].bodies", self.options.load_case);
+                self.refuse(key, format!("the load case moves `{}` at its start", of.body), "place the body there in a case of its own");
+            }
+        }
+        self.symmetries();
+        // what acts comes first, and other load cases hold what it leaves
+        let (acting, resting): (Vec<_>, Vec<_>) =
+            self.case.dirichlet.iter().enumerate().partition(|(_, of)| self.acts(of.load_case.as_ref()));
+        for (i, motion) in acting {
+            let own = load_case.motions.iter().find(|of| of.set == motion.set).map_or(1.0, |of| of.factor);
+            let factor = own * load_case.motion_factor.unwrap_or(1.0);
+            self.motion(i, motion, factor);
+        }
+        for (i, motion) in resting {
+            self.motion(i, motion, 0.0);
+        }
+    }
+
+    fn symmetries(&mut self) {
+        let size = self.mesh.bounding_box().map_or(1.0, |(low, high)| (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max));
+        for (s, symmetry) in self.case.symmetries.iter().enumerate() {
+            let axis = symmetry.normal.index();
+            let on = |node: &u32| {
+                self.body_of(*node).is_some() && (self.mesh.nodes[*node as usize][axis] - symmetry.at).abs() <= 1e-6 * size
+            };
+            let nodes: Vec<u32> = (0..self.mesh.nodes.len() as u32).filter(on).collect();
+            self.history.prescribed.extend(nodes.iter().map(|&node| (node, axis as u8)));
+            let set = self.new_set(&format!("symmetry_{}", ["x", "y", "z"][axis]), nodes);
+            let _ = writeln!(self.history.initial, "*BOUNDARY\n{set}, {0}, {0}", axis + 1);
+            if !self.case.contacts.is_empty() {
+                let message = "a deck holds the plane, but its contact does not know the mirror image";
+                self.warn(format!("symmetry[{s}]"), message, "compare with the whole bodies if contact crosses the plane");
+            }
+        }
+    }
+
+    fn motion(&mut self, i: usize, motion: &Dirichlet, factor: f64) {
+        let turns = motion.rotation.filter(|_| motion.motion.iter().any(|point| point.angle != 0.0) && factor != 0.0);
+        let at = |t: f64| {
+            let (u, angle) = motion.at(t);
+            (u.map(|x| factor * x), (factor * angle).to_radians())
+        };
+        let components: Vec<usize> = motion.components.iter().map(|c| c.index()).collect();
+        let rotations: Vec<usize> = motion.rotations.iter().map(|c| c.index()).collect();
+        // displacement of a point at load step n
+        let steps = self.case.load_path.steps;
+        let displacement = |x: [f64; 3], n: usize| -> [f64; 3] {
+            let (u, angle) = at(n as f64 / steps as f64);
+            let Some(axis) = turns else { return u };
+            let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(Vector3::from(axis.direction)), angle);
+            let arm = Vector3::from(x) - Vector3::from(axis.point);
+            let moved = rotation * arm - arm;
+            std::array::from_fn(|c| u[c] + moved[c])
+        };
+        let curve = |x: [f64; 3], c: usize| (0..=steps).map(|n| displacement(x, n)[c]).collect::<Vec<f64>>();
+        if let Some(reference) = self.mesh.reference_of(&motion.set) {
+            let coupled = self.mesh.couplings.iter().any(|of| of.name == motion.set);
+            let (node, x) = (reference.node, self.mesh.nodes[reference.node as usize]);
+            for &c in &components {
+                self.prescribe(&[node], (node + 1).to_string(), c, c + 1, curve(x, c));
+            }
+            let direction = turns.map_or([0.0; 3], |axis| {
+                let v = Vector3::from(axis.direction);
+                (v / v.norm()).into()
+            });
+            for &c in &rotations {
+                let angles = self.history.sampled(|t| at(t).1 * direction[c]);
+                match coupled {
+                    true => self.prescribe(&[node], (node + 1).to_string(), c + 3, c + 4, angles),
+                    false => self.prescribe(&[node + 1], (node + 2).to_string(), c, c + 1, angles),
+                }
+            }
+            return;
+        }
+        let nodes = self.mesh.set_nodes(&motion.set).unwrap_or_default().into_owned();
+        if nodes.is_empty() {
+            let message = format!("nothing is left of `{}`", motion.set);
+            return self.refuse(format!("dirichlet[{i}].set"), message, "choose a lower --threshold, or a solid skin there");
+        }
+        let point = self.case.points.iter().any(|point| point.name == motion.set);
+        if turns.is_some() || point {
+            for &node in &nodes {
+                for &c in &components {
+                    self.prescribe(&[node], (node + 1).to_string(), c, c + 1, curve(self.mesh.nodes[node as usize], c));
+                }
+            }
+            return;
+        }
+        for set in self.node_sets(&motion.set) {
+            for &c in &components {
+                self.prescribe(&nodes, set.clone(), c, c + 1, curve([0.0; 3], c));
+            }
+        }
+    }
+
+    /// Prescribes a component (`key` from 0, `component` as in a deck) of a set, unless all of it is.
+    fn prescribe(&mut self, nodes: &[u32], target: String, key: usize, component: usize, curve: Vec<f64>) {
+        let keys: Vec<(u32, u8)> = nodes.iter().map(|&node| (node, key as u8)).collect();
+        let rests = curve.iter().all(|value| *value == 0.0);
+        if rests && keys.iter().all(|key| self.history.prescribed.contains(key)) {
+            return;
+        }
+        self.history.prescribed.extend(keys);
+        let _ = writeln!(self.history.initial, "*BOUNDARY\n{target}, {component}, {component}");
+        if !rests {
+            let head = format!("{target}, {component}, {component}");
+            self.history.add("BOUNDARY", head, String::new(), curve);
+        }
+    }
+
+    pub(super) fn loads(&mut self) {
+        let load_case = self.case.load_cases.get(self.options.load_case).cloned().unwrap_or_default();
+        let mut nodal: BTreeMap<(u32, u8), Vec<f64>> = BTreeMap::new();
+        let mut add = |node: u32, component: usize, value: f64, factors: &[f64]| {
+            let curve = nodal.entry((node, component as u8)).or_insert_with(|| vec![0.0; factors.len()]);
+            curve.iter_mut().zip(factors).for_each(|(sum, factor)| *sum += value * factor);
+        };
+        for (i, load) in self.case.loads.iter().enumerate() {
+            if !self.acts(load.load_case.as_ref()) {
+                continue;
+            }
+            let own = load_case.loads.iter().find(|of| of.surface == load.surface && !load.surface.is_empty());
+            let scale = own.map_or(1.0, |of| of.factor) * load_case.load_factor.unwrap_or(1.0);
+            let factors = self.history.sampled(|t| scale * load.factor(t));
+            let reference = self.mesh.reference_of(&load.surface);
+            let coupled = self.mesh.couplings.iter().any(|of| of.name == load.surface);
+            let areas = || {
+                let surface = self.mesh.surfaces.get(&load.surface)?;
+                let areas = nodal_areas(&self.mesh.faces_of_surface(surface), self.mesh.nodes.as_flattened());
+                let total: f64 = areas.iter().map(|(_, area)| area).sum();
+                (total > 0.0).then_some((areas, total))
+            };
+            match (load.kind, reference) {
+                (LoadKind::Force(force), Some(reference)) => {
+                    (0..3).for_each(|c| add(reference.node, c, force[c], &factors));
+                }
+                (LoadKind::Moment(moment), Some(reference)) => match coupled {
+                    true => (0..3).for_each(|c| add(reference.node, c + 3, moment[c], &factors)),
+                    false => (0..3).for_each(|c| add(reference.node + 1, c, moment[c], &factors)),
+                },
+                (LoadKind::Moment(_), None) => {
+                    self.refuse(format!("load[{i}].moment"), "it acts on no rigid body and no coupling", "couple the face");
+                }
+                (LoadKind::NodalForce(force), _) => {
+                    let nodes = self.mesh.set_nodes(&load.surface).unwrap_or_default();
+                    nodes.iter().for_each(|&node| (0..3).for_each(|c| add(node, c, force[c], &factors)));
+                }
+                (LoadKind::Force(_) | LoadKind::Traction(_), _) => {
+                    let Some((areas, total)) = areas() else {
+                        let message = format!("nothing is left of `{}`", load.surface);
+                        self.refuse(format!("load[{i}].surface"), message, "choose a lower --threshold");
+                        continue;
+                    };
+                    let per_area = match load.kind {
+                        LoadKind::Force(force) => force.map(|f| f / total),
+                        LoadKind::Traction(traction) => traction,
+                        _ => [0.0; 3],
+                    };
+                    areas.iter().for_each(|&(node, area)| (0..3).for_each(|c| add(node, c, per_area[c] * area, &factors)));
+                }
+                (LoadKind::Pressure(pressure), _) => {
+                    let Some(surface) = self.surface(&load.surface) else {
+                        let message = format!("nothing is left of `{}`", load.surface);
+                        self.refuse(format!("load[{i}].surface"), message, "choose a lower --threshold");
+                        continue;
+                    };
+                    let curve = factors.iter().map(|factor| pressure * factor).collect();
+                    self.history.add("DSLOAD", format!("{surface}, P"), String::new(), curve);
+                }
+                (LoadKind::Gravity(g), _) => {
+                    let size = g.iter().map(|x| x * x).sum::<f64>().sqrt();
+                    if size > 0.0 {
+                        let tail = format!(", {}", numbers(&g.map(|x| x / size)));
+                        self.on_mass(load.body.as_ref(), "GRAV", &tail, factors.iter().map(|f| size * f).collect());
+                    }
+                }
+                (LoadKind::Centrifugal(of), _) => {
+                    let tail = format!(", {}, {}", numbers(&of.point), numbers(&of.direction));
+                    let square = of.angular_velocity * of.angular_velocity;
+                    self.on_mass(load.body.as_ref(), "CENTRIF", &tail, factors.iter().map(|f| square * f).collect());
+                }
+            }
+        }
+        // nodes with the same force share a set
+        let mut groups: BTreeMap<(u8, Vec<u64>), Vec<u32>> = BTreeMap::new();
+        let dropped = self.centres();
+        let mut lost = false;
+        for ((node, component), curve) in nodal {
+            if curve.iter().all(|value| *value == 0.0) {
+                continue;
+            }
+            if dropped.contains(&node) {
+                lost = true;
+                continue;
+            }
+            groups.entry((component, curve.iter().map(|x| x.to_bits()).collect())).or_default().push(node);
+        }
+        if lost {
+            let message = "a force on hexahedra with 27 nodes acts on centres of faces, which C3D20 has not";
+            self.refuse("load", message, "use a pressure, or other elements");
+        }
+        let mut count = 0;
+        for ((component, bits), nodes) in groups {
+            let curve = bits.into_iter().map(f64::from_bits).collect();
+            let target = match nodes[..] {
+                [node] => (node + 1).to_string(),
+                _ => {
+                    count += 1;
+                    self.new_set(&format!("loaded_{count}"), nodes)
+                }
+            };
+            self.history.add("CLOAD", format!("{target}, {}", component + 1), String::new(), curve);
+        }
+    }
+
+    fn centres(&self) -> BTreeSet<u32> {
+        let of = |element: &slipstick_mesh::Element| match element {
+            slipstick_mesh::Element::Hex27(nodes) => nodes[20..].to_vec(),
+            _ => vec![],
+        };
+        self.mesh.elements.iter().flat_map(of).collect()
+    }
+
+    /// A load on the mass of one body or of all.
+    fn on_mass(&mut self, body: Option<&String>, kind: &str, tail: &str, curve: Vec<f64>) {
+        for b in 0..self.mesh.bodies.len() {
+            let of = &self.case.bodies[b];
+            if body.is_some_and(|name| *name != of.name) || !of.has_mass() {
+                continue;
+            }
+            let head = format!("{}, {kind}", self.names.bodies[b]);
+            self.history.add("DLOAD", head, tail.to_owned(), curve.clone());
+        }
+    }
+
+    /// Changes of temperature, at the nodes.
+    pub(super) fn temperatures(&mut self) {
+        if self.case.temperatures.is_empty() {
+            return;
+        }
+        let steps = self.case.load_path.steps;
+        let mut curves: Vec<Option<Vec<f64>>> = vec![None; self.mesh.nodes.len()];
+        for temperature in self.case.temperatures.iter().filter(|of| self.acts(of.load_case.as_ref())) {
+            let nodes: Vec<u32> = match (&temperature.set, &temperature.body) {
+                (Some(set), _) => self.mesh.set_nodes(set).unwrap_or_default().into_owned(),
+                (None, Some(name)) => {
+                    self.mesh.body(name).map_or(vec![], |body| body.nodes.clone().map(|n| n as u32).collect())
+                }
+                (None, None) => self.mesh.bodies.iter().flat_map(|body| body.nodes.clone()).map(|n| n as u32).collect(),
+            };
+            let factor = |n: usize| factor_at(temperature, n as f64 / steps as f64);
+            let own: Vec<f64> = (0..=steps).map(|n| temperature.change * factor(n)).collect();
+            for node in nodes {
+                let curve = curves[node as usize].get_or_insert_with(|| vec![0.0; steps + 1]);
+                curve.iter_mut().zip(&own).for_each(|(sum, value)| *sum += value);
+            }
+        }
+        let all: Vec<u32> = self.mesh.bodies.iter().flat_map(|body| body.nodes.clone()).map(|n| n as u32).collect();
+        let set = self.new_set("all_nodes", all);
+        let _ = writeln!(self.history.initial, "*INITIAL CONDITIONS, TYPE=TEMPERATURE\n{set}, 0.0");
+        let mut groups: BTreeMap<Vec<u64>, Vec<u32>> = BTreeMap::new();
+        for (node, curve) in (0_u32..).zip(&curves).filter_map(|(node, curve)| Some((node, curve.as_ref()?))) {
+            groups.entry(curve.iter().map(|x| x.to_bits()).collect()).or_default().push(node);
+        }
+        for (k, (bits, nodes)) in groups.into_iter().enumerate() {
+            let set = self.new_set(&format!("heated_{}", k + 1), nodes);
+            self.history.add("TEMPERATURE", set, String::new(), bits.into_iter().map(f64::from_bits).collect());
+        }
+        let second = self.mesh.elements.iter().any(|element| element.is_second_order());
+        if second && self.case.temperatures.iter().any(|of| of.set.is_some()) {
+            let message = "temperatures of nodes vary within elements of second order in CalculiX, and are averaged here";
+            self.warn("temperature.set", message, "heat whole bodies to compare the same strains");
+        }
+    }
+
+    /// The steps, with requests for what is compared.
+    pub(super) fn steps(&mut self, record: &DeckRecord) -> String {
+        let mut text = std::mem::take(&mut self.history.initial);
+        let count = self.case.load_path.steps;
+        let nlgeom = if self.small() { "" } else { ", NLGEOM" };
+        let mut start = 0;
+        for end in self.history.ends() {
+            let time = |n: usize| number(n as f64 / count as f64);
+            let _ = writeln!(text, "*STEP{nlgeom}, INC=100000\n*STATIC");
+            let _ = writeln!(text, "{}, {}, 1e-8, {}", time(1), time(end - start), time(1));
+            if let Some(change) = self.history.changes.get(&start) {
+                text.push_str(change);
+            }
+            let mut keyword = "";
+            for line in &self.history.lines {
+                if line.curve[end] == line.curve[start] {
+                    continue;
+                }
+                if line.keyword != keyword {
+                    keyword = line.keyword;
+                    let _ = writeln!(text, "*{keyword}");
+                }
+                let _ = writeln!(text, "{}, {}{}", line.head, number(line.curve[end]), line.tail);
+            }
+            if start == 0 {
+                text.push_str(&self.requests(record));
+            }
+            text.push_str("*END STEP\n");
+            start = end;
+        }
+        text
+    }
+
+    /// Output at the ends of steps.
+    fn requests(&self, record: &DeckRecord) -> String {
+        let contact = self.case.contacts.iter().any(|contact| !contact.tied);
+        let mut text = String::from("*NODE FILE, FREQUENCY=100000\nU, RF\n*EL FILE, FREQUENCY=100000\nS, E\n");
+        if contact {
+            text.push_str("*CONTACT FILE, FREQUENCY=100000\nCDIS, CSTR\n");
+        }
+        let mut seen = BTreeSet::new();
+        for compared in &record.compared {
+            match &compared.source {
+                Source::Contact { slave, master, .. } if seen.insert(slave.clone()) => {
+                    let _ = writeln!(text, "*CONTACT PRINT, SLAVE={slave}, MASTER={master}, FREQUENCY=100000\nCF");
+                }
+                Source::Energy { sets } => {
+                    for set in sets.iter().filter(|set| seen.insert((*set).clone())) {
+                        let _ = writeln!(text, "*EL PRINT, ELSET={set}, TOTALS=ONLY, FREQUENCY=100000\nELSE");
+                    }
+                }
+                _ => {}
+            }
+        }
+        text
+    }
+}
+
+/// The factor of a temperature at pseudo-time `t`: piecewise linear through (0, 0) and the waypoints.
+fn factor_at(temperature: &slipstick_case::file::Temperature, t: f64) -> f64 {
+    let mut last = (0.0, 0.0);
+    for point in &temperature.amplitude {
+        if t < point.t {
+            return last.1 + (t - last.0) / (point.t - last.0) * (point.factor - last.1);
+        }
+        last = (point.t, point.factor);
+    }
+    last.1
+}

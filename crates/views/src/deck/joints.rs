@@ -1,0 +1,290 @@
+//! Contact pairs, ties, couplings, springs and equations.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use slipstick_case::construct::{BuildError, equations_of, springs_of};
+use slipstick_case::file::{Contact, CouplingKind, Enforcement, StiffnessScaling, Surfaces};
+use slipstick_mesh::facet_area;
+use slipstick_solid::spring::Acts;
+
+use super::Writer;
+use super::text::{number, numbers};
+
+/// Stiffness of contact where the case does not give one, over E/h of its bodies.
+const AUTOMATIC: f64 = 10.0;
+/// Distance within which ties are found, over the size of the largest facet of the pair.
+const REACH: f64 = 2.0;
+
+impl Writer<'_> {
+    pub(super) fn contact(&mut self) {
+        for (i, contact) in self.case.contacts.iter().enumerate() {
+            let at = |key: &str| format!("contact[{i}].{key}");
+            let (slave, master) = (self.surface(&contact.slave), self.surface(&contact.master));
+            let (Some(slave), Some(master)) = (slave, master) else {
+                let message = format!("nothing is left of `{}` or `{}`", contact.slave, contact.master);
+                self.refuse(format!("contact[{i}]"), message, "choose a lower --threshold, or a solid skin at the surface");
+                continue;
+            };
+            let always = contact.active == Contact::ALWAYS;
+            if contact.tied && always {
+                let size = self.largest_facet(contact);
+                let reach = number(contact.search_radius.unwrap_or(REACH * size));
+                let name = self.names.fresh(&format!("tie_{}", i + 1));
+                let _ = writeln!(
+                    self.model,
+                    "*TIE, NAME={name}, POSITION TOLERANCE={reach}, ADJUST=NO\n{slave}, {master}"
+                );
+                continue;
+            }
+            let name = self.names.fresh(&format!("interaction_{}", i + 1));
+            let _ = writeln!(self.model, "*SURFACE INTERACTION, NAME={name}");
+            let automatic = AUTOMATIC * self.own_stiffness(contact);
+            let [normal, tangential] = self.behavior(contact, automatic, &at);
+            let friction = self.friction_of(contact);
+            if contact.tied {
+                let _ = writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n{}", number(automatic));
+                let _ = writeln!(self.model, "*FRICTION\n0.5, {}", number(automatic));
+            } else {
+                match normal {
+                    Some(slope) => {
+                        let _ = writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
+                    }
+                    None => self.model.push_str("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n"),
+                }
+                if friction > 0.0 {
+                    let limit = contact.shear_limit.map_or(String::new(), |limit| format!(", TAUMAX={}", number(limit)));
+                    let slope = tangential.unwrap_or(automatic);
+                    let _ = writeln!(self.model, "*FRICTION{limit}\n{}", numbers(&[friction, slope]));
+                    if !limit.is_empty() {
+                        self.warn(at("shear_limit"), "CalculiX ignores TAUMAX", "compare with Abaqus, or without the limit");
+                    }
+                }
+            }
+            let adjust = contact.adjust.map_or(String::new(), |distance| format!(", ADJUST={}", number(distance)));
+            let _ = writeln!(
+                self.model,
+                "*CONTACT PAIR, INTERACTION={name}, TYPE=SURFACE TO SURFACE{adjust}\n{slave}, {master}"
+            );
+            if !adjust.is_empty() {
+                let message = "CalculiX and Abaqus move nodes of the slave, where here the gap is subtracted";
+                self.warn(at("adjust"), message, "close the gaps in the mesh to compare the same geometry");
+            }
+            if !contact.offset.is_empty() {
+                let message = "a deck has no distance at which meshes touch that changes over the path";
+                self.refuse(at("offset"), message, "move the surfaces in the mesh, or press them together by a motion");
+            }
+            if contact.surfaces == Surfaces::Smooth && !contact.tied {
+                let message = "a deck has contact between the facets";
+                self.warn(at("surfaces"), message, "set `surfaces = \"faceted\"` to compare the same gaps");
+            }
+            if contact.slave == contact.master {
+                self.warn(at("master"), "CalculiX has no contact of a surface with itself", "compare with Abaqus");
+            }
+            self.active(contact, &slave, &master);
+        }
+    }
+
+    /// The slopes of penalty, normal and tangential; none for hard contact.
+    fn behavior(&mut self, contact: &Contact, automatic: f64, at: &dyn Fn(&str) -> String) -> [Option<f64>; 2] {
+        if let Some(slope) = self.options.contact_stiffness {
+            return [Some(slope); 2];
+        }
+        let Enforcement::Penalty { stiffness, scaling } = contact.enforcement else { return [None; 2] };
+        let Some(stiffness) = stiffness else {
+            let message = format!("an automatic stiffness is written as one number, {automatic:.3e}");
+            self.warn(at("enforcement.penalty.stiffness"), message, "give the stiffness to compare the same law");
+            return [Some(automatic); 2];
+        };
+        match scaling {
+            StiffnessScaling::Area => {}
+            StiffnessScaling::ReferenceArea => {
+                let message = "a deck has pressure per penetration, with the current area";
+                self.warn(at("enforcement.penalty.scaling"), message, "set it to \"area\" to compare the same law");
+            }
+            StiffnessScaling::Weighted => {
+                let message = "the stiffness multiplies the weighted gap, which a deck does not have";
+                self.refuse(at("enforcement.penalty.scaling"), message, "set it to \"area\", with a stiffness per length");
+            }
+        }
+        [Some(stiffness.normal), Some(stiffness.tangential)]
+    }
+
+    /// The coefficient of friction in the load case.
+    fn friction_of(&self, contact: &Contact) -> f64 {
+        let load_case = self.case.load_cases.get(self.options.load_case);
+        let own = load_case.and_then(|of| of.pairs.iter().find(|pair| pair.slave == contact.slave));
+        own.map(|pair| pair.friction).or(load_case.and_then(|of| of.friction)).unwrap_or(contact.friction)
+    }
+
+    /// The steps in which a pair acts.
+    fn active(&mut self, contact: &Contact, slave: &str, master: &str) {
+        let steps = self.case.load_path.steps;
+        let [from, to] = contact.active.map(|t| (t * steps as f64).round() as usize);
+        let change = |what: &str| format!("*MODEL CHANGE, TYPE=CONTACT PAIR, {what}\n{slave}, {master}\n");
+        if from > 0 {
+            self.history.change(0, change("REMOVE"));
+            self.history.change(from, change("ADD"));
+        }
+        if to < steps {
+            self.history.change(to, change("REMOVE"));
+        }
+    }
+
+    fn facet_areas(&self, surface: &str) -> Vec<f64> {
+        let of = self.mesh.surfaces.get(surface).map_or(&[][..], |of| &of.facets[..]);
+        of.iter().map(|facet| facet_area(&self.mesh.facet_coordinates(facet))).collect()
+    }
+
+    fn largest_facet(&self, contact: &Contact) -> f64 {
+        let areas = [&contact.slave, &contact.master].map(|name| self.facet_areas(name)).concat();
+        areas.into_iter().fold(0.0, f64::max).sqrt()
+    }
+
+    /// E/h of the softer body of a pair, with the mean size h of the facets of the slave. \[F/L³\]
+    fn own_stiffness(&self, contact: &Contact) -> f64 {
+        let modulus = |name: &String| {
+            let element = self.mesh.surfaces.get(name).and_then(|of| of.facets.first()).map(|facet| facet.element);
+            let body = element.and_then(|element| self.mesh.body_of_element(element as usize));
+            let body = body.map(|b| &self.case.bodies[b]).filter(|body| body.rigid.is_none());
+            body.map_or(f64::INFINITY, |body| body.material.youngs_modulus())
+        };
+        let softer = modulus(&contact.slave).min(modulus(&contact.master));
+        let areas = self.facet_areas(&contact.slave);
+        let size = (areas.iter().sum::<f64>() / areas.len().max(1) as f64).sqrt();
+        if softer.is_finite() && size > 0.0 { softer / size } else { 1.0 }
+    }
+
+    pub(super) fn couplings(&mut self) {
+        for (k, coupling) in self.case.couplings.iter().enumerate() {
+            let Some(surface) = self.surface(&coupling.set) else {
+                let message = format!("`{}` is no surface, which a coupling of a deck needs", coupling.set);
+                self.refuse(format!("coupling[{k}].set"), message, "couple a surface");
+                continue;
+            };
+            let Some(of) = self.mesh.couplings.iter().find(|of| of.name == coupling.name) else { continue };
+            let name = self.names.fresh(&coupling.name);
+            let kind = match coupling.kind {
+                CouplingKind::Distributing => "DISTRIBUTING",
+                CouplingKind::Kinematic => "KINEMATIC",
+            };
+            let _ = writeln!(
+                self.model,
+                "*COUPLING, CONSTRAINT NAME={name}, REF NODE={}, SURFACE={surface}\n*{kind}\n1, 3",
+                of.reference + 1
+            );
+        }
+    }
+
+    pub(super) fn springs(&mut self) -> Result<(), BuildError> {
+        let all = springs_of(self.case, self.mesh)?;
+        for (i, springs) in all.iter().enumerate() {
+            // springs with the same stiffness and components share a section
+            let mut sections: Vec<((u64, Option<usize>), Vec<(u32, Option<u32>)>)> = Vec::new();
+            let mut oblique = false;
+            for spring in springs {
+                let mut components = match spring.acts {
+                    Acts::Everywhere => vec![Some(0), Some(1), Some(2)],
+                    Acts::Line(_) => vec![None],
+                    Acts::Along(n) => match (0..3).find(|&c| n[c].abs() > 1.0 - 1e-12) {
+                        Some(c) => vec![Some(c)],
+                        None => {
+                            oblique = true;
+                            vec![]
+                        }
+                    },
+                };
+                let mut to = spring.to;
+                if let (Acts::Line(r), None) = (spring.acts, to) {
+                    // the ground is a node that does not move
+                    let x = self.mesh.nodes[spring.node as usize];
+                    let ground: [f64; 3] = std::array::from_fn(|c| x[c] - r[c]);
+                    self.next_node += 1;
+                    let node = self.next_node;
+                    let _ = writeln!(self.model, "*NODE\n{node}, {}\n*BOUNDARY\n{node}, 1, 3", numbers(&ground));
+                    to = Some(node - 1);
+                }
+                for component in components.drain(..) {
+                    let key = (spring.stiffness.to_bits(), component);
+                    match sections.iter_mut().find(|(known, _)| *known == key) {
+                        Some((_, members)) => members.push((spring.node, to)),
+                        None => sections.push((key, vec![(spring.node, to)])),
+                    }
+                }
+            }
+            if oblique {
+                let message = "springs of a deck act along an axis, or along the line between their ends";
+                self.refuse(format!("spring[{i}].direction"), message, "choose an axis, or \"line\"");
+            }
+            for ((stiffness, component), members) in sections {
+                let set = self.names.fresh(&format!("{}_{}", self.case.springs[i].name, component.map_or(0, |c| c + 1)));
+                let kind = match (component, members[0].1) {
+                    (None, _) => "SPRINGA",
+                    (Some(_), Some(_)) => "SPRING2",
+                    (Some(_), None) => "SPRING1",
+                };
+                let _ = writeln!(self.model, "*ELEMENT, TYPE={kind}, ELSET={set}");
+                for (node, to) in members {
+                    self.next_element += 1;
+                    let to_text = to.map_or(String::new(), |to| format!(", {}", to + 1));
+                    let _ = writeln!(self.model, "{}, {}{to_text}", self.next_element, node + 1);
+                }
+                let components = match (component, kind) {
+                    (Some(c), "SPRING2") => format!("{}, {}", c + 1, c + 1),
+                    (Some(c), _) => format!("{}", c + 1),
+                    (None, _) => String::new(),
+                };
+                let stiffness = number(f64::from_bits(stiffness));
+                let _ = writeln!(self.model, "*SPRING, ELSET={set}\n{components}\n{stiffness}");
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn equations(&mut self) -> Result<(), BuildError> {
+        let all = equations_of(self.case, self.mesh)?;
+        let mut dependent: BTreeSet<u32> = BTreeSet::new();
+        let mut used: BTreeSet<u32> = BTreeSet::new();
+        let rotations: BTreeSet<u32> = self.mesh.rigid.iter().map(|rigid| rigid.rotation()).collect();
+        for (i, equations) in all.iter().enumerate() {
+            for terms in equations {
+                // one term for each unknown
+                let mut merged: Vec<(u32, f64)> = Vec::new();
+                for &(unknown, factor) in terms {
+                    match merged.iter_mut().find(|(known, _)| *known == unknown) {
+                        Some((_, sum)) => *sum += factor,
+                        None => merged.push((unknown, factor)),
+                    }
+                }
+                merged.retain(|(_, factor)| *factor != 0.0);
+                let free = |&(unknown, _): &(u32, f64)| {
+                    let key = (unknown / 3, (unknown % 3) as u8);
+                    !self.history.prescribed.contains(&key) && !dependent.contains(&unknown) && !used.contains(&unknown)
+                };
+                let reference = |node: u32| self.mesh.rigid.iter().any(|rigid| rigid.reference == node) || rotations.contains(&node);
+                let first = merged
+                    .iter()
+                    .position(|term| free(term) && !reference(term.0 / 3))
+                    .or_else(|| merged.iter().position(free));
+                let Some(first) = first else {
+                    if merged.iter().any(|(unknown, _)| !self.history.prescribed.contains(&(unknown / 3, (unknown % 3) as u8))) {
+                        let message = "no term is left that the equation could determine in CalculiX";
+                        self.refuse(format!("equation[{i}]"), message, "order the equations so that each has an unknown of its own");
+                    }
+                    continue;
+                };
+                merged.swap(0, first);
+                dependent.insert(merged[0].0);
+                used.extend(merged[1..].iter().map(|(unknown, _)| *unknown));
+                let _ = writeln!(self.model, "*EQUATION\n{}", merged.len());
+                for line in merged.chunks(4) {
+                    let term = |&(unknown, factor): &(u32, f64)| {
+                        format!("{}, {}, {}", unknown / 3 + 1, unknown % 3 + 1, number(factor))
+                    };
+                    let _ = writeln!(self.model, "{}", line.iter().map(term).collect::<Vec<_>>().join(", "));
+                }
+            }
+        }
+        Ok(())
+    }
+}
