@@ -12,7 +12,7 @@ mod results;
 mod values;
 
 pub use help::{Completions, Explain, Man, SchemaOf};
-pub use results::{Export, Report, Threshold};
+pub use results::{Export, Report, Threshold, VerifyDeck};
 use values::{count, fraction, memory, not_negative, override_of, positive, size, step};
 
 /// Topology optimization of bodies in three-dimensional finite-deformation frictional contact.
@@ -67,7 +67,7 @@ pub enum Command {
     Gradient(Gradient),
     /// Optimize the design
     Optimize(Optimize),
-    /// Compare derivatives with finite differences on your own model
+    /// Compare derivatives with finite differences, or a deck with CalculiX, on your own model
     Verify(Verify),
     /// Continue an interrupted optimization, or run more iterations
     Resume(Resume),
@@ -79,7 +79,7 @@ pub enum Command {
     Study(Study),
     /// Write a run as one web page: an interactive view, curves, tables, the case
     Report(Report),
-    /// Write a design as a closed triangle surface for CAD, meshing or printing
+    /// Write a design as a closed triangle surface for CAD, meshing or printing, or as a deck
     Export(Export),
     /// Explain an error or warning about a case file, by its code
     Explain(Explain),
@@ -227,17 +227,20 @@ pub struct Optimize {
 /// Arguments of `verify`.
 #[derive(Debug, Clone, Args)]
 pub struct Verify {
-    /// The derivative to check.
+    /// What to check.
     #[command(subcommand)]
     pub what: VerifyWhat,
 }
 
-/// Derivatives that `verify` can check.
+/// What `verify` can check.
 #[derive(Debug, Clone, Subcommand)]
 pub enum VerifyWhat {
     /// Compare the gradient with central differences (one-sided at densities near 0 or 1) with
     /// successively halved steps; the error decreases with the square of the step, except at kinks
     Gradient(VerifyGradient),
+    /// Run a deck with CalculiX and with slipstick, and compare reactions, contact forces
+    /// and displacements with each other and with what the design promised
+    Deck(VerifyDeck),
 }
 
 /// Arguments of `verify gradient`.

@@ -84,6 +84,7 @@ fn execute(context: &Context, command: &Command) -> Outcome {
         Command::Bench(args) => commands::bench::run(context, args),
         Command::Verify(args) => match &args.what {
             VerifyWhat::Gradient(args) => commands::verify::run(context, args),
+            VerifyWhat::Deck(args) => commands::verify_deck::run(context, args),
         },
     }
 }

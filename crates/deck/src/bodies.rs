@@ -21,6 +21,8 @@ pub struct Body {
     pub rigid: Option<usize>,
     /// Whether it has hexahedra of 8 nodes.
     pub hexahedra: bool,
+    /// Whether some of these are of a type against locking.
+    pub soft: bool,
     /// Whether it has elements with nodes between corners, whose facets may be curved.
     pub second_order: bool,
 }
@@ -56,6 +58,7 @@ impl Bodies {
         let order: HashMap<u32, u32> = groups.iter().map(|(component, _)| *component).zip(0..).collect();
         let of_node = component.iter().map(|component| order.get(component).copied().unwrap_or(NONE)).collect();
         let mut bodies = Self { list: Vec::new(), of_node, numbers };
+        let softened = softened(mesh, deck, all);
         let (mut names, alone) = (BTreeSet::new(), groups.len() == 1);
         let mut without = 0;
         for (_, cells) in groups {
@@ -92,10 +95,11 @@ impl Bodies {
             let has = |kinds: &[CellKind]| cells.iter().any(|&cell| kinds.contains(&mesh.cells.kind(cell as usize)));
             let hexahedra = has(&[CellKind::Hex8]);
             let second_order = cells.iter().any(|&cell| mesh.cells.kind(cell as usize).is_second_order());
-            bodies.list.push(Body { name, part, sections: counts, rigid: None, hexahedra, second_order });
+            let soft = hexahedra && cells.iter().any(|cell| softened.binary_search(cell).is_ok());
+            bodies.list.push(Body { name, part, sections: counts, rigid: None, hexahedra, soft, second_order });
         }
         bodies.find_rigid(mesh, deck, ledger);
-        let line = deck.element_types.first().map_or(1, |(_, line)| *line);
+        let line = deck.element_types.first().map_or(1, |of| of.line);
         if without > 0 {
             let why = format!("{without} solid elements have no *SOLID SECTION");
             ledger.wrong("ELEMENT", [line, line], why, "assign a material to every element");
@@ -198,6 +202,22 @@ fn components(mesh: &FileMesh, cells: &[u32]) -> Vec<u32> {
     let mut used = vec![false; parent.len()];
     cells.iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)).for_each(|&node| used[node as usize] = true);
     roots.into_iter().zip(used).map(|(root, used)| if used { root } else { NONE }).collect()
+}
+
+/// Cells of types against locking, ascending; all, if elements of such a type belong to no set.
+fn softened(mesh: &FileMesh, deck: &Deck, count: usize) -> Vec<u32> {
+    let mut cells = Vec::new();
+    for of in deck.element_types.iter().filter(|of| of.is_soft()) {
+        match of.set.as_ref().and_then(|set| find(&mesh.cell_sets, set)) {
+            // sets of several types must not soften the others
+            Some(set) if deck.element_types.iter().all(|other| other.set != of.set || other.is_soft()) => {
+                cells.extend(&mesh.cell_sets[set]);
+            }
+            _ => return (0..count.max(mesh.cells.len()) as u32).collect(),
+        }
+    }
+    cells.sort_unstable();
+    cells
 }
 
 /// The section of each cell; the last one counts.

@@ -27,8 +27,8 @@ pub struct Report {
 /// Arguments of `export`.
 #[derive(Debug, Clone, Args)]
 pub struct Export {
-    /// Directory of a run
-    #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
+    /// Directory of a run; with --deck also a case file
+    #[arg(value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub results: PathBuf,
     /// Binary STL file to write [default, if no file is given: design.stl in the directory]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -70,9 +70,34 @@ pub struct Export {
     /// Measure the thinnest member and the narrowest gap, and keep them for the report
     #[arg(long)]
     pub measure: bool,
+    /// Write the case, with the elements of the design above the threshold, as a deck for CalculiX and
+    /// Abaqus to this folder (model.inp), with a case that refers to it (case.toml)
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu"])]
+    pub deck: Option<PathBuf>,
+    /// Write linear contact with this pressure per penetration instead of hard contact
+    #[arg(long, value_name = "STIFFNESS", requires = "deck", value_parser = length, allow_negative_numbers = true)]
+    pub contact_stiffness: Option<f64>,
+    /// Leave a key of the case out of the deck although the physics changes, such as `contact.offset`;
+    /// may be given several times
+    #[arg(long, value_name = "KEY", requires = "deck")]
+    pub ignore: Vec<String>,
     /// Replace files that exist
     #[arg(long)]
     pub force: bool,
+}
+
+/// Arguments of `verify deck`.
+#[derive(Debug, Clone, Args)]
+pub struct VerifyDeck {
+    /// Folder that `export --deck` wrote
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub folder: PathBuf,
+    /// The program CalculiX
+    #[arg(long, value_name = "PROGRAM", default_value = "ccx", value_hint = ValueHint::ExecutablePath)]
+    pub ccx: PathBuf,
+    /// Largest relative deviation at which a number counts as equal
+    #[arg(long, value_name = "DEVIATION", default_value = "0.05", value_parser = length)]
+    pub tolerance: f64,
 }
 
 fn length(text: &str) -> Result<f64, String> {

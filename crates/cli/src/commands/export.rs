@@ -1,4 +1,4 @@
-//! `slipstick export`: a design as a closed triangle surface, or as a part with its own case.
+//! `slipstick export`: a design as a closed triangle surface, as a part with its own case, or as a deck.
 
 use std::path::{Path, PathBuf};
 
@@ -11,6 +11,7 @@ use slipstick::run::{RunDirectory, design_density};
 use slipstick::words::counted;
 use slipstick_service::run::OpenRun;
 
+pub(super) mod deck;
 mod measure;
 mod part;
 
@@ -24,6 +25,13 @@ use slipstick_service::failure::{Failure, Outcome};
 /// # Errors
 /// [`Failure::Input`], [`Failure::Case`].
 pub fn run(context: &Context, args: &Export) -> Outcome {
+    if let Some(folder) = &args.deck {
+        return deck::run(context, args, folder);
+    }
+    if args.results.is_file() {
+        let message = format!("{} is a file, not the directory of a run", args.results.display());
+        return Err(Failure::input(message, "a case file can be written as a deck: --deck DIR"));
+    }
     let directory = RunDirectory::open(&args.results)?;
     let files = files(args, &directory)?;
     if let Some(folder) = &args.case {

@@ -16,3 +16,4 @@ pub mod schema;
 pub mod solve;
 pub mod study;
 pub mod verify;
+pub mod verify_deck;

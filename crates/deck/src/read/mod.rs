@@ -45,8 +45,24 @@ pub struct Deck {
     pub conditions: Vec<Condition>,
     pub initial_temperatures: Vec<Condition>,
     pub steps: Vec<Step>,
-    /// Whether there are hexahedra of 8 nodes.
-    pub element_types: Vec<(String, usize)>,
+    pub element_types: Vec<ElementType>,
+}
+
+/// `*ELEMENT`, except springs.
+#[derive(Debug)]
+pub struct ElementType {
+    /// In capitals.
+    pub name: String,
+    /// `ELSET`, as written.
+    pub set: Option<String>,
+    pub line: usize,
+}
+
+impl ElementType {
+    /// Whether they are hexahedra of 8 nodes against locking: `C3D8R`, `C3D8I` and others.
+    pub fn is_soft(&self) -> bool {
+        self.name.len() > 4 && self.name.starts_with("C3D8")
+    }
 }
 
 /// `*SOLID SECTION`.
@@ -122,7 +138,8 @@ impl Reader<'_> {
         if self.spring_elements(card, &kind) {
             return;
         }
-        self.deck.element_types.push((kind.clone(), keyword.line));
+        let set = keyword.parameter("ELSET").map(str::to_owned);
+        self.deck.element_types.push(ElementType { name: kind.clone(), set, line: keyword.line });
         let digits: String = kind.chars().skip(3).take_while(char::is_ascii_digit).collect();
         let how = match (kind.starts_with("C3D"), digits.as_str(), &kind[(3 + digits.len()).min(kind.len())..]) {
             (true, "8", "") => None,

@@ -26,12 +26,12 @@ impl Writer<'_> {
         }
         let Some(&(main, _)) = body.sections.first() else { return };
         let (section, deck) = (&self.deck.sections[main], self.deck);
+        let soft = body.soft;
         self.table("body", "SOLID SECTION", section.line);
         self.line(mesh);
         let material = self.material(&section.material);
         self.line(format!("material = {material}"));
         self.further_constants(&section.material, false);
-        let soft = deck.element_types.iter().any(|(of, _)| of.len() > 4 && of.starts_with("C3D8"));
         let plastic = deck.materials.get(&section.material).is_some_and(|material| material.plastic.is_some());
         if body.hexahedra && (soft || plastic) {
             self.line("element = \"f_bar\"");

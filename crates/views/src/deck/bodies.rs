@@ -188,6 +188,19 @@ impl Writer<'_> {
         Ok(text)
     }
 
+    /// Mass per reference volume of all elements.
+    pub(super) fn masses(&self) -> Result<Vec<f64>, BuildError> {
+        let all = sections(self.case, self.mesh)?;
+        let mut masses = vec![0.0; self.mesh.elements.len()];
+        for (body, section) in self.mesh.bodies.iter().zip(&all.list) {
+            masses[body.elements.clone()].fill(section.mass_density);
+        }
+        for ((_, elements), section) in all.regions.iter().zip(&all.list[self.mesh.bodies.len()..]) {
+            elements.iter().for_each(|&element| masses[element as usize] = section.mass_density);
+        }
+        Ok(masses)
+    }
+
     /// Whether all laws are linear elasticity, so that steps have no NLGEOM.
     pub(super) fn small(&self) -> bool {
         let deforms = self.case.bodies.iter().filter(|body| body.rigid.is_none());

@@ -1,4 +1,4 @@
-//! What CalculiX can report of a case: reactions, contact forces, displacements, energies.
+//! What CalculiX can report of a case: reactions, contact forces, displacements.
 
 use std::collections::BTreeMap;
 
@@ -30,6 +30,9 @@ pub enum Source {
     Reaction {
         /// Numbers of nodes, with components.
         unknowns: Vec<(u32, u8)>,
+        /// Sum of the loads on these unknowns, at reference positions, which the forces that CalculiX
+        /// reports contain. \[F\]
+        loads: [f64; 3],
         /// The direction of the component; `None`: the norm of the sum.
         along: Option<[f64; 3]>,
     },
@@ -48,11 +51,6 @@ pub enum Source {
         master: String,
         /// Which part.
         part: ContactPart,
-    },
-    /// Elastic energy of sets of elements.
-    Energy {
-        /// The sets.
-        sets: Vec<String>,
     },
 }
 
@@ -83,8 +81,7 @@ fn along(component: &VectorComponent) -> Option<[f64; 3]> {
 }
 
 impl Writer<'_> {
-    /// What is compared: reactions of supports, contact forces, the elastic energy, and the quantities of
-    /// the case.
+    /// What is compared: reactions of supports, contact forces, and the quantities of the case.
     pub(super) fn compared(&mut self, deck: &str, case: &str) -> DeckRecord {
         let (deck, case) = (deck.to_owned(), case.to_owned());
         let load_case = self.case.load_cases.get(self.options.load_case).map(|of| of.name.clone());
@@ -110,7 +107,7 @@ impl Writer<'_> {
                     let mut along = [0.0; 3];
                     along[c] = 1.0;
                     let promised = self.promised(&format!("reaction_{}_{axis}", motion.set));
-                    let source = Source::Reaction { unknowns: own, along: Some(along) };
+                    let source = Source::Reaction { loads: self.loads_on(&own), unknowns: own, along: Some(along) };
                     record.compared.push(Compared { column, promised, source });
                 }
             }
@@ -122,24 +119,21 @@ impl Writer<'_> {
             let (column, part) = (format!("{slave}_normal_force"), ContactPart::Normal);
             record.compared.push(Compared { column, promised, source: Source::Contact { slave, master, part } });
         }
-        let promised = self.promised("strain_energy");
-        let source = Source::Energy { sets: self.deformable(None) };
-        record.compared.push(Compared { column: "strain_energy".into(), promised, source });
         record
-    }
-
-    /// Names of deformable bodies in the deck.
-    fn deformable(&self, body: Option<&String>) -> Vec<String> {
-        let own = |b: &usize| {
-            let of = &self.case.bodies[*b];
-            of.rigid.is_none() && body.is_none_or(|name| *name == of.name)
-        };
-        (0..self.case.bodies.len()).filter(own).map(|b| self.names.bodies[b].clone()).collect()
     }
 
     fn promised(&self, column: &str) -> Option<f64> {
         let promise = self.options.promises.iter().find(|promise| promise.quantity == column)?;
         promise.values.get(self.options.load_case).copied()
+    }
+
+    /// The sum of the loads on unknowns, numbered from 1.
+    fn loads_on(&self, unknowns: &[(u32, u8)]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for &(node, c) in unknowns {
+            sum[usize::from(c)] += self.external[3 * (node as usize - 1) + usize::from(c)];
+        }
+        sum
     }
 
     /// The sets of a support in the deck's case, each with its prescribed unknowns.
@@ -150,9 +144,15 @@ impl Writer<'_> {
             own.map(|(node, c)| (node + 1, c)).collect()
         };
         if let Some(reference) = self.mesh.reference_of(set) {
-            let name = self.mesh.bodies.iter().position(|body| body.name == set).map(|b| self.names.bodies[b].clone());
-            let unknowns = prescribed(&[reference.node], self);
-            return vec![(name.unwrap_or_else(|| super::text::proper(set)), unknowns)];
+            let Some(b) = self.mesh.bodies.iter().position(|body| body.name == set) else {
+                // CalculiX reports no force at the reference node of a coupling
+                return Vec::new();
+            };
+            // the force that drives a rigid body is the sum over its nodes
+            let components: Vec<u8> = prescribed(&[reference.node], self).into_iter().map(|(_, c)| c).collect();
+            let nodes = self.mesh.bodies[b].nodes.clone().map(|node| node as u32 + 1);
+            let all = nodes.flat_map(|node| components.iter().map(move |&c| (node, c)));
+            return vec![(self.names.bodies[b].clone(), all.collect())];
         }
         if self.case.points.iter().any(|point| point.name == set) {
             return Vec::new();
@@ -173,7 +173,7 @@ impl Writer<'_> {
                 if all.is_empty() {
                     return Err("nothing is prescribed at its set, or it turns");
                 }
-                Source::Reaction { unknowns: all, along: along(&of.component) }
+                Source::Reaction { loads: self.loads_on(&all), unknowns: all, along: along(&of.component) }
             }
             QuantityKind::Displacement(of) if of.relative_to.is_none() => {
                 let weights: Vec<(u32, f64)> = match self.mesh.surfaces.get(&of.set) {
@@ -208,7 +208,8 @@ impl Writer<'_> {
                 };
                 Source::Contact { slave, master, part }
             }
-            QuantityKind::StrainEnergy(of) => Source::Energy { sets: self.deformable(of.body.as_ref()) },
+            // of a linear elastic block: right in one increment, 88 % too large in 8, and 98 % in 64
+            QuantityKind::StrainEnergy(_) => return Err("CalculiX 2.20 sums energies wrongly over several increments"),
             _ => return Err("CalculiX does not report it"),
         })
     }

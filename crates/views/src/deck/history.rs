@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_case::file::{Dirichlet, LoadKind};
-use slipstick_solid::load::nodal_areas;
+use slipstick_solid::load::{add_pressure, nodal_areas};
+use slipstick_solid::{Acceleration, MassiveElements};
 
 use super::text::{number, numbers};
 use super::{DeckRecord, Source, Writer};
@@ -200,7 +201,7 @@ impl Writer<'_> {
         }
     }
 
-    pub(super) fn loads(&mut self) {
+    pub(super) fn loads(&mut self, masses: &[f64]) {
         let load_case = self.case.load_cases.get(self.options.load_case).cloned().unwrap_or_default();
         let mut nodal: BTreeMap<(u32, u8), Vec<f64>> = BTreeMap::new();
         let mut add = |node: u32, component: usize, value: f64, factors: &[f64]| {
@@ -256,6 +257,9 @@ impl Writer<'_> {
                         self.refuse(format!("load[{i}].surface"), message, "choose a lower --threshold");
                         continue;
                     };
+                    let last = pressure * factors[factors.len() - 1];
+                    let faces = self.mesh.faces_of_surface(&self.mesh.surfaces[&load.surface]);
+                    add_pressure(&faces, self.mesh.nodes.as_flattened(), -last, &mut self.external);
                     let curve = factors.iter().map(|factor| pressure * factor).collect();
                     self.history.add("DSLOAD", format!("{surface}, P"), String::new(), curve);
                 }
@@ -263,11 +267,14 @@ impl Writer<'_> {
                     let size = g.iter().map(|x| x * x).sum::<f64>().sqrt();
                     if size > 0.0 {
                         let tail = format!(", {}", numbers(&g.map(|x| x / size)));
+                        self.weigh(load.body.as_ref(), Acceleration::Uniform(g), factors[factors.len() - 1], masses);
                         self.on_mass(load.body.as_ref(), "GRAV", &tail, factors.iter().map(|f| size * f).collect());
                     }
                 }
                 (LoadKind::Centrifugal(of), _) => {
                     let tail = format!(", {}, {}", numbers(&of.point), numbers(&of.direction));
+                    let field = Acceleration::centrifugal(of.point, of.direction, of.angular_velocity);
+                    self.weigh(load.body.as_ref(), field, factors[factors.len() - 1], masses);
                     let square = of.angular_velocity * of.angular_velocity;
                     self.on_mass(load.body.as_ref(), "CENTRIF", &tail, factors.iter().map(|f| square * f).collect());
                 }
@@ -278,6 +285,9 @@ impl Writer<'_> {
         let dropped = self.centres();
         let mut lost = false;
         for ((node, component), curve) in nodal {
+            if component < 3 {
+                self.external[3 * node as usize + usize::from(component)] += curve[curve.len() - 1];
+            }
             if curve.iter().all(|value| *value == 0.0) {
                 continue;
             }
@@ -292,6 +302,9 @@ impl Writer<'_> {
             self.refuse("load", message, "use a pressure, or other elements");
         }
         let mut count = 0;
+        // after the reference node of a coupling, CalculiX 2.20 skips lines with sets
+        let mut groups: Vec<((u8, Vec<u64>), Vec<u32>)> = groups.into_iter().collect();
+        groups.sort_by_key(|(_, nodes)| if nodes.len() > 1 { 0 } else { nodes[0] + 1 });
         for ((component, bits), nodes) in groups {
             let curve = bits.into_iter().map(f64::from_bits).collect();
             let target = match nodes[..] {
@@ -311,6 +324,14 @@ impl Writer<'_> {
             _ => vec![],
         };
         self.mesh.elements.iter().flat_map(of).collect()
+    }
+
+    /// Adds a load on the mass of one body or of all to the loads at the end.
+    fn weigh(&mut self, body: Option<&String>, field: Acceleration, factor: f64, masses: &[f64]) {
+        let body = body.and_then(|name| self.mesh.body(name));
+        let range = body.map_or(0..self.mesh.elements.len(), |body| body.elements.clone());
+        let x = self.mesh.nodes.as_flattened();
+        MassiveElements::new(self.mesh, range).add_forces(&field, masses, factor, x, |_| true, &mut self.external);
     }
 
     /// A load on the mass of one body or of all.
@@ -374,7 +395,7 @@ impl Writer<'_> {
         for end in self.history.ends() {
             let time = |n: usize| number(n as f64 / count as f64);
             let _ = writeln!(text, "*STEP{nlgeom}, INC=100000\n*STATIC");
-            let _ = writeln!(text, "{}, {}, 1e-8, {}", time(1), time(end - start), time(1));
+            let _ = writeln!(text, "{}, {}, 1e-6, {}", time(1), time(end - start), time(1));
             if let Some(change) = self.history.changes.get(&start) {
                 text.push_str(change);
             }
@@ -410,11 +431,6 @@ impl Writer<'_> {
             match &compared.source {
                 Source::Contact { slave, master, .. } if seen.insert(slave.clone()) => {
                     let _ = writeln!(text, "*CONTACT PRINT, SLAVE={slave}, MASTER={master}, FREQUENCY=100000\nCF");
-                }
-                Source::Energy { sets } => {
-                    for set in sets.iter().filter(|set| seen.insert((*set).clone())) {
-                        let _ = writeln!(text, "*EL PRINT, ELSET={set}, TOTALS=ONLY, FREQUENCY=100000\nELSE");
-                    }
                 }
                 _ => {}
             }

@@ -164,15 +164,29 @@ impl Writer<'_> {
             };
             let Some(of) = self.mesh.couplings.iter().find(|of| of.name == coupling.name) else { continue };
             let name = self.names.fresh(&coupling.name);
-            let kind = match coupling.kind {
-                CouplingKind::Distributing => "DISTRIBUTING",
-                CouplingKind::Kinematic => "KINEMATIC",
+            // without components 4 to 6, CalculiX ignores moments
+            let (kind, last) = match coupling.kind {
+                CouplingKind::Distributing => ("DISTRIBUTING", 6),
+                CouplingKind::Kinematic => ("KINEMATIC", 3),
             };
             let _ = writeln!(
                 self.model,
-                "*COUPLING, CONSTRAINT NAME={name}, REF NODE={}, SURFACE={surface}\n*{kind}\n1, 3",
+                "*COUPLING, CONSTRAINT NAME={name}, REF NODE={}, SURFACE={surface}\n*{kind}\n1, {last}",
                 of.reference + 1
             );
+        }
+    }
+
+    /// Notes couplings of nodes that are also held.
+    pub(super) fn held_couplings(&mut self) {
+        for (k, coupling) in self.case.couplings.iter().enumerate() {
+            let nodes = self.mesh.set_nodes(&coupling.set).unwrap_or_default();
+            let held = |node: &u32| (0..3).any(|c| self.history.prescribed.contains(&(*node, c)));
+            if nodes.iter().any(held) {
+                let message = "nodes of the face are held: CalculiX has no kinematic coupling of these, and counts the part \
+                               of a force on them in no reaction";
+                self.warn(format!("coupling[{k}].set"), message, "couple a face without held nodes");
+            }
         }
     }
 

@@ -107,14 +107,16 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         next_node: mesh.nodes.len() as u32,
         next_element: mesh.elements.len() as u32,
         history: History::new(case.load_path.steps),
+        external: vec![0.0; 3 * mesh.nodes.len()],
     };
     let mut text = writer.heading();
     writer.contact();
     writer.couplings();
     writer.springs()?;
     writer.motions();
+    writer.held_couplings();
     writer.equations()?;
-    writer.loads();
+    writer.loads(&writer.masses()?);
     writer.temperatures();
     writer.settings();
     let record = writer.compared(&deck_file, &case_file);
@@ -142,6 +144,8 @@ struct Writer<'a> {
     next_node: u32,
     next_element: u32,
     history: History,
+    /// Loads at the end of the path, at reference positions, three for each node. \[F\]
+    external: Vec<f64>,
 }
 
 impl Writer<'_> {

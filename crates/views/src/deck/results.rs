@@ -1,5 +1,5 @@
 //! Results of CalculiX: displacements and reactions of the last increment in an `.frd` file, contact
-//! forces and energies in a `.dat` file.
+//! forces in a `.dat` file.
 
 use std::collections::HashMap;
 
@@ -44,8 +44,6 @@ pub struct Values {
     pub reactions: HashMap<u32, [f64; 3]>,
     /// By the slave surface in capitals.
     pairs: HashMap<String, PairForce>,
-    /// Energy of sets, by their names in capitals. \[F L\]
-    energies: HashMap<String, f64>,
 }
 
 impl Values {
@@ -94,11 +92,7 @@ impl Values {
                 all.ok_or_else(|| damaged(number))
             };
             let line = line.trim();
-            if let Some(rest) = line.strip_prefix("total internal energy for set ") {
-                let set = rest.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
-                let value = row()?.first().copied().ok_or_else(|| damaged(number))?;
-                self.energies.insert(set, value);
-            } else if let Some(rest) = line.strip_prefix("statistics for slave set ") {
+            if let Some(rest) = line.strip_prefix("statistics for slave set ") {
                 let slave = rest.split(',').next().unwrap_or_default().trim().to_ascii_uppercase();
                 let mut next = |count: usize| -> Result<Vec<f64>, ResultsError> {
                     row().err();
@@ -115,6 +109,11 @@ impl Values {
         Ok(())
     }
 
+    /// The largest component of a displacement \[L\] and of a nodal force \[F\].
+    pub fn largest(&self) -> [f64; 2] {
+        [&self.displacements, &self.reactions].map(|of| of.values().flatten().fold(0.0, |a: f64, b| a.max(b.abs())))
+    }
+
     /// The number that CalculiX has for what is compared; `None` if it did not report it.
     pub fn of(&self, compared: &Compared) -> Option<f64> {
         let measured = |v: [f64; 3], along: Option<[f64; 3]>| match along {
@@ -122,8 +121,8 @@ impl Values {
             None => v.iter().map(|x| x * x).sum::<f64>().sqrt(),
         };
         match &compared.source {
-            Source::Reaction { unknowns, along } => {
-                let mut sum = [0.0; 3];
+            Source::Reaction { unknowns, loads, along } => {
+                let mut sum = loads.map(|load| -load);
                 for (node, c) in unknowns {
                     sum[usize::from(*c)] += self.reactions.get(node)?[usize::from(*c)];
                 }
@@ -145,7 +144,6 @@ impl Values {
                     ContactPart::Norm => measured(pair.total, None),
                 })
             }
-            Source::Energy { sets } => sets.iter().map(|set| self.energies.get(&set.to_ascii_uppercase()).copied()).sum(),
         }
     }
 }

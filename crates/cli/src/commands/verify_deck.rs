@@ -1,0 +1,175 @@
+//! `slipstick verify deck`: a deck in CalculiX and in slipstick.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde::Deserialize;
+use serde_json::json;
+use slipstick::deck::{Compared, DeckRecord, Source, Values};
+use slipstick_service::failure::{Failure, Outcome};
+
+use super::export::deck::RECORD;
+use crate::args::{CaseFile, DesignFrom, Out, Solve, VerifyDeck};
+use crate::context::Context;
+use crate::summary::digits;
+use crate::table::lines;
+
+/// What `deck.json` has.
+#[derive(Debug, Deserialize)]
+struct Record {
+    decks: Vec<DeckRecord>,
+}
+
+/// A number in all programs.
+struct Row<'a> {
+    compared: &'a Compared,
+    slipstick: Option<f64>,
+    ccx: Option<f64>,
+    /// Of CalculiX from slipstick.
+    deviation: Option<f64>,
+}
+
+/// Numbers below this fraction of the largest of their kind are compared with that one.
+const SMALL: f64 = 0.1;
+/// And the largest is not below this fraction of the largest at a node.
+const NOISE: f64 = 1e-2;
+
+/// Runs the decks of a folder in both programs and compares them.
+///
+/// # Errors
+/// [`Failure::Input`] without CalculiX or without a deck; [`Failure::Check`] if it fails, or if a number
+/// deviates by more than the tolerance; those of `solve`.
+pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
+    let path = args.folder.join(RECORD);
+    let text = fs::read_to_string(&path).map_err(|error| {
+        let cure = "name a folder that `slipstick export RUN --deck DIR` wrote";
+        Failure::input(format!("cannot read {}: {error}", path.display()), cure)
+    })?;
+    let record: Record = serde_json::from_str(&text).map_err(|error| {
+        Failure::input(format!("{}: {error}", path.display()), "write the deck again with `slipstick export`")
+    })?;
+    let mut off = Vec::new();
+    for deck in &record.decks {
+        let values = calculix(context, args, deck)?;
+        let rows = rows(deck, &solved(context, args, deck)?, &values);
+        tell(context, deck, &rows);
+        let wrong = |row: &&Row<'_>| row.deviation.is_some_and(|deviation| deviation.abs() > args.tolerance);
+        off.extend(rows.iter().filter(wrong).map(|row| row.compared.column.clone()));
+    }
+    if off.is_empty() {
+        return Ok(());
+    }
+    let message = format!("{} deviate by more than {} %: {}", off.len(), digits(100.0 * args.tolerance), off.join(", "));
+    let cure = "decks have contact between facets, with CalculiX' integrals; compare with `surfaces = \"faceted\"`, the same \
+                `--contact-stiffness`, and a finer mesh, or set --tolerance";
+    Err(Failure::Check { message, cure: cure.into() })
+}
+
+/// Runs CalculiX in the folder.
+fn calculix(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<Values> {
+    let stem = deck.deck.trim_end_matches(".inp");
+    let log = args.folder.join(format!("{stem}.log"));
+    let read = |error: std::io::Error| {
+        let message = format!("cannot run {}: {error}", args.ccx.display());
+        let cure = "install CalculiX (Debian: apt install calculix-ccx), or name it with --ccx PROGRAM";
+        Failure::input(message, cure)
+    };
+    // results of an earlier run must not be taken for those of this one
+    for end in ["frd", "dat"] {
+        let _ = fs::remove_file(args.folder.join(format!("{stem}.{end}")));
+    }
+    let out = fs::File::create(&log).map_err(|error| {
+        Failure::input(format!("cannot write {}: {error}", log.display()), "check the permissions of the folder")
+    })?;
+    let mut command = Command::new(&args.ccx);
+    command.arg("-i").arg(stem).current_dir(&args.folder).stdin(Stdio::null());
+    command.stdout(Stdio::from(out.try_clone().map_err(read)?)).stderr(Stdio::from(out));
+    if let Some(threads) = context.common.threads {
+        command.env("OMP_NUM_THREADS", threads.to_string());
+    }
+    context.console.text(&format!("CalculiX runs {} …", deck.deck));
+    let status = command.status().map_err(read)?;
+    let shown = fs::read_to_string(&log).unwrap_or_default();
+    let text = |end: &str| fs::read_to_string(args.folder.join(format!("{stem}.{end}"))).unwrap_or_default();
+    let failed = !status.success() || shown.contains("*ERROR") || !shown.contains("Job finished");
+    let values = Values::parse(&text("frd"), &text("dat"));
+    match values {
+        Ok(values) if !failed && (values.time - 1.0).abs() < 1e-6 => Ok(values),
+        values => {
+            let error = shown.lines().skip_while(|line| !line.contains("*ERROR")).take(3).map(str::trim);
+            let error = error.collect::<Vec<_>>().join(" ");
+            let reached = values.map_or(String::new(), |values| format!(", at time {}", values.time));
+            let message = format!("CalculiX failed{reached}: {}", if error.is_empty() { "see its log" } else { &error });
+            let cure = format!("see {}; smaller increments (`load_path.steps`) often help with contact", log.display());
+            Err(Failure::Check { message, cure })
+        }
+    }
+}
+
+/// Solves the case of the deck; columns and values at the end.
+fn solved(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<Vec<(String, f64)>> {
+    let case = args.folder.join(&deck.case);
+    let directory = args.folder.join(format!("{}_solve", deck.case.trim_end_matches(".toml")));
+    let out = Out { out: Some(directory.clone()), force: true };
+    let file = CaseFile::from(Path::new(&case));
+    super::solve::run(context, &Solve { case: file, design: DesignFrom { design: None }, out })?;
+    let table = directory.join("quantities.csv");
+    let text = fs::read_to_string(&table)
+        .map_err(|error| Failure::input(format!("cannot read {}: {error}", table.display()), "run the command again"))?;
+    let mut rows = text.lines();
+    let columns = rows.next().unwrap_or_default().split(',');
+    let last = rows.last().unwrap_or_default().split(',');
+    Ok(columns.zip(last).filter_map(|(column, value)| Some((column.to_owned(), value.parse().ok()?))).collect())
+}
+
+fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> Vec<Row<'a>> {
+    let of = |compared: &'a Compared| Row {
+        compared,
+        slipstick: found.iter().find(|(column, _)| *column == compared.column).map(|(_, value)| *value),
+        ccx: values.of(compared),
+        deviation: None,
+    };
+    let mut rows: Vec<Row<'a>> = deck.compared.iter().map(of).collect();
+    let kind = |row: &Row<'_>| match row.compared.source {
+        Source::Reaction { .. } | Source::Contact { .. } => 0,
+        Source::Displacement { .. } => 1,
+    };
+    for kind_of in 0..2 {
+        let own = |row: &&Row<'_>| kind(row) == kind_of;
+        let floor = NOISE * values.largest()[1 - kind_of];
+        let scale = rows.iter().filter(own).filter_map(|row| row.slipstick).fold(floor, |a: f64, b| a.max(b.abs()));
+        for row in rows.iter_mut().filter(|row| kind(row) == kind_of) {
+            let (Some(here), Some(there)) = (row.slipstick, row.ccx) else { continue };
+            let size = if here.abs() < SMALL * scale { scale } else { here.abs() };
+            row.deviation = (size > 0.0).then(|| (there - here) / size);
+        }
+    }
+    rows
+}
+
+fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>]) {
+    let event = |row: &Row<'_>| {
+        json!({
+            "quantity": row.compared.column, "promised": row.compared.promised, "slipstick": row.slipstick,
+            "ccx": row.ccx, "deviation": row.deviation,
+        })
+    };
+    let all: Vec<_> = rows.iter().map(event).collect();
+    context.console.event("deck", json!({ "deck": deck.deck, "load_case": deck.load_case, "compared": all }));
+    let number = |value: Option<f64>| value.map_or("–".to_owned(), digits);
+    let row = |row: &Row<'_>| {
+        let deviation = row.deviation.map_or(String::new(), |of| format!("{:+.2} %", (1e4 * of).round() / 100.0 + 0.0));
+        vec![
+            row.compared.column.clone(),
+            number(row.compared.promised),
+            number(row.slipstick),
+            number(row.ccx),
+            deviation,
+        ]
+    };
+    let name = deck.load_case.as_ref().map_or(String::new(), |name| format!(" (load case {name})"));
+    context.console.text(&format!("{} in CalculiX{name}, at the end:", deck.deck));
+    let heads = ["quantity", "promised", "slipstick", "ccx", "ccx − slipstick"];
+    context.console.lines(&lines(&heads, &rows.iter().map(row).collect::<Vec<_>>()));
+}
