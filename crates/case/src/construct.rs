@@ -21,7 +21,7 @@ pub(crate) mod ties;
 mod variables;
 mod variation;
 
-pub use equations::equations_of;
+pub use equations::{EquationsOfTable, equations_of};
 pub use error::BuildError;
 pub use mesh::build_mesh;
 pub use optimization::optimization;

@@ -78,12 +78,15 @@ pub(super) fn with_equations(
     Ok(prescribed.with_equations(linear))
 }
 
+/// The equations of an `[[equation]]`: the unknowns of each with their factors.
+pub type EquationsOfTable = Vec<Vec<(u32, f64)>>;
+
 /// The equations between displacement unknowns 3 n + c of each `[[equation]]` of a case: unknowns with
 /// their factors; `mesh` is that of the case.
 ///
 /// # Errors
 /// [`BuildError`] at an equation whose sets do not exist or do not fit.
-pub fn equations_of(case: &Case, mesh: &Mesh) -> Result<Vec<Vec<Vec<(u32, f64)>>>, BuildError> {
+pub fn equations_of(case: &Case, mesh: &Mesh) -> Result<Vec<EquationsOfTable>, BuildError> {
     let of = |(i, equation)| of(equation, mesh, &format!("equation[{i}]"));
     case.equations.iter().enumerate().map(of).collect()
 }

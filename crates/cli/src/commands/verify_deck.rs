@@ -1,12 +1,13 @@
 //! `slipstick verify deck`: a deck in CalculiX and in slipstick.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use serde::Deserialize;
 use serde_json::json;
 use slipstick::deck::{Compared, DeckRecord, Source, Values};
+use slipstick::meshio::FileMesh;
 use slipstick_service::failure::{Failure, Outcome};
 
 use super::export::deck::RECORD;
@@ -53,14 +54,15 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
     for deck in &record.decks {
         let values = calculix(context, args, deck)?;
         let rows = rows(deck, &solved(context, args, deck)?, &values);
-        tell(context, deck, &rows);
+        tell(context, deck, &rows, field(args, deck, &values));
         let wrong = |row: &&Row<'_>| row.deviation.is_some_and(|deviation| deviation.abs() > args.tolerance);
         off.extend(rows.iter().filter(wrong).map(|row| row.compared.column.clone()));
     }
     if off.is_empty() {
         return Ok(());
     }
-    let message = format!("{} deviate by more than {} %: {}", off.len(), digits(100.0 * args.tolerance), off.join(", "));
+    let message =
+        format!("{} deviate by more than {} %: {}", off.len(), digits(100.0 * args.tolerance), off.join(", "));
     let cure = "decks have contact between facets, with CalculiX' integrals; compare with `surfaces = \"faceted\"`, the same \
                 `--contact-stiffness`, and a finer mesh, or set --tolerance";
     Err(Failure::Check { message, cure: cure.into() })
@@ -100,7 +102,8 @@ fn calculix(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<
             let error = shown.lines().skip_while(|line| !line.contains("*ERROR")).take(3).map(str::trim);
             let error = error.collect::<Vec<_>>().join(" ");
             let reached = values.map_or(String::new(), |values| format!(", at time {}", values.time));
-            let message = format!("CalculiX failed{reached}: {}", if error.is_empty() { "see its log" } else { &error });
+            let message =
+                format!("CalculiX failed{reached}: {}", if error.is_empty() { "see its log" } else { &error });
             let cure = format!("see {}; smaller increments (`load_path.steps`) often help with contact", log.display());
             Err(Failure::Check { message, cure })
         }
@@ -110,17 +113,48 @@ fn calculix(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<
 /// Solves the case of the deck; columns and values at the end.
 fn solved(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<Vec<(String, f64)>> {
     let case = args.folder.join(&deck.case);
-    let directory = args.folder.join(format!("{}_solve", deck.case.trim_end_matches(".toml")));
+    let directory = solution(args, deck);
     let out = Out { out: Some(directory.clone()), force: true };
     let file = CaseFile::from(Path::new(&case));
     super::solve::run(context, &Solve { case: file, design: DesignFrom { design: None }, out })?;
     let table = directory.join("quantities.csv");
-    let text = fs::read_to_string(&table)
-        .map_err(|error| Failure::input(format!("cannot read {}: {error}", table.display()), "run the command again"))?;
+    let text = fs::read_to_string(&table).map_err(|error| {
+        Failure::input(format!("cannot read {}: {error}", table.display()), "run the command again")
+    })?;
     let mut rows = text.lines();
     let columns = rows.next().unwrap_or_default().split(',');
     let last = rows.last().unwrap_or_default().split(',');
     Ok(columns.zip(last).filter_map(|(column, value)| Some((column.to_owned(), value.parse().ok()?))).collect())
+}
+
+/// L2 norm of the difference of all displacements at the end, over that of the displacements; `None` if the
+/// bodies of the deck are numbered differently.
+fn field(args: &VerifyDeck, deck: &DeckRecord, values: &Values) -> Option<f64> {
+    let path = args.folder.join(&deck.case);
+    let case = slipstick_service::read::case_file(&path, &[]).ok()?.case;
+    let mesh = slipstick::build::build_mesh(&case).ok()?;
+    let file = FileMesh::parse(&fs::read(args.folder.join(&deck.deck)).ok()?).ok()?;
+    let last = solution(args, deck).join(format!("path_{:04}.vtu", case.steps()));
+    let fields = slipstick::output::read_fields(&last).ok()?;
+    let here = fields.iter().find(|field| field.name == "displacement" && field.on_points)?;
+    let (mut difference, mut size) = (0.0, 0.0);
+    for node in mesh.bodies.iter().flat_map(|body| body.nodes.clone()) {
+        if file.points.get(node) != mesh.nodes.get(node) {
+            return None;
+        }
+        let there = values.displacements.get(&u32::try_from(file.point_numbers[node]).ok()?)?;
+        for (c, there) in there.iter().enumerate() {
+            let here = here.values.get(3 * node + c)?;
+            difference += (there - here).powi(2);
+            size += here.powi(2);
+        }
+    }
+    (size > 0.0).then(|| (difference / size).sqrt())
+}
+
+/// The directory with the solution of slipstick.
+fn solution(args: &VerifyDeck, deck: &DeckRecord) -> PathBuf {
+    args.folder.join(format!("{}_solve", deck.case.trim_end_matches(".toml")))
 }
 
 fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> Vec<Row<'a>> {
@@ -148,7 +182,7 @@ fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> V
     rows
 }
 
-fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>]) {
+fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>], field: Option<f64>) {
     let event = |row: &Row<'_>| {
         json!({
             "quantity": row.compared.column, "promised": row.compared.promised, "slipstick": row.slipstick,
@@ -156,7 +190,10 @@ fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>]) {
         })
     };
     let all: Vec<_> = rows.iter().map(event).collect();
-    context.console.event("deck", json!({ "deck": deck.deck, "load_case": deck.load_case, "compared": all }));
+    context.console.event(
+        "deck",
+        json!({ "deck": deck.deck, "load_case": deck.load_case, "compared": all, "displacements": field }),
+    );
     let number = |value: Option<f64>| value.map_or("–".to_owned(), digits);
     let row = |row: &Row<'_>| {
         let deviation = row.deviation.map_or(String::new(), |of| format!("{:+.2} %", (1e4 * of).round() / 100.0 + 0.0));
@@ -172,4 +209,10 @@ fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>]) {
     context.console.text(&format!("{} in CalculiX{name}, at the end:", deck.deck));
     let heads = ["quantity", "promised", "slipstick", "ccx", "ccx − slipstick"];
     context.console.lines(&lines(&heads, &rows.iter().map(row).collect::<Vec<_>>()));
+    if let Some(field) = field {
+        let percent = digits(100.0 * field);
+        context
+            .console
+            .text(&format!("all displacements: the L2 norm of the difference is {percent} % of that of slipstick"));
+    }
 }

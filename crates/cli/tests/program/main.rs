@@ -7,6 +7,7 @@ mod bench;
 mod browser;
 mod commands;
 mod curve;
+mod deck_out;
 mod designs;
 mod export;
 #[cfg(unix)]

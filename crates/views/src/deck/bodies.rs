@@ -80,7 +80,8 @@ impl Writer<'_> {
             return Some(known.clone());
         }
         let first = self.mesh.surfaces.get(name)?.facets.first()?;
-        let bodies = self.mesh.surfaces[name].facets.iter().filter_map(|f| self.mesh.body_of_element(f.element as usize));
+        let bodies =
+            self.mesh.surfaces[name].facets.iter().filter_map(|f| self.mesh.body_of_element(f.element as usize));
         let bodies: BTreeSet<usize> = bodies.collect();
         let own = match bodies.len() {
             1 => self.names.on(self.mesh.body_of_element(first.element as usize)?, name),
@@ -140,7 +141,8 @@ impl Writer<'_> {
         let mut text = String::from("*NODE\n");
         let dropped = self.dropped();
         if !dropped.is_empty() {
-            let message = "hexahedra with 27 nodes are written with 20 (C3D20), which are softer where faces are curved";
+            let message =
+                "hexahedra with 27 nodes are written with 20 (C3D20), which are softer where faces are curved";
             self.warn("body.order", message, "use tetrahedra (C3D10) or linear elements to compare the same elements");
         }
         for (node, x) in (0_u32..).zip(&self.mesh.nodes).filter(|(node, _)| !dropped.contains(node)) {
@@ -163,7 +165,12 @@ impl Writer<'_> {
                 parts.push((name.clone(), &all.list[b]));
             } else {
                 let in_part = |part: Option<usize>| {
-                    self.mesh.bodies[b].elements.clone().map(|e| e as u32).filter(|e| of_element.get(e).copied() == part).collect::<Vec<_>>()
+                    self.mesh.bodies[b]
+                        .elements
+                        .clone()
+                        .map(|e| e as u32)
+                        .filter(|e| of_element.get(e).copied() == part)
+                        .collect::<Vec<_>>()
                 };
                 let own = std::iter::once((None, &all.list[b]));
                 let of_regions = regions.iter().map(|&r| (Some(r), &all.list[self.mesh.bodies.len() + r]));
@@ -222,8 +229,15 @@ impl Writer<'_> {
             of_type.entry(kind).or_default().push(e);
         }
         if of_type.contains_key("C3D8I") {
-            let message = format!("hexahedra with F̄ of `{}` are written as C3D8I, with incompatible modes", self.case.bodies[b].name);
-            self.warn(format!("body[{b}].element"), message, "compare with `element = \"full\"` where the material is not nearly incompressible");
+            let message = format!(
+                "hexahedra with F̄ of `{}` are written as C3D8I, with incompatible modes",
+                self.case.bodies[b].name
+            );
+            self.warn(
+                format!("body[{b}].element"),
+                message,
+                "compare with `element = \"full\"` where the material is not nearly incompressible",
+            );
         }
         for (kind, elements) in of_type {
             let _ = writeln!(text, "*ELEMENT, TYPE={kind}, ELSET={name}");
@@ -288,7 +302,8 @@ impl Writer<'_> {
                 }
             }
             LawKind::MooneyRivlin => {
-                let _ = writeln!(text, "*HYPERELASTIC, MOONEY-RIVLIN\n{}, {}", numbers(&[one("c10"), one("c01")]), bulk());
+                let _ =
+                    writeln!(text, "*HYPERELASTIC, MOONEY-RIVLIN\n{}, {}", numbers(&[one("c10"), one("c01")]), bulk());
             }
             LawKind::Yeoh => {
                 let c = numbers(&[one("c10"), one("c20"), one("c30")]);
@@ -299,14 +314,16 @@ impl Writer<'_> {
                 let terms = many("mu").into_iter().zip(many("alpha"));
                 let terms: Vec<f64> = terms.flat_map(|(mu, alpha)| [0.5 * mu * alpha, alpha]).collect();
                 let count = terms.len() / 2;
-                let fields: Vec<String> = terms.iter().map(|x| number(*x)).chain([bulk()]).chain(vec!["0.0".into(); count - 1]).collect();
+                let fields: Vec<String> =
+                    terms.iter().map(|x| number(*x)).chain([bulk()]).chain(vec!["0.0".into(); count - 1]).collect();
                 let lines: Vec<String> = fields.chunks(8).map(|line| line.join(", ")).collect();
                 let _ = writeln!(text, "*HYPERELASTIC, OGDEN, N={count}\n{}", lines.join("\n"));
             }
             LawKind::Orthotropic => {
                 let keys = ["e1", "e2", "e3", "nu12", "nu13", "nu23", "g12", "g13", "g23"];
                 let all = keys.map(one);
-                let _ = writeln!(text, "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{},\n{}", numbers(&all[..8]), number(all[8]));
+                let _ =
+                    writeln!(text, "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{},\n{}", numbers(&all[..8]), number(all[8]));
             }
             LawKind::J2Linear => {
                 let (stress, slope) = (one("yield_stress"), one("hardening_modulus"));
@@ -376,7 +393,8 @@ impl Writer<'_> {
                 let element = &self.mesh.elements[facet.element as usize];
                 let nodes = facet.nodes.sorted();
                 let side = (0..element.sides()).find(|&side| element.side(side).sorted() == nodes);
-                let face = side.map(|side| if element.is_second_order() { side / slipstick_mesh::SUB_FACETS } else { side });
+                let face =
+                    side.map(|side| if element.is_second_order() { side / slipstick_mesh::SUB_FACETS } else { side });
                 if let Some(face) = face.filter(|&face| seen.insert((facet.element, face))) {
                     let _ = writeln!(text, "{}, S{}", facet.element + 1, face + 1);
                 }

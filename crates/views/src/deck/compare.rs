@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use slipstick_case::file::{
-    ForceComponent, ForceWord, Promise, Quantity, QuantityKind, VectorComponent, VectorWord,
-};
+use slipstick_case::file::{ForceComponent, ForceWord, Promise, Quantity, QuantityKind, VectorComponent, VectorWord};
 use slipstick_solid::load::nodal_areas;
 use toml::{Table, Value};
 
@@ -99,9 +97,13 @@ impl Writer<'_> {
         for motion in &self.case.dirichlet {
             for (set, unknowns) in self.held(&motion.set) {
                 for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-                    let own: Vec<(u32, u8)> = unknowns.iter().copied().filter(|(_, of)| usize::from(*of) == c).collect();
+                    let own: Vec<(u32, u8)> =
+                        unknowns.iter().copied().filter(|(_, of)| usize::from(*of) == c).collect();
                     let column = format!("reaction_{set}_{axis}");
-                    if own.is_empty() || !seen.insert(column.clone()) {
+                    if own.is_empty()
+                        || !motion.components.iter().any(|of| of.index() == c)
+                        || !seen.insert(column.clone())
+                    {
                         continue;
                     }
                     let mut along = [0.0; 3];
@@ -235,7 +237,8 @@ impl Writer<'_> {
         let mut columns: BTreeMap<String, String> = BTreeMap::new();
         for quantity in &self.case.quantities {
             let Ok(Value::Table(mut table)) = Value::try_from(quantity) else { continue };
-            let renamed = table.get_mut(quantity.kind.key()).and_then(Value::as_table_mut).is_none_or(|own| self.renamed(own));
+            let renamed =
+                table.get_mut(quantity.kind.key()).and_then(Value::as_table_mut).is_none_or(|own| self.renamed(own));
             if renamed && !matches!(quantity.kind, QuantityKind::SpringForce(_)) {
                 columns.insert(quantity.name.clone(), quantity.name.clone());
                 quantities.push(Value::Table(table));
@@ -255,7 +258,8 @@ impl Writer<'_> {
                 columns.extend(of_pair.map(|what| (format!("{}_{what}", contact.slave), format!("{slave}_{what}"))));
             }
         }
-        columns.extend(["strain_energy", "friction_work", "external_work"].map(|name| (name.to_owned(), name.to_owned())));
+        columns
+            .extend(["strain_energy", "friction_work", "external_work"].map(|name| (name.to_owned(), name.to_owned())));
         for promise in self.options.promises {
             let value = promise.values.get(self.options.load_case);
             if let (Some(column), Some(&value)) = (columns.get(&promise.quantity), value) {
@@ -279,7 +283,9 @@ impl Writer<'_> {
             let new = match key.as_str() {
                 "set" | "within" | "relative_to" => self.read_again(name),
                 "slave" | "surface" => self.names.surfaces.get(name.as_str()).cloned(),
-                "body" => self.mesh.bodies.iter().position(|body| body.name == *name).map(|b| self.names.bodies[b].clone()),
+                "body" => {
+                    self.mesh.bodies.iter().position(|body| body.name == *name).map(|b| self.names.bodies[b].clone())
+                }
                 _ => continue,
             };
             match new {

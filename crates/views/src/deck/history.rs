@@ -22,6 +22,9 @@ struct Line {
     curve: Vec<f64>,
 }
 
+/// A component with the bits of its values at the ends of load steps.
+type Course = (u8, Vec<u64>);
+
 /// What changes along the path.
 pub(super) struct History {
     /// Number of load steps.
@@ -70,9 +73,8 @@ impl History {
         let mut ends: BTreeSet<usize> = self.changes.keys().copied().filter(|&n| n > 0 && n < self.steps).collect();
         for line in &self.lines {
             let largest = line.curve.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-            let bend = |n: &usize| {
-                (line.curve[n + 1] - 2.0 * line.curve[*n] + line.curve[n - 1]).abs() > STRAIGHT * largest
-            };
+            let bend =
+                |n: &usize| (line.curve[n + 1] - 2.0 * line.curve[*n] + line.curve[n - 1]).abs() > STRAIGHT * largest;
             ends.extend((1..self.steps).filter(bend));
         }
         ends.into_iter().chain([self.steps]).collect()
@@ -92,7 +94,11 @@ impl Writer<'_> {
         for of in &load_case.bodies {
             if of.offset.is_some() || of.rotation.is_some() {
                 let key = format!("load_case[{}].bodies", self.options.load_case);
-                self.refuse(key, format!("the load case moves `{}` at its start", of.body), "place the body there in a case of its own");
+                self.refuse(
+                    key,
+                    format!("the load case moves `{}` at its start", of.body),
+                    "place the body there in a case of its own",
+                );
             }
         }
         self.symmetries();
@@ -110,11 +116,13 @@ impl Writer<'_> {
     }
 
     fn symmetries(&mut self) {
-        let size = self.mesh.bounding_box().map_or(1.0, |(low, high)| (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max));
+        let size =
+            self.mesh.bounding_box().map_or(1.0, |(low, high)| (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max));
         for (s, symmetry) in self.case.symmetries.iter().enumerate() {
             let axis = symmetry.normal.index();
             let on = |node: &u32| {
-                self.body_of(*node).is_some() && (self.mesh.nodes[*node as usize][axis] - symmetry.at).abs() <= 1e-6 * size
+                self.body_of(*node).is_some()
+                    && (self.mesh.nodes[*node as usize][axis] - symmetry.at).abs() <= 1e-6 * size
             };
             let nodes: Vec<u32> = (0..self.mesh.nodes.len() as u32).filter(on).collect();
             self.history.prescribed.extend(nodes.iter().map(|&node| (node, axis as u8)));
@@ -122,7 +130,11 @@ impl Writer<'_> {
             let _ = writeln!(self.history.initial, "*BOUNDARY\n{set}, {0}, {0}", axis + 1);
             if !self.case.contacts.is_empty() {
                 let message = "a deck holds the plane, but its contact does not know the mirror image";
-                self.warn(format!("symmetry[{s}]"), message, "compare with the whole bodies if contact crosses the plane");
+                self.warn(
+                    format!("symmetry[{s}]"),
+                    message,
+                    "compare with the whole bodies if contact crosses the plane",
+                );
             }
         }
     }
@@ -168,7 +180,11 @@ impl Writer<'_> {
         let nodes = self.mesh.set_nodes(&motion.set).unwrap_or_default().into_owned();
         if nodes.is_empty() {
             let message = format!("nothing is left of `{}`", motion.set);
-            return self.refuse(format!("dirichlet[{i}].set"), message, "choose a lower --threshold, or a solid skin there");
+            return self.refuse(
+                format!("dirichlet[{i}].set"),
+                message,
+                "choose a lower --threshold, or a solid skin there",
+            );
         }
         let point = self.case.points.iter().any(|point| point.name == motion.set);
         if turns.is_some() || point {
@@ -232,7 +248,11 @@ impl Writer<'_> {
                     false => (0..3).for_each(|c| add(reference.node + 1, c, moment[c], &factors)),
                 },
                 (LoadKind::Moment(_), None) => {
-                    self.refuse(format!("load[{i}].moment"), "it acts on no rigid body and no coupling", "couple the face");
+                    self.refuse(
+                        format!("load[{i}].moment"),
+                        "it acts on no rigid body and no coupling",
+                        "couple the face",
+                    );
                 }
                 (LoadKind::NodalForce(force), _) => {
                     let nodes = self.mesh.set_nodes(&load.surface).unwrap_or_default();
@@ -249,7 +269,9 @@ impl Writer<'_> {
                         LoadKind::Traction(traction) => traction,
                         _ => [0.0; 3],
                     };
-                    areas.iter().for_each(|&(node, area)| (0..3).for_each(|c| add(node, c, per_area[c] * area, &factors)));
+                    areas
+                        .iter()
+                        .for_each(|&(node, area)| (0..3).for_each(|c| add(node, c, per_area[c] * area, &factors)));
                 }
                 (LoadKind::Pressure(pressure), _) => {
                     let Some(surface) = self.surface(&load.surface) else {
@@ -281,7 +303,7 @@ impl Writer<'_> {
             }
         }
         // nodes with the same force share a set
-        let mut groups: BTreeMap<(u8, Vec<u64>), Vec<u32>> = BTreeMap::new();
+        let mut groups: BTreeMap<Course, Vec<u32>> = BTreeMap::new();
         let dropped = self.centres();
         let mut lost = false;
         for ((node, component), curve) in nodal {
@@ -303,7 +325,7 @@ impl Writer<'_> {
         }
         let mut count = 0;
         // after the reference node of a coupling, CalculiX 2.20 skips lines with sets
-        let mut groups: Vec<((u8, Vec<u64>), Vec<u32>)> = groups.into_iter().collect();
+        let mut groups: Vec<(Course, Vec<u32>)> = groups.into_iter().collect();
         groups.sort_by_key(|(_, nodes)| if nodes.len() > 1 { 0 } else { nodes[0] + 1 });
         for ((component, bits), nodes) in groups {
             let curve = bits.into_iter().map(f64::from_bits).collect();
@@ -381,7 +403,8 @@ impl Writer<'_> {
         }
         let second = self.mesh.elements.iter().any(|element| element.is_second_order());
         if second && self.case.temperatures.iter().any(|of| of.set.is_some()) {
-            let message = "temperatures of nodes vary within elements of second order in CalculiX, and are averaged here";
+            let message =
+                "temperatures of nodes vary within elements of second order in CalculiX, and are averaged here";
             self.warn("temperature.set", message, "heat whole bodies to compare the same strains");
         }
     }

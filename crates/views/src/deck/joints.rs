@@ -16,6 +16,9 @@ const AUTOMATIC: f64 = 10.0;
 /// Distance within which ties are found, over the size of the largest facet of the pair.
 const REACH: f64 = 2.0;
 
+/// The bits of a stiffness and the component, `None` along the line between the ends; the ends of the springs.
+type SpringSection = ((u64, Option<usize>), Vec<(u32, Option<u32>)>);
+
 impl Writer<'_> {
     pub(super) fn contact(&mut self) {
         for (i, contact) in self.case.contacts.iter().enumerate() {
@@ -23,7 +26,11 @@ impl Writer<'_> {
             let (slave, master) = (self.surface(&contact.slave), self.surface(&contact.master));
             let (Some(slave), Some(master)) = (slave, master) else {
                 let message = format!("nothing is left of `{}` or `{}`", contact.slave, contact.master);
-                self.refuse(format!("contact[{i}]"), message, "choose a lower --threshold, or a solid skin at the surface");
+                self.refuse(
+                    format!("contact[{i}]"),
+                    message,
+                    "choose a lower --threshold, or a solid skin at the surface",
+                );
                 continue;
             };
             let always = contact.active == Contact::ALWAYS;
@@ -31,10 +38,8 @@ impl Writer<'_> {
                 let size = self.largest_facet(contact);
                 let reach = number(contact.search_radius.unwrap_or(REACH * size));
                 let name = self.names.fresh(&format!("tie_{}", i + 1));
-                let _ = writeln!(
-                    self.model,
-                    "*TIE, NAME={name}, POSITION TOLERANCE={reach}, ADJUST=NO\n{slave}, {master}"
-                );
+                let _ =
+                    writeln!(self.model, "*TIE, NAME={name}, POSITION TOLERANCE={reach}, ADJUST=NO\n{slave}, {master}");
                 continue;
             }
             let name = self.names.fresh(&format!("interaction_{}", i + 1));
@@ -48,16 +53,22 @@ impl Writer<'_> {
             } else {
                 match normal {
                     Some(slope) => {
-                        let _ = writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
+                        let _ =
+                            writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
                     }
                     None => self.model.push_str("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n"),
                 }
                 if friction > 0.0 {
-                    let limit = contact.shear_limit.map_or(String::new(), |limit| format!(", TAUMAX={}", number(limit)));
+                    let limit =
+                        contact.shear_limit.map_or(String::new(), |limit| format!(", TAUMAX={}", number(limit)));
                     let slope = tangential.unwrap_or(automatic);
                     let _ = writeln!(self.model, "*FRICTION{limit}\n{}", numbers(&[friction, slope]));
                     if !limit.is_empty() {
-                        self.warn(at("shear_limit"), "CalculiX ignores TAUMAX", "compare with Abaqus, or without the limit");
+                        self.warn(
+                            at("shear_limit"),
+                            "CalculiX ignores TAUMAX",
+                            "compare with Abaqus, or without the limit",
+                        );
                     }
                 }
             }
@@ -104,7 +115,11 @@ impl Writer<'_> {
             }
             StiffnessScaling::Weighted => {
                 let message = "the stiffness multiplies the weighted gap, which a deck does not have";
-                self.refuse(at("enforcement.penalty.scaling"), message, "set it to \"area\", with a stiffness per length");
+                self.refuse(
+                    at("enforcement.penalty.scaling"),
+                    message,
+                    "set it to \"area\", with a stiffness per length",
+                );
             }
         }
         [Some(stiffness.normal), Some(stiffness.tangential)]
@@ -194,7 +209,7 @@ impl Writer<'_> {
         let all = springs_of(self.case, self.mesh)?;
         for (i, springs) in all.iter().enumerate() {
             // springs with the same stiffness and components share a section
-            let mut sections: Vec<((u64, Option<usize>), Vec<(u32, Option<u32>)>)> = Vec::new();
+            let mut sections: Vec<SpringSection> = Vec::new();
             let mut oblique = false;
             for spring in springs {
                 let mut components = match spring.acts {
@@ -231,7 +246,8 @@ impl Writer<'_> {
                 self.refuse(format!("spring[{i}].direction"), message, "choose an axis, or \"line\"");
             }
             for ((stiffness, component), members) in sections {
-                let set = self.names.fresh(&format!("{}_{}", self.case.springs[i].name, component.map_or(0, |c| c + 1)));
+                let set =
+                    self.names.fresh(&format!("{}_{}", self.case.springs[i].name, component.map_or(0, |c| c + 1)));
                 let kind = match (component, members[0].1) {
                     (None, _) => "SPRINGA",
                     (Some(_), Some(_)) => "SPRING2",
@@ -275,15 +291,24 @@ impl Writer<'_> {
                     let key = (unknown / 3, (unknown % 3) as u8);
                     !self.history.prescribed.contains(&key) && !dependent.contains(&unknown) && !used.contains(&unknown)
                 };
-                let reference = |node: u32| self.mesh.rigid.iter().any(|rigid| rigid.reference == node) || rotations.contains(&node);
+                let reference = |node: u32| {
+                    self.mesh.rigid.iter().any(|rigid| rigid.reference == node) || rotations.contains(&node)
+                };
                 let first = merged
                     .iter()
                     .position(|term| free(term) && !reference(term.0 / 3))
                     .or_else(|| merged.iter().position(free));
                 let Some(first) = first else {
-                    if merged.iter().any(|(unknown, _)| !self.history.prescribed.contains(&(unknown / 3, (unknown % 3) as u8))) {
+                    if merged
+                        .iter()
+                        .any(|(unknown, _)| !self.history.prescribed.contains(&(unknown / 3, (unknown % 3) as u8)))
+                    {
                         let message = "no term is left that the equation could determine in CalculiX";
-                        self.refuse(format!("equation[{i}]"), message, "order the equations so that each has an unknown of its own");
+                        self.refuse(
+                            format!("equation[{i}]"),
+                            message,
+                            "order the equations so that each has an unknown of its own",
+                        );
                     }
                     continue;
                 };

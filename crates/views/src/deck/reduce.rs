@@ -131,7 +131,11 @@ fn restricted(mesh: &Mesh, keep: &[bool]) -> Mesh {
         bodies: mesh.bodies.iter().map(body).collect(),
         node_sets: mesh.node_sets.iter().map(|(name, set)| (name.clone(), numbers(&node, &used, set))).collect(),
         surfaces: mesh.surfaces.iter().map(|(name, of)| (name.clone(), surface(of))).collect(),
-        element_sets: mesh.element_sets.iter().map(|(name, set)| (name.clone(), numbers(&element, keep, set))).collect(),
+        element_sets: mesh
+            .element_sets
+            .iter()
+            .map(|(name, set)| (name.clone(), numbers(&element, keep, set)))
+            .collect(),
         rigid: mesh.rigid.clone(),
         couplings: mesh.couplings.clone(),
     };

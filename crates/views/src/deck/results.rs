@@ -71,7 +71,8 @@ impl Values {
                 field = "";
             } else if line.starts_with(" -1") && ["DISP", "FORC"].contains(&field) {
                 let node = line.get(3..13).and_then(|node| node.trim().parse::<u32>().ok());
-                let component = |c: usize| line.get(13 + 12 * c..25 + 12 * c).and_then(|x| x.trim().parse::<f64>().ok());
+                let component =
+                    |c: usize| line.get(13 + 12 * c..25 + 12 * c).and_then(|x| x.trim().parse::<f64>().ok());
                 let (Some(node), Some(x), Some(y), Some(z)) = (node, component(0), component(1), component(2)) else {
                     return Err(damaged);
                 };

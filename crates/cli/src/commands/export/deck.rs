@@ -44,7 +44,8 @@ pub(super) fn run(context: &Context, args: &Export, folder: &Path) -> Outcome {
 fn reduced(context: &Context, args: &Export, run: &RunDirectory, case: &Case, mesh: Mesh) -> Outcome<Mesh> {
     let Some(design) = &case.design else { return Ok(mesh) };
     let density = design_density(run, &mesh, args.iteration)?;
-    let own: usize = mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name)).map(|b| b.elements.len()).sum();
+    let own: usize =
+        mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name)).map(|b| b.elements.len()).sum();
     let solid = solid_part(case, &mesh, &density, args.threshold.0);
     let removed = mesh.elements.len() - solid.mesh.elements.len();
     if removed == own {
