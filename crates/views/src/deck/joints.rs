@@ -85,9 +85,15 @@ impl Writer<'_> {
                 let message = "a deck has no distance at which meshes touch that changes over the path";
                 self.refuse(at("offset"), message, "move the surfaces in the mesh, or press them together by a motion");
             }
-            if contact.surfaces == Surfaces::Smooth && !contact.tied {
+            // facets of second-order elements are curved in a deck, those of linear ones flat
+            let curved = self.is_curved(contact);
+            if contact.surfaces == Surfaces::Smooth && !curved && !contact.tied {
                 let message = "a deck has contact between the facets";
                 self.warn(at("surfaces"), message, "set `surfaces = \"faceted\"` to compare the same gaps");
+            }
+            if contact.surfaces == Surfaces::Faceted && curved && !contact.tied {
+                let message = "faces of second-order elements are curved in a deck";
+                self.warn(at("surfaces"), message, "set `surfaces = \"smooth\"` to compare the same gaps");
             }
             if contact.slave == contact.master {
                 self.warn(at("master"), "CalculiX has no contact of a surface with itself", "compare with Abaqus");
@@ -144,6 +150,13 @@ impl Writer<'_> {
         if to < steps {
             self.history.change(to, change("REMOVE"));
         }
+    }
+
+    /// Whether a surface of a pair lies on second-order elements.
+    fn is_curved(&self, contact: &Contact) -> bool {
+        let surfaces = [&contact.slave, &contact.master].into_iter().filter_map(|name| self.mesh.surfaces.get(name));
+        let mut elements = surfaces.flat_map(|of| &of.facets).map(|facet| facet.element as usize);
+        elements.any(|element| self.mesh.elements[element].is_second_order())
     }
 
     fn facet_areas(&self, surface: &str) -> Vec<f64> {
