@@ -2,6 +2,7 @@
 //! stiffness at the contact.
 
 use super::enforcement::{Enforcement, GivenStiffness, Method, TANGENTIAL_COMPLEMENTARITY};
+use super::terms::TermState;
 use super::{ContactModel, LEAST_SHARE, SlaveData, Workspace, inverted};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_design::ElementValues;
@@ -95,7 +96,7 @@ impl Design {
         let solid = self.solid_step(history, &stretches);
         let result = self.model.solid.internal_force(d, solid, out).map_err(inverted);
         self.model.share.agree(result)?;
-        self.model.add_spring_force(d, out);
+        TermState { design: self, time, y: d, step: None }.add_forces(true, out);
         self.model.share.sum(&mut [out]);
         Ok(())
     }

@@ -19,6 +19,7 @@
 
 use crate::equations::dependent::Dependent;
 use crate::equations::evaluated::{ContactState, Step};
+use crate::equations::terms::{ForceTerm, TermState};
 use crate::equations::{ContactModel, Design};
 use nalgebra::{DMatrix, Vector3};
 use slipstick_contact::friction::Status;
@@ -184,6 +185,61 @@ pub(in crate::equations) fn free_of(gram: DMatrix<f64>, nearly: impl Fn(&[f64]) 
     DMatrix::from_fn(n, free.len(), |row, column| eigen.eigenvectors[(row, free[column])])
 }
 
+impl LooseBodies {
+    /// The displacements on which mean motion f depends, with their weights.
+    fn weights(&self, f: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let body = &self.bodies[f / 6];
+        let weights = &body.means[f % 6];
+        let dofs = body.anchors.iter().flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
+        dofs.zip(weights.iter().copied()).filter(|(_, weight)| *weight != 0.0)
+    }
+
+    /// Mean motion f of displacements.
+    fn mean(&self, f: usize, displacement: impl Fn(usize) -> f64) -> f64 {
+        self.weights(f).map(|(i, weight)| weight * displacement(i)).sum()
+    }
+
+    /// Force of the spring that holds mean motion f.
+    fn holding_force(&self, step: &Step, y: &[f64], f: usize) -> f64 {
+        step.anchor.as_ref().map_or(0.0, |anchor| self.stiffness * self.mean(f, |i| y[i] - anchor[i]))
+    }
+
+    /// The mean motions that springs of this rank hold.
+    fn held<'a>(at: &TermState<'a>) -> impl Iterator<Item = (&'a Step, usize)> {
+        let held = at.step.filter(|_| at.model().share.has_rest());
+        held.into_iter().flat_map(|(step, free)| free.held.iter().map(move |&f| (step, f)))
+    }
+}
+
+/// The springs that hold free motions.
+impl ForceTerm for LooseBodies {
+    fn add_force(&self, at: TermState<'_>, out: &mut [f64]) {
+        for (step, f) in Self::held(&at) {
+            let force = self.holding_force(step, at.y, f);
+            self.weights(f).for_each(|(i, weight)| out[i] += force * weight);
+        }
+    }
+
+    fn add_tangent(&self, at: TermState<'_>, matrix: &mut BlockMatrix) {
+        for (_, f) in Self::held(&at) {
+            for (i, weight) in self.weights(f) {
+                for (j, other) in self.weights(f) {
+                    let mut block = [0.0; 9];
+                    block[3 * (i % 3) + j % 3] = self.stiffness * weight * other;
+                    matrix.add(i / 3, j / 3, &block);
+                }
+            }
+        }
+    }
+
+    fn pull_back_previous(&self, at: TermState<'_>, lambda: &[f64], out: &mut [f64]) {
+        for (_, f) in Self::held(&at) {
+            let along = self.stiffness * self.mean(f, |i| lambda[i]);
+            self.weights(f).for_each(|(i, weight)| out[i] -= along * weight);
+        }
+    }
+}
+
 impl ContactModel {
     /// The rigid motions of the loose bodies at y, six for each: the displacements of all nodes, and
     /// the unknowns of rigid bodies.
@@ -272,7 +328,7 @@ impl ContactModel {
         let m = basis.ncols();
         let mut rows: Vec<Vec<f64>> = (0..means)
             .map(|f| {
-                let of_modes: Vec<f64> = modes.iter().map(|mode| self.mean(f, |i| mode[i])).collect();
+                let of_modes: Vec<f64> = modes.iter().map(|mode| self.loose.mean(f, |i| mode[i])).collect();
                 (0..m).map(|c| of_modes.iter().enumerate().map(|(k, v)| v * basis[(k, c)]).sum()).collect()
             })
             .collect();
@@ -300,61 +356,14 @@ impl ContactModel {
         held
     }
 
-    /// The displacements on which mean motion f depends, with their weights.
-    fn weights(&self, f: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let body = &self.loose.bodies[f / 6];
-        let weights = &body.means[f % 6];
-        let dofs = body.anchors.iter().flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
-        dofs.zip(weights.iter().copied()).filter(|(_, weight)| *weight != 0.0)
-    }
-
-    /// Mean motion f of displacements.
-    fn mean(&self, f: usize, displacement: impl Fn(usize) -> f64) -> f64 {
-        self.weights(f).map(|(i, weight)| weight * displacement(i)).sum()
-    }
-
-    /// Force of the spring that holds mean motion f.
-    fn holding_force(&self, step: &Step, y: &[f64], f: usize) -> f64 {
-        step.anchor.as_ref().map_or(0.0, |anchor| self.loose.stiffness * self.mean(f, |i| y[i] - anchor[i]))
-    }
-
     /// The residual without the springs' forces.
     pub(in crate::equations) fn without_holding(&self, step: &Step, at: &Evaluated<Design>) -> Vec<f64> {
         let mut out = at.residual.clone();
         for &f in &at.state.free.held {
-            let force = self.holding_force(step, &at.unknowns, f);
-            self.weights(f).for_each(|(i, weight)| out[i] -= force * weight);
+            let force = self.loose.holding_force(step, &at.unknowns, f);
+            self.loose.weights(f).for_each(|(i, weight)| out[i] -= force * weight);
         }
         out
-    }
-
-    /// Adds the springs' forces at `y`, on one rank.
-    pub(in crate::equations) fn add_holding_force(&self, step: &Step, y: &[f64], free: &FreeMotions, out: &mut [f64]) {
-        for &f in free.held.iter().filter(|_| self.share.has_rest()) {
-            let force = self.holding_force(step, y, f);
-            self.weights(f).for_each(|(i, weight)| out[i] += force * weight);
-        }
-    }
-
-    /// Adds their derivative with respect to the displacements.
-    pub(in crate::equations) fn add_holding_tangent(&self, free: &FreeMotions, matrix: &mut BlockMatrix) {
-        for &f in free.held.iter().filter(|_| self.share.has_rest()) {
-            for (i, weight) in self.weights(f) {
-                for (j, other) in self.weights(f) {
-                    let mut block = [0.0; 9];
-                    block[3 * (i % 3) + j % 3] = self.loose.stiffness * weight * other;
-                    matrix.add(i / 3, j / 3, &block);
-                }
-            }
-        }
-    }
-
-    /// Adds λᵀ times their derivative with respect to the displacements before the step.
-    pub(in crate::equations) fn pull_back_holding_force(&self, free: &FreeMotions, lambda: &[f64], out: &mut [f64]) {
-        for &f in free.held.iter().filter(|_| self.share.has_rest()) {
-            let along = self.loose.stiffness * self.mean(f, |i| lambda[i]);
-            self.weights(f).for_each(|(i, weight)| out[i] -= along * weight);
-        }
     }
 
     /// The nodes that the springs couple, body by body. The list is empty if the step holds no motion.
@@ -366,8 +375,8 @@ impl ContactModel {
     /// Norm of the springs' forces. \[F\]
     fn holding_size(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
         let square = |&f: &usize| {
-            let force = self.holding_force(step, &at.unknowns, f);
-            self.weights(f).map(|(_, weight)| (force * weight).powi(2)).sum::<f64>()
+            let force = self.loose.holding_force(step, &at.unknowns, f);
+            self.loose.weights(f).map(|(_, weight)| (force * weight).powi(2)).sum::<f64>()
         };
         at.state.free.held.iter().map(square).sum::<f64>().sqrt()
     }
@@ -381,7 +390,7 @@ impl ContactModel {
     /// Work that the springs take in the step, in which they move under their force at its end: they are
     /// attached again before the next step. \[F L\]
     pub(in crate::equations) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
-        let work = |&f: &usize| self.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
+        let work = |&f: &usize| self.loose.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
         at.state.free.held.iter().map(work).sum()
     }
 
@@ -396,10 +405,12 @@ impl ContactModel {
             return Ok(());
         }
         let forces: Vec<(usize, f64)> =
-            free.held.iter().map(|&f| (f, self.holding_force(step, &at.unknowns, f))).collect();
+            free.held.iter().map(|&f| (f, self.loose.holding_force(step, &at.unknowns, f))).collect();
         let modes = self.rigid_motions(&at.unknowns);
-        let load: Vec<f64> =
-            modes.iter().map(|mode| forces.iter().map(|&(f, force)| force * self.mean(f, |i| mode[i])).sum()).collect();
+        let load: Vec<f64> = modes
+            .iter()
+            .map(|mode| forces.iter().map(|&(f, force)| force * self.loose.mean(f, |i| mode[i])).sum())
+            .collect();
         let q = basis * (basis.transpose() * DMatrix::from_column_slice(load.len(), 1, &load));
         let of = |b: usize| q.rows(6 * b, 6).norm();
         let body = (0..self.loose.bodies.len()).fold(0, |best, b| if of(b) > 1.001 * of(best) { b } else { best });

@@ -8,6 +8,7 @@ pub(in crate::equations) mod pull_back;
 use crate::equations::evaluated::{ContactState, Kinematics, Step, Workspace};
 use crate::equations::law::NodeLaw;
 use crate::equations::pattern::Coupling;
+use crate::equations::terms::TermState;
 use crate::equations::{Design, Method, inverted, node};
 use slipstick_contact::enforcement::{Freedom, covered};
 use slipstick_linalg::BlockMatrix;
@@ -86,7 +87,8 @@ impl StepProblem for Design {
             let begin = workspace.timings.begin();
             internal.resize(split, 0.0);
             result = model.solid.internal_force(&y[..split], self.solid_at(step), &mut internal).map_err(inverted);
-            model.add_spring_force(&y[..split], &mut internal);
+            let state = TermState { design: self, time: step.time, y, step: None };
+            state.add_forces(true, &mut internal);
             workspace.timings.end(Phase::Solid, begin);
         }
         let begin = workspace.timings.begin();
@@ -147,13 +149,8 @@ impl StepProblem for Design {
         let (scatter, matrix) = (scatter.as_ref().expect("made above"), matrix.as_mut().expect("made above"));
         matrix.set_zero();
         let result = model.solid.add_tangent(&y[..split], self.solid_at(step), scatter, matrix).map_err(inverted);
-        if model.has_loads() {
-            let x = model.positions(y);
-            model.loads.add_tangent(self.load_state(step.time, &x, Some(&model.share)), matrix);
-        }
-        model.add_spring_tangent(&y[..split], matrix);
-        model.add_viscous_tangent(step, matrix);
-        model.add_holding_tangent(&at.state.free, matrix);
+        let state = TermState::of(self, step, y, &at.state.free);
+        model.terms().iter().for_each(|term| term.add_tangent(state, matrix));
         workspace.timings.end(Phase::Solid, begin);
         let begin = workspace.timings.begin();
         let matrix = workspace.matrix.as_mut().expect("made above");
@@ -318,18 +315,16 @@ impl Design {
         SolidStep { scalings: &self.scalings, history, stretches }
     }
 
-    /// Carries the tangent over to the unknowns on which others depend: those of equations and rigid bodies, on whose nodes loads, springs and contact act.
+    /// Carries the tangent over to the unknowns on which others depend: those of equations and rigid
+    /// bodies, on whose nodes contact and other forces act.
     fn carry_over(&self, step: &Step, at: &Evaluated<Self>, matrix: &mut BlockMatrix) {
         let model = &*self.model;
         if model.dependent.rigid.is_empty() {
             return model.dependent.linear.carry_over(matrix);
         }
         let mut forces = vec![0.0; model.displacement_count()];
-        if model.has_loads() {
-            let x = model.positions(&at.unknowns);
-            model.loads.add_residual(self.load_state(step.time, &x, Some(&model.share)), &mut forces);
-        }
-        model.add_spring_force(&at.unknowns, &mut forces);
+        let state = TermState::of(self, step, &at.unknowns, &at.state.free);
+        model.terms().iter().for_each(|term| term.add_force(state, &mut forces));
         model.add_from_contact(&mut forces, |out| {
             at.state.nodes_here().for_each(|(_, now, node)| node::add_force(now, &node.law.value(), out));
         });
@@ -348,12 +343,7 @@ impl Design {
         let model = &*self.model;
         let split = internal.len();
         let mut out = internal.to_vec();
-        if model.has_loads() {
-            let x = model.positions(y);
-            model.loads.add_residual(self.load_state(step.time, &x, Some(&model.share)), &mut out);
-        }
-        model.add_viscous_force(step, y, &mut out);
-        model.add_holding_force(step, y, &contact.free, &mut out);
+        TermState::of(self, step, y, &contact.free).add_forces(false, &mut out);
         out.resize(model.unknowns.count(), 0.0);
         for (j, _, node) in contact.nodes_here() {
             let value = node.law.value();

@@ -2,6 +2,7 @@
 
 use crate::equations::evaluated::Step;
 use crate::equations::law::LawWeights;
+use crate::equations::terms::TermState;
 use crate::equations::{Design, Method, inverted, node};
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::frame::NodalFrame;
@@ -65,8 +66,8 @@ impl Design {
             self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
         }
         model.pull_to_nodes(&mut out.previous);
-        model.pull_back_viscous_force(step, lambda, &mut out.previous);
-        model.pull_back_holding_force(&at.state.free, lambda, &mut out.previous);
+        let state = TermState::of(self, step, &at.unknowns, &at.state.free);
+        model.terms().iter().for_each(|term| term.pull_back_previous(state, lambda, &mut out.previous));
         if model.has_memory() {
             let (split, solid) = (model.displacement_count(), model.history.solid.clone());
             let adjoint = SolidAdjoint { forces: &lambda[..split], history: &eta[solid.clone()] };
@@ -95,11 +96,8 @@ impl Design {
         let (model, split) = (&*self.model, self.model.displacement_count());
         let (d, solid) = (&at.unknowns[..split], self.solid_at(step));
         self.pull_back_own_density(d, solid, &lambda[..split], out)?;
-        if !self.masses.is_empty() {
-            // R contains minus the external force
-            let weights: Vec<f64> = lambda[..split].iter().map(|l| -l).collect();
-            self.pull_back_masses(d, step.time, &weights, out);
-        }
+        let state = TermState::of(self, step, d, &at.state.free);
+        model.terms().iter().for_each(|term| term.pull_back_density(state, &lambda[..split], out));
         if !model.has_memory() {
             return Ok(());
         }

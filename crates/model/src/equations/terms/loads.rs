@@ -2,6 +2,7 @@
 
 use crate::equations::dependent::Dependent;
 use crate::equations::motion::{Centrifugal, Load, LoadKind};
+use crate::equations::terms::{ForceTerm, TermState};
 use crate::equations::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{FaceNodes, Mesh, Reference};
@@ -188,11 +189,6 @@ impl Loads {
         rows
     }
 
-    /// Adds that derivative to a matrix over all nodes.
-    pub(in crate::equations) fn add_tangent(&self, at: LoadState<'_>, matrix: &mut BlockMatrix) {
-        self.tangent(at, |row, column, block| matrix.add(row as usize, column as usize, block));
-    }
-
     /// Adds the transpose of that derivative times `weights`.
     pub(in crate::equations) fn add_transposed_product(&self, at: LoadState<'_>, weights: &[f64], out: &mut [f64]) {
         self.tangent(at, |row, column, block| {
@@ -253,6 +249,29 @@ impl Loads {
             applied.load.amplitude.iter().map(move |point| LoadTime { case, t: point.t })
         });
         times.map(norm).fold(0.0, f64::max)
+    }
+}
+
+impl ForceTerm for Loads {
+    fn add_force(&self, at: TermState<'_>, out: &mut [f64]) {
+        if !self.is_empty() {
+            let x = at.model().positions(at.y);
+            self.add_residual(at.design.load_state(at.time, &x, Some(&at.model().share)), out);
+        }
+    }
+
+    fn add_tangent(&self, at: TermState<'_>, matrix: &mut BlockMatrix) {
+        if !self.is_empty() {
+            let x = at.model().positions(at.y);
+            let state = at.design.load_state(at.time, &x, Some(&at.model().share));
+            self.tangent(state, |row, column, block| matrix.add(row as usize, column as usize, block));
+        }
+    }
+
+    fn pull_back_density(&self, at: TermState<'_>, lambda: &[f64], out: &mut [f64]) {
+        // R contains minus the external force
+        let weights: Vec<f64> = lambda.iter().map(|l| -l).collect();
+        at.design.pull_back_masses(at.y, at.time, &weights, out);
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! They do not depend on time or density, and add to the internal forces and to the stored energy.
 
+use crate::equations::terms::{ForceTerm, TermState};
 use crate::equations::{ContactModel, Share};
 use slipstick_linalg::BlockMatrix;
 use slipstick_solid::spring::Spring;
@@ -77,20 +78,24 @@ impl ContactModel {
         &self.springs
     }
 
-    /// Adds the forces of the springs that this rank has.
-    pub(in crate::equations) fn add_spring_force(&self, d: &[f64], out: &mut [f64]) {
-        self.own_springs().for_each(|spring| spring.add_force(d, out));
-    }
-
     /// Adds K v with their tangent K, which is symmetric.
     pub(in crate::equations) fn add_spring_tangent_product(&self, d: &[f64], v: &[f64], out: &mut [f64]) {
         self.own_springs().for_each(|spring| spring.add_tangent_product(d, v, out));
     }
+}
 
-    /// Adds their tangent.
-    pub(in crate::equations) fn add_spring_tangent(&self, d: &[f64], matrix: &mut BlockMatrix) {
-        self.own_springs().for_each(|spring| {
-            spring.tangent(d, |row, column, block| matrix.add(row as usize, column as usize, block));
+impl ForceTerm for Springs {
+    fn is_internal(&self) -> bool {
+        true
+    }
+
+    fn add_force(&self, at: TermState<'_>, out: &mut [f64]) {
+        at.model().own_springs().for_each(|spring| spring.add_force(at.y, out));
+    }
+
+    fn add_tangent(&self, at: TermState<'_>, matrix: &mut BlockMatrix) {
+        at.model().own_springs().for_each(|spring| {
+            spring.tangent(at.y, |row, column, block| matrix.add(row as usize, column as usize, block));
         });
     }
 }

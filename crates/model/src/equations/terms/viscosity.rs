@@ -10,7 +10,8 @@
 //! forces do not depend on the density and do not act at prescribed displacements, so reactions
 //! keep their meaning.
 
-use crate::equations::{ContactModel, Step};
+use crate::equations::ContactModel;
+use crate::equations::terms::{ForceTerm, TermState};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
 use slipstick_path::Span;
@@ -66,29 +67,34 @@ impl ContactModel {
         }
         Rate { before: before[..self.displacement_count()].to_vec(), span: span.duration() }
     }
+}
 
-    /// Displacement unknowns of this rank, each with its damping divided by the length of the step.
-    fn damped(&self, step: &Step) -> impl Iterator<Item = (usize, f64)> {
-        let span = step.rate.span;
-        let own = |(i, _): &(usize, &f64)| self.share.has_node((i / 3) as u32);
-        self.viscosity.damping.iter().enumerate().filter(own).map(move |(i, c)| (i, c / span))
+impl Viscosity {
+    /// Displacement unknowns of this rank, each with its damping divided by the length of the step, and its value
+    /// before the step.
+    fn damped<'a>(&'a self, at: TermState<'a>) -> impl Iterator<Item = (usize, f64, f64)> + 'a {
+        let rate = at.step.filter(|_| !self.is_none()).map(|(step, _)| &step.rate);
+        let all = rate.into_iter().flat_map(|rate| {
+            let damping = self.damping.iter().zip(&rate.before).enumerate();
+            damping.map(|(i, (c, before))| (i, c / rate.span, *before))
+        });
+        all.filter(move |(i, ..)| at.model().share.has_node((i / 3) as u32))
+    }
+}
+
+impl ForceTerm for Viscosity {
+    fn add_force(&self, at: TermState<'_>, out: &mut [f64]) {
+        self.damped(at).for_each(|(i, c, before)| out[i] += c * (at.y[i] - before));
     }
 
-    /// Adds the viscous forces at `y`.
-    pub(in crate::equations) fn add_viscous_force(&self, step: &Step, y: &[f64], out: &mut [f64]) {
-        self.damped(step).for_each(|(i, c)| out[i] += c * (y[i] - step.rate.before[i]));
-    }
-
-    /// Adds their derivative with respect to the displacements.
-    pub(in crate::equations) fn add_viscous_tangent(&self, step: &Step, matrix: &mut BlockMatrix) {
-        let mut blocks = vec![[0.0; 9]; if self.viscosity.is_none() { 0 } else { self.displacement_count() / 3 }];
-        self.damped(step).for_each(|(i, c)| blocks[i / 3][4 * (i % 3)] = c);
+    fn add_tangent(&self, at: TermState<'_>, matrix: &mut BlockMatrix) {
+        let mut blocks = vec![[0.0; 9]; self.damping.len() / 3];
+        self.damped(at).for_each(|(i, c, _)| blocks[i / 3][4 * (i % 3)] = c);
         let filled = blocks.iter().enumerate().filter(|(_, block)| **block != [0.0; 9]);
         filled.for_each(|(node, block)| matrix.add(node, node, block));
     }
 
-    /// Adds λᵀ times their derivative with respect to the displacements before the step.
-    pub(in crate::equations) fn pull_back_viscous_force(&self, step: &Step, lambda: &[f64], out: &mut [f64]) {
-        self.damped(step).for_each(|(i, c)| out[i] -= c * lambda[i]);
+    fn pull_back_previous(&self, at: TermState<'_>, lambda: &[f64], out: &mut [f64]) {
+        self.damped(at).for_each(|(i, c, _)| out[i] -= c * lambda[i]);
     }
 }
