@@ -55,7 +55,14 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
         let values = calculix(context, args, deck)?;
         let rows = rows(deck, &solved(context, args, deck)?, &values);
         tell(context, deck, &rows, field(args, deck, &values));
-        let wrong = |row: &&Row<'_>| row.deviation.is_some_and(|deviation| deviation.abs() > args.tolerance);
+        // a deviation that is no number is one, too
+        let wrong = |row: &&Row<'_>| row.deviation.is_some_and(|deviation| !(deviation.abs() <= args.tolerance));
+        if rows.iter().all(|row| row.deviation.is_none()) {
+            let message = format!("{}: the programs have no number in common", deck.deck);
+            let cure =
+                "add a [[quantity]] of reactions, contact forces or displacements to the case, and export it again";
+            return Err(Failure::Check { message, cure: cure.into() });
+        }
         off.extend(rows.iter().filter(wrong).map(|row| row.compared.column.clone()));
     }
     if off.is_empty() {
@@ -101,7 +108,8 @@ fn calculix(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<
         values => {
             let error = shown.lines().skip_while(|line| !line.contains("*ERROR")).take(3).map(str::trim);
             let error = error.collect::<Vec<_>>().join(" ");
-            let reached = values.map_or(String::new(), |values| format!(", at time {}", values.time));
+            let reached =
+                values.map_or_else(|error| format!(", {error}"), |values| format!(", at time {}", values.time));
             let message =
                 format!("CalculiX failed{reached}: {}", if error.is_empty() { "see its log" } else { &error });
             let cure = format!("see {}; smaller increments (`load_path.steps`) often help with contact", log.display());

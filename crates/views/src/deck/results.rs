@@ -15,7 +15,7 @@ pub enum ResultsError {
     #[error("{0} has no complete increment")]
     Empty(&'static str),
     /// A line cannot be read.
-    #[error("{file}, line {line}: not what CalculiX writes")]
+    #[error("{file}, line {line}: no finite numbers where CalculiX writes them")]
     Damaged {
         /// Which file.
         file: &'static str,
@@ -71,8 +71,7 @@ impl Values {
                 field = "";
             } else if line.starts_with(" -1") && ["DISP", "FORC"].contains(&field) {
                 let node = line.get(3..13).and_then(|node| node.trim().parse::<u32>().ok());
-                let component =
-                    |c: usize| line.get(13 + 12 * c..25 + 12 * c).and_then(|x| x.trim().parse::<f64>().ok());
+                let component = |c: usize| line.get(13 + 12 * c..25 + 12 * c).and_then(|x| finite(x.trim()));
                 let (Some(node), Some(x), Some(y), Some(z)) = (node, component(0), component(1), component(2)) else {
                     return Err(damaged);
                 };
@@ -89,7 +88,7 @@ impl Values {
             let damaged = |number: usize| ResultsError::Damaged { file: "the .dat file", line: number + 1 };
             let mut row = || -> Result<Vec<f64>, ResultsError> {
                 let (number, line) = lines.next().ok_or_else(|| damaged(number))?;
-                let all: Option<Vec<f64>> = line.split_whitespace().map(|x| x.parse().ok()).collect();
+                let all: Option<Vec<f64>> = line.split_whitespace().map(finite).collect();
                 all.ok_or_else(|| damaged(number))
             };
             let line = line.trim();
@@ -145,6 +144,34 @@ impl Values {
                     ContactPart::Norm => measured(pair.total, None),
                 })
             }
+        }
+    }
+}
+
+/// A number that is neither infinite nor NaN, which CalculiX writes where it diverges.
+fn finite(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines as CalculiX 2.20 writes them: a displacement, and the same that diverged.
+    #[test]
+    fn numbers_that_are_not_finite_are_errors() {
+        let frd = |x: &str| {
+            format!(
+                "  100CL  101 1.00000E+00           1                     0    1           1\n -4  DISP        4    1\n\
+                 -1         7{x} 2.00000E-01-3.00000E-01\n -3\n"
+            )
+            .replace("\n-1", "\n -1")
+        };
+        let values = Values::parse(&frd(" 1.50000E+00"), "").expect("a displacement");
+        assert_eq!(values.displacements[&7], [1.5, 0.2, -0.3]);
+        for bad in ["         NaN", "         inf", "        -nan"] {
+            let error = Values::parse(&frd(bad), "").expect_err("not a number");
+            assert_eq!(error, ResultsError::Damaged { file: "the .frd file", line: 3 }, "{bad}");
         }
     }
 }
