@@ -111,7 +111,7 @@ fn the_file_has_the_fields_of_the_series() {
     assert_eq!(file.member("Connectivity").words(), connectivity);
     assert_eq!(file.member("Offsets").words().len(), elements + 1);
     let steps = file.member("Steps");
-    let times: Vec<u64> = forward.path.states.iter().map(|at| at.time.to_bits()).collect();
+    let times: Vec<u64> = forward.path.states.iter().map(|at| at.time.on_axis().to_bits()).collect();
     assert_eq!(steps.member("Values").words(), times);
     for name in ["PartOffsets", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"] {
         assert_eq!(steps.member(name).words(), vec![0; times.len()], "{name}: the mesh is there once");
