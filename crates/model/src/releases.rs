@@ -2,7 +2,7 @@
 //!
 //! Work is summed over the accepted (sub-)steps by the trapezoidal rule, so a difference is either its error, where the
 //! step is too large for it, or a jump to another equilibrium, in which real bodies would swing: a snap, or a coarse
-//! ball that rolls off its node. The two are told apart by more load steps, which is the remedy of the first.
+//! ball that rolls off its node. More load steps show which: they cure the first.
 //! [`crate::losses`] judges what contact takes while it is closed, which does not depend on the steps.
 //! Test: `a_coarse_ball_that_rolls_off_its_node_releases_energy` (tests/suite/losses.rs).
 

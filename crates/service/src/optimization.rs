@@ -40,8 +40,7 @@ pub struct RecordedOptimization {
 
 impl RecordedOptimization {
     /// Records an optimization at its start in a run that has just started. `responses` describe
-    /// objective and constraints that are not those of the case; whoever supplies them must supply them again to
-    /// [resume].
+    /// an objective and constraints that are not those of the case. [resume] needs them again.
     ///
     /// # Errors
     /// [`Failure::Input`] if files cannot be written; the run has then ended.

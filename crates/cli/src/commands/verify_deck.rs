@@ -55,10 +55,10 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
         let values = calculix(context, args, deck)?;
         let rows = rows(deck, &solved(context, args, deck)?, &values);
         tell(context, deck, &rows, field(args, deck, &values));
-        // a deviation that is no number is one, too
+        // NaN counts as a deviation
         let wrong = |row: &&Row<'_>| row.deviation.is_some_and(|deviation| !(deviation.abs() <= args.tolerance));
         if rows.iter().all(|row| row.deviation.is_none()) {
-            let message = format!("{}: the programs have no number in common", deck.deck);
+            let message = format!("{}: no quantity has a value in both programs", deck.deck);
             let cure =
                 "add a [[quantity]] of reactions, contact forces or displacements to the case, and export it again";
             return Err(Failure::Check { message, cure: cure.into() });
@@ -70,8 +70,8 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
     }
     let message =
         format!("{} deviate by more than {} %: {}", off.len(), digits(100.0 * args.tolerance), off.join(", "));
-    let cure = "decks have contact between facets, with CalculiX' integrals; compare with `surfaces = \"faceted\"`, the same \
-                `--contact-stiffness`, and a finer mesh, or set --tolerance";
+    let cure = "flat facets of linear elements overlap on curved fits: mesh these with second-order elements, or finer; \
+                compare the same stiffness with `--contact-stiffness`, or set --tolerance";
     Err(Failure::Check { message, cure: cure.into() })
 }
 
@@ -91,7 +91,10 @@ fn calculix(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<
     let out = fs::File::create(&log).map_err(|error| {
         Failure::input(format!("cannot write {}: {error}", log.display()), "check the permissions of the folder")
     })?;
-    let mut command = Command::new(&args.ccx);
+    // a relative path is that of the user, not of the folder in which the program starts
+    let program =
+        if args.ccx.components().count() > 1 { fs::canonicalize(&args.ccx).map_err(read)? } else { args.ccx.clone() };
+    let mut command = Command::new(program);
     command.arg("-i").arg(stem).current_dir(&args.folder).stdin(Stdio::null());
     command.stdout(Stdio::from(out.try_clone().map_err(read)?)).stderr(Stdio::from(out));
     if let Some(threads) = context.common.threads {

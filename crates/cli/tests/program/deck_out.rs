@@ -111,7 +111,7 @@ fn a_design_as_a_deck() {
     assert!(record["decks"][0]["compared"].as_array().expect("rows").iter().any(promised), "{record}");
     place.good("solve deck/case.toml -q");
     place.bad("export case --deck deck", 2, &["already exists", "--force"]);
-    place.bad("export case --deck case", 2, &["not of a deck", "another folder"]);
+    place.bad("export case --deck case", 2, &["did not write", "another folder"]);
     place.good("export case --deck deck --force --contact-stiffness 1e5");
     assert!(place.read("deck/model.inp").contains("PRESSURE-OVERCLOSURE=LINEAR\n100000.0"));
     if has_ccx() {
@@ -119,6 +119,39 @@ fn a_design_as_a_deck() {
         let row = |row: &&Value| row["quantity"] == "block_ymin_normal_force";
         let row = compared["compared"].as_array().expect("rows").iter().find(row).cloned().expect("compared");
         assert!(row["deviation"].as_f64().expect("a number").abs() < 0.2, "{row}");
+    }
+}
+
+/// On a curved slave, CalculiX reports the resultant along the mean normal, not the sum of normal forces: the
+/// resultant is compared, which equals the reaction of the slab.
+#[test]
+fn forces_on_curved_slaves_are_resultants() {
+    let material = "material = { st_venant_kirchhoff = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    let text = format!(
+        "[[body]]\nname = 'slab'\nbox = {{ min = [0, 0, 0], max = [3, 1, 3], elements = [9, 3, 9] }}\n{material}\n\
+         [[body]]\nname = 'ball'\nhalf_ball = {{ radius = 1.0, elements = [8, 4, 8] }}\n\
+         place = {{ translate = [1.5, 2.0, 1.5] }}\n{material}\n\
+         [[contact]]\nslave = 'ball_dome'\nmaster = 'slab_ymax'\nfriction = 0.0\nsurfaces = 'faceted'\n\
+         [[quantity]]\nname = 'pressed'\ncontact_force = {{ slave = 'ball_dome', component = 'normal' }}\n\
+         [[dirichlet]]\nset = 'slab_ymin'\n\
+         [[dirichlet]]\nset = 'ball_flat'\nmotion = [{{ t = 1, u = [0, -0.2, 0] }}]\n[load_path]\nsteps = 2\n"
+    );
+    let place = Place::new();
+    place.write("ball.toml", &text);
+    let written = place.good("export ball.toml --deck deck");
+    let record = place.json("deck/deck.json");
+    let names = |what: &str| record["decks"][0][what].to_string();
+    assert!(!names("compared").contains("normal_force") && !names("compared").contains("pressed"), "{record}");
+    assert!(names("left_out").contains("normal_force") && names("left_out").contains("pressed"), "{record}");
+    assert!(written.out.contains("not compared: pressed: the surface is curved"), "{}", written.out);
+    place.good("solve deck/case.toml -q");
+    let table = place.table("deck/case_solve/quantities.csv");
+    let last = table.last().expect("a row");
+    let of = |name: &str| number(&last[table[0].iter().position(|column| column == name).expect(name)]);
+    let (resultant, reaction) = (of("ball_dome_resultant_y"), of("reaction_slab_ymin_nodes_y"));
+    assert!(reaction > 1.0 && (resultant - reaction).abs() < 1e-6 * reaction, "{resultant} {reaction}");
+    if has_ccx() {
+        verified(&place, "deck", "0.05");
     }
 }
 

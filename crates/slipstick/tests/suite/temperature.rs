@@ -236,7 +236,7 @@ fn gradients_of_heated_bodies() {
     }
 }
 
-/// The work of the loads is no stiffness where temperatures move the loads as well.
+/// The work of the loads does not measure stiffness where temperatures move the loads as well.
 #[test]
 fn the_compliance_of_heated_bodies_is_questioned() {
     let heated = |objective: &str, more: &str| {

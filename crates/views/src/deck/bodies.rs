@@ -127,8 +127,8 @@ impl Writer<'_> {
         nodes.into_iter().filter(|node| !dropped.contains(node)).collect()
     }
 
-    /// Nodes at the centres of faces and elements with 27 nodes, which a deck has not.
-    fn dropped(&self) -> BTreeSet<u32> {
+    /// Nodes at the centres of faces and elements with 27 nodes, which decks do not have.
+    pub(super) fn dropped(&self) -> BTreeSet<u32> {
         let of = |element: &Element| match element {
             Element::Hex27(nodes) => nodes[20..].to_vec(),
             _ => Vec::new(),

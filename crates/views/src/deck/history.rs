@@ -304,7 +304,7 @@ impl Writer<'_> {
         }
         // nodes with the same force share a set
         let mut groups: BTreeMap<Course, Vec<u32>> = BTreeMap::new();
-        let dropped = self.centres();
+        let dropped = self.dropped();
         let mut lost = false;
         for ((node, component), curve) in nodal {
             if component < 3 {
@@ -320,7 +320,7 @@ impl Writer<'_> {
             groups.entry((component, curve.iter().map(|x| x.to_bits()).collect())).or_default().push(node);
         }
         if lost {
-            let message = "a force on hexahedra with 27 nodes acts on centres of faces, which C3D20 has not";
+            let message = "a force on hexahedra with 27 nodes acts on centres of faces, where C3D20 has no nodes";
             self.refuse("load", message, "use a pressure, or other elements");
         }
         let mut count = 0;
@@ -338,14 +338,6 @@ impl Writer<'_> {
             };
             self.history.add("CLOAD", format!("{target}, {}", component + 1), String::new(), curve);
         }
-    }
-
-    fn centres(&self) -> BTreeSet<u32> {
-        let of = |element: &slipstick_mesh::Element| match element {
-            slipstick_mesh::Element::Hex27(nodes) => nodes[20..].to_vec(),
-            _ => vec![],
-        };
-        self.mesh.elements.iter().flat_map(of).collect()
     }
 
     /// Adds a load on the mass of one body or of all to the loads at the end.

@@ -186,7 +186,7 @@ impl Writer<'_> {
     pub(super) fn couplings(&mut self) {
         for (k, coupling) in self.case.couplings.iter().enumerate() {
             let Some(surface) = self.surface(&coupling.set) else {
-                let message = format!("`{}` is no surface, which a coupling of a deck needs", coupling.set);
+                let message = format!("`{}` is not a surface; a coupling of a deck needs one", coupling.set);
                 self.refuse(format!("coupling[{k}].set"), message, "couple a surface");
                 continue;
             };

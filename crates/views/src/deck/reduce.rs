@@ -14,8 +14,10 @@ pub struct Reduced {
     pub threshold: f64,
     /// Volume of the remaining elements over that of the densities, for the designed bodies.
     pub volume_ratio: f64,
-    /// Elements that are left out because their pieces touch no support, contact, load or joint.
+    /// Elements that are left out because nothing holds their pieces: no support, contact or joint.
     pub loose: usize,
+    /// Loaded surfaces that lost facets, with the area that is left as a fraction.
+    pub loaded: Vec<(String, f64)>,
 }
 
 /// The elements of a design with densities above a threshold; by default, as many as have the volume of
@@ -47,7 +49,17 @@ pub fn solid_part(case: &Case, mesh: &Mesh, density: &[f64], threshold: Option<f
     let loose = before - keep.iter().filter(|keep| **keep).count();
     let left: f64 = own().filter(|&e| keep[e]).map(|e| volumes[e]).sum();
     let volume_ratio = if total > 0.0 { left / total } else { 1.0 };
-    Reduced { mesh: restricted(mesh, &keep), threshold, volume_ratio, loose }
+    let left = restricted(mesh, &keep);
+    let loaded = loaded(case, mesh, &left);
+    Reduced { mesh: left, threshold, volume_ratio, loose, loaded }
+}
+
+/// Loaded surfaces of which a part is left, with the fraction of their area.
+fn loaded(case: &Case, mesh: &Mesh, left: &Mesh) -> Vec<(String, f64)> {
+    let names: BTreeSet<&String> = case.loads.iter().map(|load| &load.surface).collect();
+    let area = |mesh: &Mesh, name: &String| Some(mesh.surface_area(mesh.surfaces.get(name)?));
+    let share = |name: &String| Some((name.clone(), area(left, name)? / area(mesh, name)?));
+    names.into_iter().filter_map(share).filter(|(_, share)| *share < 1.0 - 1e-9).collect()
 }
 
 /// Drops pieces of designed bodies, joined by faces, without a node that the case needs.

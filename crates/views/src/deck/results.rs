@@ -94,8 +94,9 @@ impl Values {
             let line = line.trim();
             if let Some(rest) = line.strip_prefix("statistics for slave set ") {
                 let slave = rest.split(',').next().unwrap_or_default().trim().to_ascii_uppercase();
+                // each row of numbers has a line of names above it
                 let mut next = |count: usize| -> Result<Vec<f64>, ResultsError> {
-                    row().err();
+                    let _names = row();
                     let all = row()?;
                     if all.len() < count { Err(damaged(number)) } else { Ok(all) }
                 };
@@ -157,7 +158,7 @@ fn finite(text: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Lines as CalculiX 2.20 writes them: a displacement, and the same that diverged.
+    /// Lines as CalculiX 2.20 writes them: a displacement, and one that diverged.
     #[test]
     fn numbers_that_are_not_finite_are_errors() {
         let frd = |x: &str| {

@@ -61,7 +61,14 @@ fn reduced(context: &Context, args: &Export, run: &RunDirectory, case: &Case, me
     ));
     if solid.loose > 0 {
         let text = counted(solid.loose, "element");
-        context.console.warning(&format!("{text} in pieces that neither support nor contact holds left out"));
+        context.console.warning(&format!("{text} are left out: no support, contact or joint holds their pieces"));
+    }
+    for (surface, share) in &solid.loaded {
+        context.console.warning(&format!(
+            "{:.1} % of the loaded surface `{surface}` lies on void and is left out: a pressure or traction there is \
+             missing, and a force is spread over the rest (a lower --threshold, or `passive_solid` under the load)",
+            100.0 * (1.0 - share)
+        ));
     }
     Ok(solid.mesh)
 }
@@ -71,7 +78,7 @@ fn refuse(folder: &Path, force: bool) -> Outcome {
     let taken = ["case.toml", "model.inp", RECORD].into_iter().find(|name| folder.join(name).exists());
     let Some(name) = taken else { return Ok(()) };
     if RunDirectory::open(folder).is_ok() || !folder.join(RECORD).exists() {
-        let message = format!("{} has a {name} that is not of a deck written here", folder.display());
+        let message = format!("{} has a {name} that `export --deck` did not write", folder.display());
         return Err(Failure::input(message, "name another folder"));
     }
     if force {

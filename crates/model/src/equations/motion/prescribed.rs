@@ -253,7 +253,7 @@ impl Prescribed {
                 continue;
             }
             let set = self.motions[motion as usize].set.as_str();
-            // the moment on a rotation is no force
+            // the moment on a rotation is not a force
             let moved = if let What::Rotation(_) = what { Vec::new() } else { self.rigid.moved_by(dof) };
             match owned.iter_mut().find(|(name, _)| *name == set) {
                 Some((_, unknowns)) => unknowns.extend(moved),
