@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
+use slipstick::coarse_friction::CoarseFriction;
 use slipstick::crushed::{CURE, CrushedVoid, RESCUED};
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
@@ -195,6 +196,19 @@ impl Console {
             self.event("warning", object);
             if !self.json && !self.quiet {
                 self.suspended(|| complain(&format!("warning: {lost}\n    help: {help}\n")));
+            }
+        }
+    }
+
+    /// Prints for which friction work the load steps are coarse.
+    pub fn coarse_friction(&self, found: &[CoarseFriction]) {
+        for work in found {
+            let help = work.help();
+            let object =
+                json!({ "code": "coarse_friction", "message": work.to_string(), "help": help, "friction": work });
+            self.event("warning", object);
+            if !self.json && !self.quiet {
+                self.suspended(|| complain(&format!("warning: {work}\n    help: {help}\n")));
             }
         }
     }

@@ -77,6 +77,7 @@ pub(crate) fn print_quantities(context: &Context, quantities: &Quantities, probl
     }
     context.console.overlaps(&quantities.overlaps);
     context.console.losses(&quantities.losses);
+    context.console.coarse_friction(&quantities.coarse_friction);
     quantities.released.iter().for_each(|released| context.console.released(released));
     if let Some((step, part)) = quantities.holding() {
         context.console.warning(&format!(

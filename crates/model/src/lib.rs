@@ -8,6 +8,7 @@
 //! display.
 
 pub mod analysis;
+pub mod coarse_friction;
 pub mod crushed;
 pub mod equations;
 pub mod losses;

@@ -52,6 +52,7 @@ use slipstick_design::quantity::ExternalWork;
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{LoadTime, Path};
 
+use crate::coarse_friction::CoarseFriction;
 use crate::equations::{ContactModel, NodalContact};
 use crate::losses::LostWork;
 use crate::overlaps::{OpenOverlap, overlaps};
@@ -128,6 +129,9 @@ pub struct Quantities {
     /// Contact pairs that take or add energy without a mechanism ([`crate::losses`]), over the load case that
     /// loses most.
     pub losses: Vec<LostWork>,
+    /// Contact pairs whose friction work needs finer load steps ([`crate::coarse_friction`]), over the load case
+    /// that needs them most.
+    pub coarse_friction: Vec<CoarseFriction>,
     /// The largest release of stored energy that nothing takes ([`crate::releases`]).
     pub released: Option<ReleasedEnergy>,
 }

@@ -90,7 +90,8 @@ impl Path {
         })?;
         let losses = found.losses.iter().map(|loss| format!("{loss}; {}", loss.help()));
         let released = found.released.iter().map(|released| format!("{released}; {}", released.help()));
-        for message in losses.chain(released) {
+        let coarse = found.coarse_friction.iter().map(|work| format!("{work}; {}", work.help()));
+        for message in losses.chain(coarse).chain(released) {
             let warning = py.import("slipstick")?.getattr("SlipstickWarning")?;
             let message = CString::new(message).unwrap_or_default();
             PyErr::warn(py, &warning, &message, 2)?;

@@ -87,6 +87,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         let found = quantities(problem, &forward.path);
         context.console.overlaps(&found.overlaps);
         context.console.losses(&found.losses);
+        context.console.coarse_friction(&found.coarse_friction);
         found.released.iter().for_each(|released| context.console.released(released));
         let values = case_values(&found, problem);
         names = values.iter().map(|(name, _)| name.clone()).collect();

@@ -13,8 +13,9 @@ use super::{
     normal_force, supports,
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
+use crate::coarse_friction::CoarseSteps;
 use crate::equations::{ContactModel, ContactResults, Design, Known, ModelInterface, NodalContact, StateResults};
-use crate::losses::{ContactAt, Losses, LostWork};
+use crate::losses::{ContactAt, Losses};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
 use crate::releases::ReleasedEnergy;
@@ -83,7 +84,7 @@ impl<'a> Recording<'a> {
 
     /// All quantities, with the losses and these overlaps.
     pub fn finish(mut self, overlaps: Vec<OpenOverlap>) -> Quantities {
-        self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found.losses);
+        self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found);
         Quantities { overlaps, ..self.found }
     }
 
@@ -99,7 +100,7 @@ impl<'a> Recording<'a> {
         let design = designs.at(at.time);
         let before = self.last.take().filter(|_| !at.rest);
         if before.is_none() {
-            self.sums.report(recorder.mesh, recorder.model, &mut self.found.losses);
+            self.sums.report(recorder.mesh, recorder.model, &mut self.found);
             self.sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
         }
         let sums = &mut self.sums;
@@ -242,20 +243,19 @@ struct Sums {
     /// Sum of the magnitudes of the work of loads, supports and offsets in each (sub-)step.
     done: f64,
     lost: Losses,
+    coarse: CoarseSteps,
     /// A state since then could not be evaluated.
     broken: bool,
 }
 
 impl Sums {
-    /// Adds what the load case lost to the pairs that are reported, or replaces a smaller loss.
-    fn report(&self, mesh: &Mesh, model: &ContactModel, reported: &mut Vec<LostWork>) {
-        for lost in self.lost.reported(model, &mesh.nodes, self.done) {
-            match reported.iter_mut().find(|known| known.pair == lost.pair) {
-                Some(known) if known.fraction.abs() < lost.fraction.abs() => *known = lost,
-                Some(_) => {}
-                None => reported.push(lost),
-            }
-        }
+    /// Adds what the load case lost, or is coarse for, to the pairs that are reported, or replaces a smaller
+    /// finding.
+    fn report(&self, mesh: &Mesh, model: &ContactModel, to: &mut Quantities) {
+        let lost = self.lost.reported(model, &mesh.nodes, self.done);
+        keep_largest(&mut to.losses, lost, |loss| (loss.pair, loss.fraction));
+        let coarse = self.coarse.reported(model, &mesh.nodes, &self.friction, self.done);
+        keep_largest(&mut to.coarse_friction, coarse, |work| (work.pair, work.fraction));
     }
 
     fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
@@ -276,6 +276,7 @@ impl Sums {
             &ContactAt { positions: &from, results: old, time: earlier },
             &ContactAt { positions: &to, results: contact, time },
         );
+        self.coarse.add(&old.nodes, &contact.nodes);
         for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
             self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
         }
@@ -287,6 +288,18 @@ impl Sums {
             slipped.work += at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
         }
         self.friction = model.by_pair(&self.slipped).map(|nodes| nodes.iter().map(|node| node.work).sum()).collect();
+    }
+}
+
+/// Adds findings of pairs to those known; of the same pair, the one with the larger fraction stays. `of` gives
+/// pair and fraction.
+fn keep_largest<T>(known: &mut Vec<T>, found: Vec<T>, of: impl Fn(&T) -> (usize, f64)) {
+    for new in found {
+        match known.iter_mut().find(|old| of(old).0 == of(&new).0) {
+            Some(old) if of(old).1.abs() < of(&new).1.abs() => *old = new,
+            Some(_) => {}
+            None => known.push(new),
+        }
     }
 }
 

@@ -7,13 +7,18 @@ use slipstick_path::Silent;
 
 /// A block on a plane-strain strip; `motion` of its top, and the contact table's further keys.
 fn pressed(low: &str, up: &str, motion: &str, keys: &str) -> Quantities {
+    pressed_in_steps(low, up, motion, keys, 20)
+}
+
+/// The same in a number of load steps.
+fn pressed_in_steps(low: &str, up: &str, motion: &str, keys: &str, steps: usize) -> Quantities {
     let text = format!(
         "[[body]]\nname = 'low'\nbox = {low}\nmaterial = {{ neo_hooke = {{ youngs_modulus = 10.0, poisson_ratio = 0.3 }} }}\n\
          [[body]]\nname = 'up'\nbox = {up}\nmaterial = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
          [[contact]]\nslave = 'up_ymin'\nmaster = 'low_ymax'\n{keys}\n\
          [[dirichlet]]\nset = 'low_ymin'\n[[dirichlet]]\nset = 'low_zmin'\ncomponents = ['z']\n\
          [[dirichlet]]\nset = 'low_zmax'\ncomponents = ['z']\n\
-         [[dirichlet]]\nset = 'up_ymax'\nmotion = {motion}\n[load_path]\nsteps = 20\n"
+         [[dirichlet]]\nset = 'up_ymax'\nmotion = {motion}\n[load_path]\nsteps = {steps}\n"
     );
     let mut problem = crate::common::problem(&text);
     let density = problem.initial_density().clone();
@@ -100,4 +105,26 @@ fn a_coarse_ball_that_rolls_off_its_node_releases_energy() {
     // pressed and released again, slowly: nothing disappears
     let pressed = found("[{ t = 0.5, u = [0, -0.024, 0] }, { t = 1, u = [0, 0, 0] }]");
     assert_eq!(pressed.released, None);
+}
+
+/// A block is pressed on a strip and moves along it in proportion: pressure and slip grow with the time t, and friction
+/// does work that grows with t². The sum over n equal steps, with the tractions at the end of each, is (1 + 1/n) times
+/// that; with the mean pressures it is exact. Sliding under a pressure that stays is not coarse.
+#[test]
+fn friction_of_coarse_steps_is_judged() {
+    let up = "{ min = [1, 1, 0], max = [2, 2, 0.5], elements = [3, 3, 1] }";
+    let both = "[{ t = 1, u = [0.2, -0.02, 0] }]";
+    let last = |found: &Quantities, name: &str| *found.get(name).expect(name).last().expect("a row");
+    let found = |steps| pressed_in_steps(LONG, up, both, "friction = 0.3", steps);
+    let [coarse, fine] = [found(4), found(64)];
+    let [of_steps] = &coarse.coarse_friction[..] else { panic!("{:?}", coarse.coarse_friction) };
+    assert!(fine.coarse_friction.is_empty(), "{:?}", fine.coarse_friction);
+    assert_eq!(of_steps.work, last(&coarse, "up_ymin_friction_work"));
+    let exact = last(&fine, "up_ymin_friction_work") / (1.0 + 1.0 / 64.0);
+    assert!((of_steps.work / exact - 1.25).abs() < 0.02, "{of_steps}: {exact}");
+    assert!((of_steps.with_mean_pressure / exact - 1.0).abs() < 0.02, "{of_steps}: {exact}");
+    let part = (of_steps.work - of_steps.with_mean_pressure) / last(&coarse, "external_work");
+    assert!((of_steps.fraction - part).abs() < 1e-9, "{of_steps}: {part}");
+    let slides = "[{ t = 0.2, u = [0, -0.02, 0] }, { t = 1, u = [0.2, -0.02, 0] }]";
+    assert_eq!(pressed(LONG, up, slides, "friction = 0.3").coarse_friction, Vec::new());
 }
