@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use slipstick::case::{CaseCode, Override, Resolved, TEMPLATES, override_case, parse_case_with, utf8};
+use slipstick::case::{CaseCode, Override, Resolved, TEMPLATES, override_case, parse_case_with, with_deck};
 use slipstick::run::mesh_files;
 use slipstick_service::check::{Checked, above_volume_bound, check};
+use slipstick_service::read::{Unreadable, keywords, text_of};
 
 use crate::errors::{Error, detached, diagnostics_as_json};
 use crate::host::Interpreter;
@@ -37,17 +38,16 @@ pub fn templates() -> Vec<(&'static str, &'static str, &'static str)> {
 
 #[pymethods]
 impl Case {
-    /// Reads a file.
+    /// Reads a case file or a deck, whose keywords in `ignored` are left out.
     #[staticmethod]
-    fn load(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
+    fn load(py: Python<'_>, file: PathBuf, ignored: Vec<String>) -> PyResult<Self> {
         detached(py, || {
             let what = "cannot read the case file";
-            let bytes = std::fs::read(&file).map_err(|error| Error::Os { what, path: file.clone(), error })?;
-            let text = utf8(bytes).map_err(|at| {
-                let place = format!("{}:{}:{}: {at}", file.display(), at.line, at.column);
-                Error::input(place, "save the case file as UTF-8")
+            let text = text_of(&file).map_err(|error| match error {
+                Unreadable::Io(error) => Error::Os { what, path: file.clone(), error },
+                error => error.at(&file).into(),
             })?;
-            Self::read(&text, &file.display().to_string(), &file, Arc::default())
+            Self::read(&text, &file.display().to_string(), &file, Arc::default(), &ignored)
         })
     }
 
@@ -55,7 +55,7 @@ impl Case {
     /// `files` are the contents of files that exist only in memory.
     #[staticmethod]
     fn of_text(py: Python<'_>, text: &str, name: &str, file: PathBuf, files: Files) -> PyResult<Self> {
-        detached(py, || Self::read(text, name, &file, Arc::new(files)))
+        detached(py, || Self::read(text, name, &file, Arc::new(files), &[]))
     }
 
     /// The same case with values replaced, each given as `KEY=VALUE` with a value in TOML, and with
@@ -71,7 +71,10 @@ impl Case {
             let map = &self.resolved.source_map;
             let text = override_case(map.text(), map.file(), &values.map_err(wrong)?).map_err(wrong)?;
             let name = map.file().trim_end_matches(CHANGED);
-            Self::read(&text, &format!("{name}{CHANGED}"), &self.file, files)
+            let case = Self::read(&text, &format!("{name}{CHANGED}"), &self.file, files, &[])?;
+            // the text has the tables of the deck, and refers to it for meshes alone
+            let resolved = Resolved { deck: self.resolved.deck.clone(), ..(*case.resolved).clone() };
+            Ok(Self { resolved: Arc::new(resolved), ..case })
         })
     }
 
@@ -101,6 +104,12 @@ impl Case {
             files.set_item(name, PyBytes::new(py, bytes))?;
         }
         Ok(files)
+    }
+
+    /// How the keywords of its deck are treated, as JSON; `None` without a deck.
+    fn deck(&self) -> Option<String> {
+        let ledger = self.resolved.deck.as_ref()?;
+        Some(serde_json::Value::from(keywords(ledger)).to_string())
     }
 
     /// The case with all defaults filled in, as JSON.
@@ -168,8 +177,14 @@ fn reader<'a>(files: &'a Files, case_file: &'a Path) -> impl Fn(&str) -> io::Res
 const CHANGED: &str = " (with replaced values)";
 
 impl Case {
-    fn read(text: &str, name: &str, file: &Path, files: Arc<Files>) -> Result<Self, Error> {
-        let resolved = parse_case_with(text, name, &reader(&files, file))?;
+    fn read(text: &str, name: &str, file: &Path, files: Arc<Files>, ignored: &[String]) -> Result<Self, Error> {
+        let contents = reader(&files, file);
+        let (with, deck) = match with_deck(text, name, &contents, ignored)? {
+            Some(with) => (with.text, Some(with.ledger)),
+            None => (text.to_owned(), None),
+        };
+        let resolved = Resolved { deck, ..parse_case_with(&with, name, &contents)? };
+        drop(contents);
         Ok(Self { resolved: Arc::new(resolved), file: file.to_owned(), files })
     }
 

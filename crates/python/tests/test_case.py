@@ -153,3 +153,46 @@ def test_classes_are_not_made_by_hand() -> None:
     for made in (ss.Case, ss.Problem):
         with pytest.raises(TypeError, match="use Case"):
             made()
+
+
+LINKS = Path(__file__).parents[3] / "cases" / "links" / "links.inp"
+
+
+def test_a_deck_is_a_case() -> None:
+    case = ss.Case.load(LINKS)
+    assert case.deck is not None
+    assert {use["keyword"] for use in case.deck} >= {"COUPLING", "EQUATION", "CLOAD"}
+    lines = LINKS.read_text().splitlines()
+    assert all(lines[use["line"] - 1].startswith(f"*{use['keyword']}") for use in case.deck)
+    problem = case.build()
+    path = problem.solve(problem.initial_density)
+    # CalculiX 2.20 (`cases/punch/ccx.sh cases/links/links.inp CLAMP`)
+    force = {"x": -498.725, "y": -100.668, "z": 60.000}
+    for axis, expected in force.items():
+        reaction = path.quantities[f"reaction_ROOT_CLAMP_{axis}"][-1]
+        assert reaction == pytest.approx(expected, abs=1e-3 * 498.7)
+    # replaced values are those of the tables of the deck
+    double = case.replace({"load_path.steps": 2})
+    assert double.deck == case.deck and double.resolved["load_path"]["steps"] == 2
+    # and a dict may refer to a deck
+    of_dict = ss.Case.from_dict({"deck": {"file": LINKS.name}}, folder=LINKS.parent)
+    assert of_dict.resolved == case.resolved and of_dict.deck == case.deck
+    assert ss.Case.from_dict(DRAGGED).deck is None
+
+
+def test_keywords_of_decks_are_refused_at_their_line_or_ignored(tmp_path: Path) -> None:
+    file = tmp_path / "links.inp"
+    text = LINKS.read_text().replace("*STEP\n", "*TRANSFORM, NSET=CLAMP\n1, 0, 0, 0, 1, 0\n*STEP\n", 1)
+    file.write_text(text)
+    with pytest.raises(ss.CaseError) as caught:
+        ss.Case.load(file)
+    (error,) = caught.value.diagnostics
+    line = text.splitlines().index("*TRANSFORM, NSET=CLAMP") + 1
+    assert error.line == line and "TRANSFORM" in error.message
+    case = ss.Case.load(file, ignore=["TRANSFORM"])
+    assert case.deck is not None
+    assert [use["use"] for use in case.deck if use["keyword"] == "TRANSFORM"] == ["ignored"]
+    with pytest.raises(TypeError, match="not a single string"):
+        ss.Case.load(file, ignore="TRANSFORM")
+    with pytest.raises(OSError, match="missing.inp"):
+        ss.Case.load(tmp_path / "missing.inp")

@@ -4,8 +4,8 @@ use std::io;
 use std::path::Path;
 
 use slipstick::case::{
-    CaseDiagnostic, CaseErrors, NotUtf8, Override, OverrideError, Resolved, Severity, case_of_deck, override_case,
-    parse_case_with, utf8, with_deck,
+    CaseDiagnostic, CaseErrors, KeywordUse, Ledger, NotUtf8, Override, OverrideError, Resolved, Severity, case_of_deck,
+    override_case, parse_case_with, utf8, with_deck,
 };
 use slipstick::run::mesh_files;
 
@@ -59,13 +59,7 @@ pub fn case_file(path: &Path, overrides: &[Override]) -> Result<Resolved, Unread
 ///
 /// As [`case_file`].
 pub fn case_or_deck(path: &Path, overrides: &[Override], ignored: &[String]) -> Result<Resolved, Unreadable> {
-    let mut text = match deck_name(path) {
-        Some(deck) => {
-            std::fs::metadata(path).map_err(Unreadable::Io)?;
-            case_of_deck(&deck)
-        }
-        None => utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding)?,
-    };
+    let mut text = text_of(path)?;
     let mut name = path.display().to_string();
     let files = mesh_files(path);
     let deck = with_deck(&text, &name, &files, ignored).map_err(Unreadable::Wrong)?.map(|with| {
@@ -80,10 +74,32 @@ pub fn case_or_deck(path: &Path, overrides: &[Override], ignored: &[String]) -> 
     Ok(Resolved { deck, ..resolved })
 }
 
+/// The text of a case file; for a deck, that of a case which refers to it.
+///
+/// # Errors
+///
+/// If the file cannot be read, or is not UTF-8.
+pub fn text_of(path: &Path) -> Result<String, Unreadable> {
+    match deck_name(path) {
+        Some(deck) => std::fs::metadata(path).map(|_| case_of_deck(&deck)).map_err(Unreadable::Io),
+        None => utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding),
+    }
+}
+
 /// The name of a deck in its folder; `None` for a case file.
 fn deck_name(path: &Path) -> Option<String> {
     path.extension().filter(|extension| extension.eq_ignore_ascii_case("inp"))?;
     Some(path.file_name()?.to_string_lossy().into_owned())
+}
+
+/// How the keywords of a deck are treated, for programs.
+pub fn keywords(ledger: &Ledger) -> Vec<serde_json::Value> {
+    let entry = |entry: &KeywordUse| {
+        serde_json::json!({
+            "keyword": entry.keyword, "file": entry.file, "line": entry.line, "use": entry.how.word(), "how": entry.how.text(),
+        })
+    };
+    ledger.uses.iter().map(entry).collect()
 }
 
 /// A diagnostic for programs.

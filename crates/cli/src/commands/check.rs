@@ -1,8 +1,8 @@
 //! `slipstick check`: checks a case without running it.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use slipstick::build::Problem;
-use slipstick::case::{Component, Dimension, KeywordUse, Ledger, LoadKind, Severity, Units};
+use slipstick::case::{Component, Dimension, Ledger, LoadKind, Severity, Units};
 use slipstick::check::{Inspection, SectionSummary, StartGap, SurfaceKind, SurfacePart, SurfaceSummary};
 use slipstick::words::{counted, rounded};
 use slipstick_service::check::Checked;
@@ -16,6 +16,7 @@ use crate::summary::digits;
 use crate::table::lines;
 use slipstick_service::failure::{Failure, Outcome};
 use slipstick_service::memory::bytes;
+use slipstick_service::read::keywords;
 
 mod surfaces;
 
@@ -128,16 +129,6 @@ pub(super) fn deck(ledger: &Ledger) -> Vec<String> {
     let line = |[a, b, c, d]: &[String; 4]| format!("  {a:keyword$}  {b:word$}  {c:at$}  {d}").trim_end().to_owned();
     let head = ["keyword", "", "lines", ""].map(str::to_owned);
     std::iter::once(&head).chain(&rows).map(line).collect()
-}
-
-/// The same for programs.
-fn keywords(ledger: &Ledger) -> Vec<Value> {
-    let entry = |entry: &KeywordUse| {
-        json!({
-            "keyword": entry.keyword, "file": entry.file, "line": entry.line, "use": entry.how.word(), "how": entry.how.text(),
-        })
-    };
-    ledger.uses.iter().map(entry).collect()
 }
 
 fn bodies(inspection: &Inspection, units: &Units) -> Vec<String> {

@@ -31,9 +31,9 @@ struct Row<'a> {
     deviation: Option<f64>,
 }
 
-/// Numbers below this fraction of the largest of their kind are compared with that one.
+/// Numbers below this fraction of the largest of their kind are not compared with themselves.
 const SMALL: f64 = 0.1;
-/// And the largest is not below this fraction of the largest at a node.
+/// The largest of a kind is not below this fraction of the largest at a node.
 const NOISE: f64 = 1e-2;
 
 /// Runs the decks of a folder in both programs and compares them.
@@ -184,13 +184,29 @@ fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> V
         let own = |row: &&Row<'_>| kind(row) == kind_of;
         let floor = NOISE * values.largest()[1 - kind_of];
         let scale = rows.iter().filter(own).filter_map(|row| row.slipstick).fold(floor, |a: f64, b| a.max(b.abs()));
-        for row in rows.iter_mut().filter(|row| kind(row) == kind_of) {
+        let known: Vec<_> =
+            rows.iter().filter_map(|row| Some((row.compared.column.as_str(), row.slipstick?))).collect();
+        let sizes: Vec<f64> = rows.iter().map(|row| size(&known, &row.compared.column, scale)).collect();
+        for (row, size) in rows.iter_mut().zip(sizes).filter(|(row, _)| kind(row) == kind_of) {
             let (Some(here), Some(there)) = (row.slipstick, row.ccx) else { continue };
-            let size = if here.abs() < SMALL * scale { scale } else { here.abs() };
             row.deviation = (size > 0.0).then(|| (there - here) / size);
         }
     }
     rows
+}
+
+/// What a number is compared with: its own magnitude or, if that is [small](SMALL) beside `scale`, the largest
+/// of its kind, the magnitude of the vector of which it is a component, but at least that fraction of `scale`.
+fn size(known: &[(&str, f64)], column: &str, scale: f64) -> f64 {
+    fn vector(column: &str) -> &str {
+        ["_x", "_y", "_z"].iter().find_map(|component| column.strip_suffix(component)).unwrap_or(column)
+    }
+    let own = known.iter().find(|(name, _)| *name == column).map_or(0.0, |(_, value)| value.abs());
+    if own >= SMALL * scale {
+        return own;
+    }
+    let of_vector = known.iter().filter(|(name, _)| vector(name) == vector(column)).map(|(_, value)| value * value);
+    of_vector.sum::<f64>().sqrt().max(SMALL * scale)
 }
 
 fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>], field: Option<f64>) {
@@ -225,5 +241,20 @@ fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>], field: Option<f6
         context
             .console
             .text(&format!("all displacements: the L2 norm of the difference is {percent} % of that of slipstick"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size;
+
+    /// By hand: components beside a large one count as parts of their vector, small vectors as a tenth of the largest.
+    #[test]
+    fn small_components_are_parts_of_their_vector() {
+        let known = [("core_x", -0.3), ("core_y", -0.4), ("nose_x", 3.0), ("nose_y", 40.0), ("side_z", 137.0)];
+        assert_eq!(size(&known, "nose_y", 137.0), 40.0);
+        assert_eq!(size(&known, "nose_x", 137.0), (9.0f64 + 1600.0).sqrt());
+        assert_eq!(size(&known, "core_y", 137.0), 13.7);
+        assert_eq!(size(&known, "push", 137.0), 13.7);
     }
 }

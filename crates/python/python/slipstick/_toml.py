@@ -22,7 +22,8 @@ def document(case: Mapping[str, Any], files: Files) -> str:
     plain: list[str] = []
     tables: list[str] = []
     for key, entry in _items(case, "the case"):
-        if isinstance(entry, Mapping):
+        # a deck stands before the first table
+        if isinstance(entry, Mapping) and key != "deck":
             tables += ["", f"[{key}]", *_lines(entry, key, files)]
         elif _is_list_of_tables(entry):
             for number, table in enumerate(entry):

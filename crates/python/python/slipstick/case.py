@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -94,13 +94,17 @@ class Case:
         return self
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Case:
-        """Read a case file, and the mesh files that it names.
+    def load(cls, path: str | os.PathLike[str], *, ignore: Iterable[str] = ()) -> Case:
+        """Read a case file or a deck, and the mesh files that it names.
 
         Parameters
         ----------
         path : path-like
-            A case file (TOML). Paths of mesh files in it are relative to its folder.
+            A case file (TOML), or a deck of CalculiX or Abaqus (``.inp``). Paths of mesh files in
+            it are relative to its folder.
+        ignore : iterable of str
+            Keywords of the deck that are left out, such as ``"TRANSFORM"``; :attr:`deck` shows
+            which were used.
 
         Raises
         ------
@@ -109,7 +113,19 @@ class Case:
         CaseError
             If it has errors; all of them are reported at once.
         """
-        return cls._of(_slipstick.Case.load(FilePath(path)))
+        if isinstance(ignore, str):
+            raise TypeError("ignore must be an iterable of keywords, not a single string")
+        return cls._of(_slipstick.Case.load(FilePath(path), list(ignore)))
+
+    @property
+    def deck(self) -> list[dict[str, Any]] | None:
+        """How each keyword of the case's deck is treated; None for a case without a deck.
+
+        Every entry has ``keyword``, ``file``, ``line``, ``use`` (for example ``"used"``) and
+        ``how``, an explanation.
+        """
+        uses = self._case.deck()
+        return None if uses is None else json.loads(uses)
 
     @classmethod
     def from_text(
