@@ -45,5 +45,9 @@ rows roller cases/roller/case.toml roller_tread_resultant_y $(of_body 1)
 rows seal cases/seal/case.toml reaction_flange_inner_nodes_y $both
 rows detent cases/detent/case.toml "insertion_force nose_crown_resultant_y" $both
 rows bracket cases/bracket/case.toml "pad_sole_resultant_x pad_sole_resultant_y" $both
-rows half-ball cases/half_ball_on_plate/coarse.toml "ball_dome_resultant_x ball_dome_resultant_y" $both
+rows "half-ball" cases/half_ball_on_plate/coarse.toml "ball_dome_resultant_x ball_dome_resultant_y" $both
+steps="--set load_path.steps=40"
+rows "bracket, 40 steps" cases/bracket/case.toml "pad_sole_resultant_x pad_sole_resultant_y" $both $steps
+rows "half-ball, 40 steps" cases/half_ball_on_plate/coarse.toml "ball_dome_resultant_x ball_dome_resultant_y" $both \
+    $steps
 put docs/decks.md cases "$work/rows"

@@ -24,13 +24,14 @@ fn undisturbed(mut call: impl FnMut() -> metis_sys::rstatus_et) -> Result<(), me
     let guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let first = call();
     let status = if first == metis_sys::rstatus_et_METIS_ERROR { call() } else { first };
-    drop(guard);
     if status != metis_sys::rstatus_et_METIS_OK {
         return Err(status);
     }
     if first != status {
         raise(TERMINATE);
     }
+    // only now, so that no other call to METIS catches this signal as well
+    drop(guard);
     Ok(())
 }
 
@@ -150,10 +151,14 @@ mod tests {
         unsafe extern "C" {
             fn signal(signal: std::ffi::c_int, handler: extern "C" fn(std::ffi::c_int)) -> usize;
         }
-        // SAFETY: the handler only increments a counter.
-        unsafe { signal(TERMINATE, count) };
         let mut statuses = [metis_sys::rstatus_et_METIS_ERROR, metis_sys::rstatus_et_METIS_OK].into_iter();
-        assert_eq!(undisturbed(|| statuses.next().unwrap()), Ok(()));
+        let call = || {
+            // Set here, where METIS does not run: as it ends, it sets the handlers that were there when it began.
+            // SAFETY: the handler only increments a counter.
+            unsafe { signal(TERMINATE, count) };
+            statuses.next().unwrap()
+        };
+        assert_eq!(undisturbed(call), Ok(()));
         assert_eq!(SIGNALS.load(Ordering::Relaxed), 1);
         for own in [metis_sys::rstatus_et_METIS_ERROR, metis_sys::rstatus_et_METIS_ERROR_MEMORY] {
             assert_eq!(undisturbed(|| own), Err(own));

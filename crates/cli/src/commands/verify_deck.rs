@@ -70,8 +70,9 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
     }
     let message =
         format!("{} deviate by more than {} %: {}", off.len(), digits(100.0 * args.tolerance), off.join(", "));
-    let cure = "flat facets of linear elements overlap on curved fits: mesh these with second-order elements, or finer; \
-                compare the same stiffness with `--contact-stiffness`, or set --tolerance";
+    let cure = "friction in CalculiX needs small increments: export with more load steps (`load_path.steps`); flat facets of \
+                linear elements overlap on curved fits: mesh these with second-order elements, or finer; compare the same \
+                stiffness with `--contact-stiffness`, or set --tolerance";
     Err(Failure::Check { message, cure: cure.into() })
 }
 
