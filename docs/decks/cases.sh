@@ -2,7 +2,7 @@
 # Solves cases of the project, with all bodies solid, in CalculiX and in slipstick, and puts the table into
 # docs/decks.md.
 #
-#   docs/decks/cases.sh          some ten minutes
+#   docs/decks/cases.sh          a quarter of an hour; the bracket with 40 steps takes half of it
 #
 # needs `ccx` and `python3` on the path, and a release build of slipstick.
 set -euo pipefail

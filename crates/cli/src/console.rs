@@ -150,13 +150,9 @@ impl Console {
     /// Prints that void follows linear elasticity from an iteration on.
     pub fn rescued_void(&self, void: &CrushedVoid, iteration: usize) {
         let (message, help) = (void.rescued_from(iteration), RESCUED);
-        self.event(
-            "warning",
+        self.finding(
             json!({ "code": "rescued_void", "message": message, "help": help, "iteration": iteration, "void": void }),
         );
-        if !self.json && !self.quiet {
-            self.suspended(|| complain(&format!("warning: {message}\n    help: {help}\n")));
-        }
     }
 
     /// Prints that a design falls apart: that of an iteration, or the result.
@@ -169,10 +165,7 @@ impl Console {
         let object = json!({
             "code": "loose_pieces", "message": message, "help": help, "loose": loose, "iteration": iteration,
         });
-        self.event("warning", object);
-        if !self.json && !self.quiet {
-            self.suspended(|| complain(&format!("warning: {message}\n    help: {help}\n")));
-        }
+        self.finding(object);
     }
 
     /// Prints where bodies overlap without a contact force on a path.
@@ -181,10 +174,7 @@ impl Console {
             let help = overlap.help();
             let object =
                 json!({ "code": "open_overlap", "message": overlap.to_string(), "help": help, "overlap": overlap });
-            self.event("warning", object);
-            if !self.json && !self.quiet {
-                self.suspended(|| complain(&format!("warning: {overlap}\n    help: {help}\n")));
-            }
+            self.finding(object);
         }
     }
 
@@ -193,10 +183,7 @@ impl Console {
         for lost in losses {
             let help = lost.help();
             let object = json!({ "code": "lost_work", "message": lost.to_string(), "help": help, "loss": lost });
-            self.event("warning", object);
-            if !self.json && !self.quiet {
-                self.suspended(|| complain(&format!("warning: {lost}\n    help: {help}\n")));
-            }
+            self.finding(object);
         }
     }
 
@@ -206,10 +193,7 @@ impl Console {
             let help = work.help();
             let object =
                 json!({ "code": "coarse_friction", "message": work.to_string(), "help": help, "friction": work });
-            self.event("warning", object);
-            if !self.json && !self.quiet {
-                self.suspended(|| complain(&format!("warning: {work}\n    help: {help}\n")));
-            }
+            self.finding(object);
         }
     }
 
@@ -218,10 +202,16 @@ impl Console {
         let help = released.help();
         let object =
             json!({ "code": "released_energy", "message": released.to_string(), "help": help, "released": released });
-        self.event("warning", object);
+        self.finding(object);
+    }
+
+    /// Prints the `message` and the `help` of a warning, or all of it for programs.
+    fn finding(&self, object: Value) {
         if !self.json && !self.quiet {
-            self.suspended(|| complain(&format!("warning: {released}\n    help: {help}\n")));
+            let [message, help] = ["message", "help"].map(|key| object[key].as_str().unwrap_or_default());
+            self.suspended(|| complain(&format!("warning: {message}\n    help: {help}\n")));
         }
+        self.event("warning", object);
     }
 
     fn diagnostics(&self, event: &str, diagnostics: &[CaseDiagnostic], shown: bool) {

@@ -12,11 +12,11 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::equations::{ContactModel, NodalContact};
-use crate::losses::COUNTED_LOSS;
+use crate::losses::counted_parts;
 use crate::words::quantity;
 
-/// Friction work of a contact pair that finer load steps change, by more than [a fraction](COUNTED_LOSS) of
-/// what loads, supports and offsets do.
+/// Friction work of a contact pair for which load steps are coarse: the mean pressure changes it by more than
+/// [a fraction](crate::losses::COUNTED_LOSS) of what loads, supports and offsets do.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CoarseFriction {
     /// Number of the pair.
@@ -53,9 +53,7 @@ impl fmt::Display for CoarseFriction {
 impl CoarseFriction {
     /// The remedy.
     pub fn help(&self) -> String {
-        "use more load steps (`load_path.steps`) while contact begins or grows, if you need this work or the energy \
-         balance"
-            .into()
+        "use more load steps (`load_path.steps`) if you need this work or the energy balance".into()
     }
 }
 
@@ -84,7 +82,7 @@ impl CoarseSteps {
         }
     }
 
-    /// Pairs whose friction work, `work`, changes by more than [a fraction](COUNTED_LOSS) of the work done on
+    /// Pairs whose friction work, `work`, changes by more than [a fraction](crate::losses::COUNTED_LOSS) of the work done on
     /// the bodies. \[F L\]
     pub fn reported(
         &self,
@@ -93,24 +91,16 @@ impl CoarseSteps {
         work: &[f64],
         done: f64,
     ) -> Vec<CoarseFriction> {
-        if self.nodes.is_empty() || done <= 0.0 {
-            return Vec::new();
-        }
-        let pairs = model.by_pair(&self.nodes).zip(model.interfaces()).zip(work).enumerate();
-        let found = pairs.filter_map(|(number, ((nodes, pair), &work))| {
-            let excess: f64 = nodes.iter().sum();
-            let largest = (0..nodes.len()).max_by(|&a, &b| (nodes[a] * excess).total_cmp(&(nodes[b] * excess)))?;
-            let node = pair.interface.slave_nodes().get(largest)?.node;
-            let fraction = excess / done;
-            (fraction.abs() > COUNTED_LOSS).then(|| CoarseFriction {
-                pair: number,
-                surfaces: pair.surfaces.clone(),
-                work,
-                with_mean_pressure: work - excess,
-                fraction,
-                node,
-                position: reference.get(node as usize).copied().unwrap_or_default(),
-            })
+        let interfaces = model.interfaces();
+        let parts = counted_parts(&self.nodes, model, done).filter(|part| !interfaces[part.pair].is_bonded());
+        let found = parts.map(|part| CoarseFriction {
+            pair: part.pair,
+            surfaces: interfaces[part.pair].surfaces.clone(),
+            work: work[part.pair],
+            with_mean_pressure: work[part.pair] - part.work,
+            fraction: part.fraction,
+            node: part.node,
+            position: reference.get(part.node as usize).copied().unwrap_or_default(),
         });
         found.collect()
     }

@@ -92,27 +92,49 @@ impl Losses {
 
     /// Pairs that lose more than [a fraction](COUNTED_LOSS) of the work done on the bodies. \[F L\]
     pub fn reported(&self, model: &ContactModel, reference: &[[f64; 3]], done: f64) -> Vec<LostWork> {
-        if self.nodes.is_empty() || done <= 0.0 {
-            return Vec::new();
-        }
-        let pairs = model.by_pair(&self.nodes).zip(model.interfaces()).enumerate();
-        let found = pairs.filter_map(|(number, (lost, pair))| {
-            let work: f64 = lost.iter().sum();
-            let largest = (0..lost.len()).max_by(|&a, &b| (lost[a] * work).total_cmp(&(lost[b] * work)))?;
-            let node = pair.interface.slave_nodes().get(largest)?.node;
-            let fraction = work / done;
-            (fraction.abs() > COUNTED_LOSS).then(|| LostWork {
-                pair: number,
-                surfaces: pair.surfaces.clone(),
-                work,
-                fraction,
-                node,
-                position: reference.get(node as usize).copied().unwrap_or_default(),
-                at_node: lost[largest],
-            })
+        let parts = counted_parts(&self.nodes, model, done);
+        let found = parts.map(|part| LostWork {
+            pair: part.pair,
+            surfaces: model.interfaces()[part.pair].surfaces.clone(),
+            work: part.work,
+            fraction: part.fraction,
+            node: part.node,
+            position: reference.get(part.node as usize).copied().unwrap_or_default(),
+            at_node: part.at_node,
         });
         found.collect()
     }
+}
+
+/// Work at the nodes of a pair that [counts](COUNTED_LOSS).
+pub(crate) struct CountedPart {
+    pub pair: usize,
+    /// Sum over the slave nodes of the pair. \[F L\]
+    pub work: f64,
+    /// The same as a fraction of the work done on the bodies.
+    pub fraction: f64,
+    /// Slave node with the largest part, and that part. \[F L\]
+    pub node: u32,
+    pub at_node: f64,
+}
+
+/// Pairs whose work at slave nodes, `nodes`, adds up to more than [a fraction](COUNTED_LOSS) of the work done
+/// on the bodies, `done`. \[F L\]
+pub(crate) fn counted_parts<'a>(
+    nodes: &'a [f64],
+    model: &'a ContactModel,
+    done: f64,
+) -> impl Iterator<Item = CountedPart> + 'a {
+    let known = !nodes.is_empty() && done > 0.0;
+    let pairs = known.then(|| model.by_pair(nodes).zip(model.interfaces()).enumerate());
+    pairs.into_iter().flatten().filter_map(move |(number, (nodes, pair))| {
+        let work: f64 = nodes.iter().sum();
+        let largest = (0..nodes.len()).max_by(|&a, &b| (nodes[a] * work).total_cmp(&(nodes[b] * work)))?;
+        let node = pair.interface.slave_nodes().get(largest)?.node;
+        let fraction = work / done;
+        let counts = fraction.abs() > COUNTED_LOSS;
+        counts.then(|| CountedPart { pair: number, work, fraction, node, at_node: nodes[largest] })
+    })
 }
 
 /// What slave node j loses between two states. \[F L\]

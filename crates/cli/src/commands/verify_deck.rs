@@ -197,7 +197,8 @@ fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> V
 }
 
 /// What a number is compared with: its own magnitude or, if that is [small](SMALL) beside `scale`, the largest
-/// of its kind, the magnitude of the vector of which it is a component, but at least that fraction of `scale`.
+/// of its kind, the magnitude of the vector of which it is a component, between that fraction of `scale` and
+/// `scale`.
 fn size(known: &[(&str, f64)], column: &str, scale: f64) -> f64 {
     fn vector(column: &str) -> &str {
         ["_x", "_y", "_z"].iter().find_map(|component| column.strip_suffix(component)).unwrap_or(column)
@@ -207,7 +208,7 @@ fn size(known: &[(&str, f64)], column: &str, scale: f64) -> f64 {
         return own;
     }
     let of_vector = known.iter().filter(|(name, _)| vector(name) == vector(column)).map(|(_, value)| value * value);
-    of_vector.sum::<f64>().sqrt().max(SMALL * scale)
+    of_vector.sum::<f64>().sqrt().clamp(SMALL * scale, scale)
 }
 
 fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>], field: Option<f64>) {
@@ -257,5 +258,7 @@ mod tests {
         assert_eq!(size(&known, "nose_x", 100.0), (9.0f64 + 1600.0).sqrt());
         assert_eq!(size(&known, "core_y", 100.0), 10.0);
         assert_eq!(size(&known, "push", 100.0), 10.0);
+        let known = [("root_x", 1.0), ("root_y", 90.0), ("root_z", -100.0)];
+        assert_eq!(size(&known, "root_x", 100.0), 100.0);
     }
 }

@@ -25,6 +25,37 @@ fn an_overlap_without_force_is_told() {
     assert!(warning["overlap"]["depth"].as_f64().is_some_and(|depth| (depth - 0.08).abs() < 1e-9), "{warning}");
 }
 
+/// A block is pressed on a strip and moves along it in proportion, in four steps: its friction work is 1 + 1/4 times
+/// what finer steps give (`friction_of_coarse_steps_is_judged`).
+#[test]
+fn steps_that_are_coarse_for_friction_work_are_told() {
+    let place = Place::new();
+    let body = |name: &str, bounds: &str, modulus: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\nbox = {bounds}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = {modulus:?}, poisson_ratio = 0.3 }} }}\n"
+        )
+    };
+    let text = format!(
+        "{}{}[[contact]]\nslave = 'up_ymin'\nmaster = 'low_ymax'\nfriction = 0.3\n\
+         [[dirichlet]]\nset = 'low_ymin'\n[[dirichlet]]\nset = 'low_zmin'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'low_zmax'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'up_ymax'\nmotion = [{{ t = 1, u = [0.2, -0.02, 0] }}]\n[load_path]\nsteps = 4\n",
+        body("low", "{ min = [0, 0, 0], max = [3, 1, 0.5], elements = [9, 3, 1] }", 10.0),
+        body("up", "{ min = [1, 1, 0], max = [2, 2, 0.5], elements = [3, 3, 1] }", 1000.0)
+    );
+    place.write("press.toml", &text);
+    let expected = "warning: load steps are coarse for the friction work of `up_ymin` with `low_ymax`";
+    let ran = place.good("solve press.toml");
+    assert!(ran.err.contains(expected) && ran.err.contains("help: use more load steps"), "{}", ran.err);
+    let events = place.good("solve press.toml --json --force").events();
+    let warning = events.iter().find(|event| event["code"] == "coarse_friction").expect("a warning");
+    let [work, mean] = ["work", "with_mean_pressure"].map(|key| warning["friction"][key].as_f64().expect("a number"));
+    assert!((work / mean - 1.25).abs() < 0.03, "{warning}");
+    let finer = place.good("solve press.toml --force --set load_path.steps=64");
+    assert!(!finer.err.contains("coarse for the friction work"), "{}", finer.err);
+}
+
 /// A block that is lifted off: the objective is 0, and every command that runs an analysis says
 /// why.
 #[test]

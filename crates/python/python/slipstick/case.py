@@ -121,6 +121,9 @@ class Case:
     def deck(self) -> list[dict[str, Any]] | None:
         """How each keyword of the case's deck is treated; None for a case without a deck.
 
+        :attr:`text` has the tables of the deck instead of a reference to it, so a case read from
+        that text, as by pickle, has None as well.
+
         Every entry has ``keyword``, ``file``, ``line``, ``use`` (for example ``"used"``) and
         ``how``, an explanation.
         """
