@@ -1,5 +1,6 @@
 //! From a resolved case to a problem that can be analysed.
 
+mod bolts;
 mod couplings;
 mod cross_points;
 mod edges;
@@ -136,6 +137,8 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let springs = springs::build_springs(case, &mesh, &coordinates)?;
     let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, &supports);
     let temperatures = Temperatures::new(case.temperatures.clone(), &mesh, &load_cases);
+    bolts::check(case, &mesh)?;
+    let bolts = bolts::build_bolts(case, &mesh, &solid);
     let parts = ModelParts {
         share,
         solid,
@@ -146,6 +149,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         prescribed,
         loads,
         springs,
+        bolts,
         temperatures,
         viscosity,
     };

@@ -121,6 +121,10 @@ fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, titl
                 let text = format!("normal {}, friction {friction}, peak pressure {pressure}", digits(*found));
                 lines.push((format!("contact at {slave}"), text));
             }
+            bolt @ Subject::Bolt(called) if name.what == "bolt_force" => {
+                let text = format!("force {}, overlap {}", digits(*found), value(bolt, "overlap"));
+                lines.push((format!("bolt {called}"), text));
+            }
             _ => {}
         }
     }

@@ -145,6 +145,18 @@ impl Track {
     }
 }
 
+/// The value of a curve at a time.
+pub fn value_at(curve: &Curve, t: f64) -> f64 {
+    let mut last = [0.0, 0.0];
+    for &point in curve {
+        if point[0] >= t {
+            return last[1] + (point[1] - last[1]) * (t - last[0]) / (point[0] - last[0]);
+        }
+        last = point;
+    }
+    last[1]
+}
+
 fn simple(curve: &Curve) -> Curve {
     let mut kept: Curve = Vec::new();
     let size = curve.iter().fold(0.0, |size: f64, point| size.max(point[1].abs()));

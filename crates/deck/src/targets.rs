@@ -1,5 +1,6 @@
 //! What motions, forces, pressures and contact act on: nodes and faces, grouped into sets of the file.
 
+mod bolts;
 mod equations;
 mod heat;
 mod mass;
@@ -14,6 +15,7 @@ use crate::bodies::{Bodies, find, rigid_nodes};
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
 use crate::read::{Deck, On, Target};
+pub use bolts::Tightened;
 pub use equations::{CoupledFace, EquationOfSets, Joined};
 pub use heat::Heated;
 pub use mass::MassLoad;
@@ -62,6 +64,7 @@ pub struct Targets {
     pub points: Vec<(u32, String)>,
     pub equations: Vec<EquationOfSets>,
     pub couplings: Vec<CoupledFace>,
+    pub bolts: Vec<Tightened>,
     pub heated: Vec<Heated>,
     /// Number of load steps of the case, and those of each step.
     pub load_steps: usize,
@@ -102,10 +105,11 @@ impl Targets {
         finder.find_couplings();
         finder.find_points();
         targets.equations = finder.equations();
-        let motions = finder.motions(&timeline);
+        let mut motions = finder.motions(&timeline);
+        let mut forces = finder.forces(&timeline);
+        targets.bolts = finder.bolts(&timeline, &mut motions, &mut forces);
         targets.sprung = finder.springs(&motions);
         targets.held = finder.held(motions);
-        let forces = finder.forces(&timeline);
         targets.forces = finder.loaded(forces);
         targets.pressures = finder.pressures(&timeline);
         targets.masses = finder.masses(&timeline);
@@ -158,9 +162,14 @@ impl Finder<'_> {
     fn motions(&mut self, timeline: &Timeline) -> BTreeMap<OfNode, Track> {
         let deck = self.deck;
         let mut tracks = Tracks::new(timeline, deck, false);
+        let mut kept = BTreeSet::new();
         for (k, step) in deck.steps.iter().enumerate() {
             let initial = if k == 0 { &deck.conditions[..] } else { &[] };
             for condition in initial.iter().chain(&step.conditions.items) {
+                if condition.fixed {
+                    kept.extend((!self.may_keep(condition)).then_some(condition.lines[0]));
+                    continue;
+                }
                 let amplitude = self.amplitude(deck, &condition.amplitude, "BOUNDARY", condition.lines);
                 let set = match &condition.target {
                     Target::Set(name) => find(&self.mesh.node_sets, name).map(str::to_owned),
@@ -172,6 +181,10 @@ impl Finder<'_> {
                 }
             }
             tracks.step(k, step.conditions.replaces);
+        }
+        for line in kept {
+            let why = "FIXED is supported at the nodes of *PRE-TENSION SECTION only";
+            self.ledger.refuse("BOUNDARY", line, why, "prescribe the displacement that the step before reaches");
         }
         let mut tracks = tracks.tracks;
         for track in tracks.values() {
@@ -466,29 +479,6 @@ impl Finder<'_> {
         pressures.retain(|pressure| pressure.curve.iter().any(|point| point[1] != 0.0));
         pressures.sort_by_key(|pressure| pressure.line);
         pressures
-    }
-
-    fn cells(&mut self, target: &Target, keyword: &str, lines: [usize; 2]) -> Vec<u32> {
-        let cells = match target {
-            Target::Node(number) => (0..self.mesh.cells.len() as u32)
-                .find(|&c| self.mesh.cells.number(c as usize) == *number)
-                .map(|c| vec![c]),
-            Target::Set(name) => find(&self.mesh.cell_sets, name).map(|set| self.mesh.cell_sets[set].clone()),
-        };
-        cells.unwrap_or_else(|| {
-            self.ledger.wrong(
-                keyword,
-                lines,
-                "there is no such element or set of elements",
-                "name an element or an *ELSET",
-            );
-            vec![]
-        })
-    }
-
-    /// The surface of the file with this name.
-    fn surface(&self, name: &str) -> Option<String> {
-        find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name)).map(str::to_owned)
     }
 }
 

@@ -243,7 +243,7 @@ fn what_is_not_supported_is_refused() {
         ("*BOUNDARY", "*DLOAD\nLOW, BX, 9.81\n*BOUNDARY", "*DLOAD: the load `BX`", "pressure"),
         ("*ELASTIC\n", "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n", "*ELASTIC: TYPE=ENGINEERING CONSTANTS", "isotropic"),
         ("=HARD", "=EXPONENTIAL\n1e-3, 10.", "PRESSURE-OVERCLOSURE=EXPONENTIAL", "LINEAR"),
-        ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: the parameter FIXED", "remove the parameter"),
+        ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: FIXED is supported", "prescribe the displacement"),
         ("*STEP", "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n*STEP", "*INITIAL CONDITIONS", "unstressed"),
         ("*FRICTION\n0.3\n", "*FRICTION, ROUGH\n", "*FRICTION: rough", "*TIE"),
     ] {
@@ -574,4 +574,40 @@ fn only_linear_elements_have_flat_facets() {
     let pair = "[[contact]]; slave = \"HIGH_DOWN\"; master = \"LOW_UP\"; friction = 0.3; adjust = 0.02";
     assert!(found.iter().any(|table| table == pair), "{found:?}");
     assert!(tables(CUBES).iter().any(|table| table == &pair.replace("friction", "surfaces = \"faceted\"; friction")));
+}
+
+/// The upper of two bonded halves is pulled onto the lower one: a section between the elements of a column.
+#[test]
+fn sections_are_pulled_together() {
+    let column = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,2\n6,1,0,2\n7,1,1,2\n8,0,1,2\n\
+        9,0,0,3\n10,1,0,3\n11,1,1,3\n12,0,1,3\n*NODE, NSET=PULL\n99, 0,0,0\n\
+        *ELEMENT, TYPE=C3D8, ELSET=COLUMN\n1, 1,2,3,4,5,6,7,8\n2, 5,6,7,8,9,10,11,12\n*NSET, NSET=BASE\n1,2,3,4\n\
+        *SURFACE, NAME=CUT\n1, S2\n*MATERIAL, NAME=STEEL\n*ELASTIC\n1000, 0.3\n\
+        *SOLID SECTION, ELSET=COLUMN, MATERIAL=STEEL\n*PRE-TENSION SECTION, SURFACE=CUT, NODE=99\n\
+        *STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nBASE, 1, 3\n*CLOAD\nPULL, 1, 30\n*END STEP\n";
+    let bolt = |text: &str| tables(text).into_iter().find(|table| table.starts_with("[[bolt]]")).expect("a bolt");
+    let expected = "[[bolt]]; name = \"CUT\"; body = \"COLUMN\"; \
+                    section = { point = [0.5, 0.5, 2.0], normal = [0.0, 0.0, 1.0], radius = 0.8838834764831844 }; ";
+    assert_eq!(bolt(column), format!("{expected}force = [{{ t = 1.0, force = 30.0 }}]; keeps = \"force\""));
+    let kept = format!("{column}*STEP\n*STATIC\n0.5, 1\n*BOUNDARY, FIXED\nPULL, 1, 1\n*END STEP\n");
+    assert_eq!(bolt(&kept), format!("{expected}force = [{{ t = 0.5, force = 30.0 }}]"));
+    // the load may end once the length is kept
+    let ended = kept.replace("PULL, 1, 1\n", "PULL, 1, 1\n*CLOAD, OP=NEW\n");
+    assert_eq!(bolt(&ended), format!("{expected}force = [{{ t = 0.5, force = 30.0 }}]"));
+    let turned = column.replace("NODE=99\n", "NODE=99\n0., 0.6, 0.8\n");
+    assert!(bolt(&turned).contains("normal = [0.0, 0.6, 0.8]"));
+    for (from, to, message) in [
+        ("NODE=99", "NODE=98", "node 98 does not exist, or belongs to an element"),
+        ("NODE=99", "NODE=5", "node 5 does not exist, or belongs to an element"),
+        ("SURFACE=CUT", "SURFACE=CUTS", "there is no surface `CUTS`"),
+        ("SURFACE=CUT, ", "", "it needs SURFACE=… and NODE=…"),
+        ("NODE=99\n", "NODE=99\n0., 0., -1.\n", "the direction points into the elements"),
+        ("PULL, 1, 30", "PULL, 2, 30", "the section has no force"),
+        ("PULL, 1, 30", "PULL, 1, -30", "the force of a section pushes its parts apart"),
+        ("BASE, 1, 3", "BASE, 1, 3\nPULL, 1, 1, 0.1", "a prescribed displacement of the section is not supported"),
+        ("*BOUNDARY\n", "*BOUNDARY, FIXED\nBASE, 1, 1\n*BOUNDARY\n", "FIXED is supported at the nodes of"),
+    ] {
+        let found = refused(&column.replace(from, to)).join("\n");
+        assert!(found.contains(message), "{message}: {found}");
+    }
 }

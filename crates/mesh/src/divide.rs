@@ -92,6 +92,7 @@ impl Mesh {
             elements,
             rigid: self.rigid.clone(),
             couplings: self.couplings.clone(),
+            cuts: self.cuts.clone(),
         }
     }
 }

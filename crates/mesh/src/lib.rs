@@ -31,6 +31,7 @@
 mod assemble;
 mod check;
 mod contact_map;
+mod cut;
 mod defect;
 mod divide;
 mod element;
@@ -49,6 +50,7 @@ pub mod vector;
 
 pub use assemble::{Placement, Rotation};
 pub use contact_map::ContactMap;
+pub use cut::Cut;
 pub use defect::MeshDefect;
 pub use element::{
     Element, FaceNodes, FacetCorners, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, SUB_FACETS, TET_EDGES,

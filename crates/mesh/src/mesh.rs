@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::{Coupling, Element, FacetNodes, Rigid, facet_corner_areas};
+use crate::{Coupling, Cut, Element, FacetNodes, Rigid, facet_corner_areas};
 
 /// A face of an element on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -74,6 +74,8 @@ pub struct Mesh {
     pub rigid: Vec<Rigid>,
     /// Couplings of nodes to reference points.
     pub couplings: Vec<Coupling>,
+    /// Sections at which bodies are cut.
+    pub cuts: Vec<Cut>,
 }
 
 impl Mesh {

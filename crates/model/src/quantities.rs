@@ -6,6 +6,8 @@
 //! | `displacement_SET_x` … | a support | L | mean displacement of the nodes of which it prescribes a component that no earlier table does |
 //! | `reaction_SET_x` … | a support | F | force that it exerts on the body, for each prescribed component |
 //! | `symmetry_reaction_x` … | a symmetry plane | F | force that it exerts on the bodies, along its normal |
+//! | `bolt_force_BOLT` | a bolt | F | its force, positive in tension |
+//! | `overlap_BOLT` | a bolt | L | distance by which its two parts overlap at the section |
 //! | `SLAVE_force_x` … | a contact pair | F | resultant of the contact forces on the slave, friction included |
 //! | `SLAVE_normal_force` | a contact pair | F | sum of the normal forces of the slave nodes, Σ A_j ζ_nj |
 //! | `SLAVE_friction_force` | a contact pair | F | sum of the magnitudes of their friction forces, Σ A_j ‖ζ_τj‖ |
@@ -66,6 +68,8 @@ pub enum Subject {
     Support(String),
     /// A symmetry plane.
     SymmetryPlane,
+    /// A bolt, with its name.
+    Bolt(String),
     /// A contact pair, with its slave surface.
     Pair(String),
     /// A body, with its name.
@@ -304,6 +308,11 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
                 let name = format!("symmetry_reaction_{}", AXES[c]);
                 push(Subject::SymmetryPlane, format!("reaction_{}", AXES[c]), name, "F");
             }),
+        }
+    }
+    for bolt in model.bolts().list() {
+        for (what, unit) in [("bolt_force", "F"), ("overlap", "L")] {
+            push(Subject::Bolt(bolt.name.clone()), what.into(), format!("{what}_{}", bolt.name), unit);
         }
     }
     for pair in model.interfaces() {

@@ -25,6 +25,9 @@ pub fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) -> Resul
                 waypoint.angle *= value;
             }
         }
+        Parameter::Preload { bolt } => {
+            case.bolts[bolt].force.iter_mut().for_each(|point| point.force *= value);
+        }
         Parameter::Load { load } => {
             case.loads[load].amplitude.iter_mut().for_each(|point| point.factor *= value);
         }
@@ -47,6 +50,7 @@ pub fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
         Parameter::Friction { interface } => ("friction", format!("contact[{interface}].friction")),
         Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone()),
         Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion")),
+        Parameter::Preload { bolt } => ("amplitude", format!("bolt[{bolt}].force")),
         Parameter::Load { load } => ("amplitude", format!("load[{load}]")),
     }
 }

@@ -173,7 +173,7 @@ impl Problem {
             let value = match parameter {
                 Parameter::Friction { interface } => case.contacts[interface].friction,
                 Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus(),
-                Parameter::Amplitude { .. } | Parameter::Load { .. } => 1.0,
+                Parameter::Amplitude { .. } | Parameter::Preload { .. } | Parameter::Load { .. } => 1.0,
             };
             (kind, place, value)
         };

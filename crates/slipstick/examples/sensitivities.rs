@@ -94,6 +94,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             Parameter::Friction { .. } => "friction".into(),
             Parameter::YoungsModulus { body } => format!("modulus of {}", problem.mesh.bodies[*body].name),
             Parameter::Amplitude { motion } => format!("amplitude of motion {motion}"),
+            Parameter::Preload { bolt } => format!("force of bolt {bolt}"),
             Parameter::Load { load } => format!("amplitude of load {load}"),
         };
         println!("derivative of θ with respect to the {name}: {derivative:.6e}");

@@ -5,6 +5,7 @@ use super::{Notice, NoticeKind};
 use crate::file::{Case, Shape};
 use slipstick_mesh::Mesh;
 use slipstick_model::words::counted;
+use std::borrow::Cow;
 
 /// Nodes closer to each other than this fraction of the body's size were meant to be the same node:
 /// mesh files have at least single precision, and no element is that small.
@@ -13,6 +14,8 @@ const COINCIDENT: f64 = 1e-6;
 /// A notice for each body that has unconnected parts, coincident nodes, or elements that do not
 /// conform. Generators merge their nodes and make only hexahedra, so only mesh files are checked.
 pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
+    // the parts of a cut body are joined
+    let mesh = &if mesh.cuts.is_empty() { Cow::Borrowed(mesh) } else { Cow::Owned(mesh.joined()) };
     let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
     let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];
     bodies.flat_map(|(b, _)| of_body(b)).flatten().collect()
@@ -23,7 +26,9 @@ fn notice(body: usize, message: String, help: &str) -> Notice {
 }
 
 fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool]) -> Option<Notice> {
-    let parts = mesh.connected_parts(body);
+    let copies = mesh.copies();
+    let mut parts = mesh.connected_parts(body);
+    parts.retain(|part| !copies.contains_key(&part[0]));
     if parts.len() < 2 {
         return None;
     }
@@ -45,7 +50,9 @@ fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {
         high - low
     };
     let size = (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt();
-    let pairs = mesh.coincident_nodes(body, COINCIDENT * size);
+    let copies = mesh.copies();
+    let mut pairs = mesh.coincident_nodes(body, COINCIDENT * size);
+    pairs.retain(|pair| pair.iter().all(|node| !copies.contains_key(node)));
     let [a, b] = *pairs.first()?;
     let message = format!(
         "body `{}` has {} of coincident nodes, for instance {a} and {b} at {}: elements are not connected there",

@@ -25,12 +25,11 @@ pub(super) fn with_equations(
     mesh: &Mesh,
     times: &[LoadTime],
 ) -> Result<Prescribed, BuildError> {
-    if case.equations.is_empty() && case.points.is_empty() && case.couplings.is_empty() {
+    if case.equations.is_empty() && case.points.is_empty() && case.couplings.is_empty() && case.bolts.is_empty() {
         return Ok(prescribed);
     }
-    for (number, load_case) in
-        case.load_cases.iter().enumerate().filter(|_| !(case.equations.is_empty() && case.couplings.is_empty()))
-    {
+    let none = case.equations.is_empty() && case.couplings.is_empty() && case.bolts.is_empty();
+    for (number, load_case) in case.load_cases.iter().enumerate().filter(|_| !none) {
         if load_case.bodies.iter().any(|body| body.offset.is_some() || body.rotation.is_some()) {
             let message =
                 "equations hold among displacements from the mesh, and this load case moves bodies at its start";
@@ -44,6 +43,7 @@ pub(super) fn with_equations(
         equations.extend(terms.into_iter().map(|terms| LinearEquation { terms, number }));
     }
     super::couplings::add_equations(case, mesh, case.equations.len(), &mut equations)?;
+    super::bolts::add_equations(mesh, case.equations.len() + case.couplings.len(), &mut equations);
     let points = points(case, mesh);
     let first = mesh.couplings.first().map_or(points.start, |coupling| coupling.reference as usize);
     // nodes of no element
@@ -67,6 +67,7 @@ pub(super) fn with_equations(
         let help = "leave a component free, or change the motions so that they fulfil the equation";
         BuildError::new(place(case, e.number), message, help)
     })?;
+    super::bolts::check_free(mesh, &prescribed, &linear)?;
     let cost: usize = linear.rows().iter().filter(|(i, _)| !cheap(*i)).map(|(_, terms)| terms.len().pow(2)).sum();
     if cost > MOST_COUPLINGS {
         let longest = linear.rows().iter().map(|(_, terms)| terms.len()).max().unwrap_or(0);
@@ -116,13 +117,16 @@ fn sprung(case: &Case, mesh: &Mesh) -> BTreeSet<u32> {
 fn place(case: &Case, number: usize) -> String {
     match number.checked_sub(case.equations.len()) {
         None => format!("equation[{number}]"),
-        Some(coupling) => format!("coupling[{coupling}]"),
+        Some(at) => match at.checked_sub(case.couplings.len()) {
+            None => format!("coupling[{at}]"),
+            Some(bolt) => format!("bolt[{bolt}]"),
+        },
     }
 }
 
-/// The nodes of the points of a case: the last ones of the mesh.
+/// The nodes of the points of a case and of its bolts: the last ones of the mesh.
 pub(super) fn points(case: &Case, mesh: &Mesh) -> Range<usize> {
-    mesh.nodes.len() - case.points.len()..mesh.nodes.len()
+    mesh.nodes.len() - case.points.len() - case.bolts.len()..mesh.nodes.len()
 }
 
 /// The terms of an equation's nodes and components.

@@ -2,7 +2,7 @@
 //! selects.
 
 use super::select::{nodes_of, select_facets, select_nodes};
-use super::{BuildError, ties};
+use super::{BuildError, bolts, ties};
 use crate::file::{self, Case};
 use slipstick_mesh::{self as mesh, Mesh};
 use slipstick_model::words::counted;
@@ -60,6 +60,7 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
         );
         return Err(BuildError::new("body", message, "check shape, element counts, mesh file and placement"));
     }
+    bolts::cut(case, &mut all)?;
     for (b, rigid) in case.bodies.iter().enumerate().filter_map(|(b, body)| Some((b, body.rigid?))) {
         let nodes = all.nodes[all.bodies[b].nodes.clone()].iter();
         let middle = |c: usize| {
@@ -76,6 +77,7 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
         all.add_coupling(&coupling.name, coupling.at, &nodes);
     }
     case.points.iter().for_each(|point| all.add_point(&point.name, point.at));
+    all.add_references();
     Ok(all)
 }
 

@@ -3,6 +3,7 @@
 //!
 //! The list makes the keys that a `[[quantity]]` may have, and their schema, reader and construction.
 
+mod bolt_force;
 mod building;
 mod compliance;
 mod component;
@@ -137,6 +138,7 @@ quantities! {
     stress Stress
     plastic_strain PlasticStrain
     spring_force SpringForce
+    bolt_force BoltForce
     compliance Compliance
     volume Volume
     mass Mass

@@ -14,6 +14,8 @@ pub(crate) struct Known<'a> {
     pub slaves: Slaves<'a>,
     /// The names of the springs.
     pub springs: Vec<&'a str>,
+    /// The names of the bolts.
+    pub bolts: Vec<&'a str>,
 }
 
 /// The slave surfaces of the contact pairs, by which pairs are named.

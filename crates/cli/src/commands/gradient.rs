@@ -109,6 +109,7 @@ fn name(case: &Case, parameter: Parameter) -> (&'static str, String) {
         Parameter::Amplitude { motion } => {
             ("amplitude", format!("dirichlet[{motion}] ({})", case.dirichlet[motion].set))
         }
+        Parameter::Preload { bolt } => ("amplitude", format!("bolt[{bolt}].force ({})", case.bolts[bolt].name)),
         Parameter::Load { load } => ("amplitude", format!("load[{load}] ({})", case.loads[load].target())),
     }
 }

@@ -1,5 +1,6 @@
 //! `slipstick verify deck`: a deck in CalculiX and in slipstick.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -150,11 +151,18 @@ fn field(args: &VerifyDeck, deck: &DeckRecord, values: &Values) -> Option<f64> {
     let fields = slipstick::output::read_fields(&last).ok()?;
     let here = fields.iter().find(|field| field.name == "displacement" && field.on_points)?;
     let (mut difference, mut size) = (0.0, 0.0);
-    for node in mesh.bodies.iter().flat_map(|body| body.nodes.clone()) {
-        if file.points.get(node) != mesh.nodes.get(node) {
+    // the deck does not have the copies of nodes at the sections of bolts, and CalculiX may write either side
+    let copies = mesh.copies();
+    let sections: HashSet<u32> = copies.values().copied().collect();
+    let nodes = mesh.bodies.iter().flat_map(|body| body.nodes.clone());
+    for (at, node) in nodes.filter(|node| !copies.contains_key(&(*node as u32))).enumerate() {
+        if file.points.get(at) != mesh.nodes.get(node) {
             return None;
         }
-        let there = values.displacements.get(&u32::try_from(file.point_numbers[node]).ok()?)?;
+        if sections.contains(&(node as u32)) {
+            continue;
+        }
+        let there = values.displacements.get(&u32::try_from(file.point_numbers[at]).ok()?)?;
         for (c, there) in there.iter().enumerate() {
             let here = here.values.get(3 * node + c)?;
             difference += (there - here).powi(2);

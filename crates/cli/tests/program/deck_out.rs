@@ -8,6 +8,9 @@ const ALL: &str = include_str!("decks/all.toml");
 /// Equations, points and a kinematic coupling between linear elastic bodies.
 const LINEAR: &str = include_str!("decks/linear.toml");
 
+/// A rod between two supports, one of which moves, that a bolt pulls together.
+const BOLT: &str = include_str!("decks/bolt.toml");
+
 /// Solves a case, writes it as a deck, solves the deck, and compares all columns of `quantities.csv`, which
 /// have the same order, relative to the largest number of a row.
 fn read_again(text: &str) {
@@ -41,6 +44,7 @@ fn read_again(text: &str) {
 fn a_case_survives_as_a_deck() {
     read_again(ALL);
     read_again(LINEAR);
+    read_again(BOLT);
 }
 
 /// Other laws and elements: quadratic tetrahedra, wedges, plasticity, second axis of time.
@@ -94,6 +98,10 @@ fn calculix_agrees_without_contact() {
     place.write("case.toml", &LINEAR.replace("kinematic", "distributing"));
     place.good("export case.toml --deck deck --force");
     verified(&place, "deck", "1e-3");
+    place.write("case.toml", BOLT);
+    place.good("export case.toml --deck deck --force");
+    let compared = verified(&place, "deck", "1e-3");
+    assert!(compared["displacements"].as_f64().expect("a number") < 1e-4, "{compared}");
 }
 
 /// A design: the promise, the deck in both programs; the contact integrals differ on a coarse mesh.

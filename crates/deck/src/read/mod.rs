@@ -1,5 +1,6 @@
 //! Reads the keywords of a deck: what it says, before it meets a mesh.
 
+mod bolt;
 mod contact;
 mod coupling;
 mod equation;
@@ -15,6 +16,7 @@ use slipstick_meshio::abaqus::Card;
 
 use crate::ledger::Ledger;
 
+pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
 pub use equation::Equation;
@@ -41,6 +43,7 @@ pub struct Deck {
     pub springs: Vec<SpringSection>,
     pub equations: Vec<Equation>,
     pub couplings: Vec<Coupling>,
+    pub pretensions: Vec<Pretension>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
     pub initial_temperatures: Vec<Condition>,
@@ -118,6 +121,7 @@ impl Reader<'_> {
             }
             "SPRING" => self.spring(card),
             "EQUATION" => self.equations(card),
+            "PRE-TENSION SECTION" => self.pretension(card),
             "COUPLING" => self.coupling(card),
             "KINEMATIC" | "DISTRIBUTING" => self.coupled(card, name == "KINEMATIC"),
             "ELEMENT" => self.element(card),

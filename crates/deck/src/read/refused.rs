@@ -55,7 +55,6 @@ const CURES: &[(&str, &str)] = &[
     ("INITIAL CONDITIONS", "start from the undeformed, unstressed state"),
     ("MPC", "use *EQUATION, *TIE or *BOUNDARY"),
     ("ORIENTATION", "give isotropic materials, in global axes"),
-    ("PRE-TENSION SECTION", "press the parts together by a motion or an `offset`"),
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),
     ("BEAM SECTION", "mesh the part with solid elements"),

@@ -38,6 +38,8 @@ pub struct Condition {
     pub component: u8,
     pub value: f64,
     pub amplitude: Option<String>,
+    /// Whether it keeps what the step before has reached (`FIXED`).
+    pub fixed: bool,
     /// Of the keyword and of the data.
     pub lines: [usize; 2],
 }
@@ -150,7 +152,7 @@ impl Reader<'_> {
     }
 
     fn boundary(&mut self, card: &Card<'_>) {
-        self.allow(card, &["OP", "AMPLITUDE", "TYPE"]);
+        self.allow(card, &["OP", "AMPLITUDE", "TYPE", "FIXED"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
         if keyword.parameter("TYPE").is_some_and(|of| !of.eq_ignore_ascii_case("DISPLACEMENT")) {
             self.ledger.refuse("BOUNDARY", line, "only displacements can be prescribed", "write TYPE=DISPLACEMENT");
@@ -161,6 +163,7 @@ impl Reader<'_> {
             "`[[dirichlet]]`, the motion linear over each step or along its amplitude",
         );
         let amplitude = keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        let fixed = keyword.has("FIXED");
         let mut found = Vec::new();
         for (data, fields) in card.data() {
             let target = Target::new(fields[0]);
@@ -184,7 +187,7 @@ impl Reader<'_> {
             };
             for component in components {
                 let (target, amplitude) = (target.clone(), amplitude.clone());
-                found.push(Condition { target, component, value, amplitude, lines: [line, data] });
+                found.push(Condition { target, component, value, amplitude, fixed, lines: [line, data] });
             }
         }
         let replaces = self.replaces(card);

@@ -47,7 +47,7 @@ impl Reader<'_> {
             }
             let value = self.number(card, data, &fields, 1).unwrap_or(0.0);
             let (target, amplitude) = (Target::new(fields[0]), amplitude.clone());
-            found.push(Condition { target, component: 0, value, amplitude, lines });
+            found.push(Condition { target, component: 0, value, amplitude, fixed: false, lines });
         }
         found
     }

@@ -1,9 +1,10 @@
-//! Surfaces of sets of nodes.
+//! Surfaces and elements by their names.
 
 use std::collections::HashSet;
 
 use super::Finder;
 use crate::bodies::find;
+use crate::read::Target;
 
 impl Finder<'_> {
     /// Makes surfaces of the sets of nodes that contact pairs and ties name: the free faces between them.
@@ -35,5 +36,29 @@ impl Finder<'_> {
                 self.mesh.face_sets.insert(set, faces);
             }
         }
+    }
+
+    /// The elements of a target; empty after an error.
+    pub(super) fn cells(&mut self, target: &Target, keyword: &str, lines: [usize; 2]) -> Vec<u32> {
+        let cells = match target {
+            Target::Node(number) => (0..self.mesh.cells.len() as u32)
+                .find(|&c| self.mesh.cells.number(c as usize) == *number)
+                .map(|c| vec![c]),
+            Target::Set(name) => find(&self.mesh.cell_sets, name).map(|set| self.mesh.cell_sets[set].clone()),
+        };
+        cells.unwrap_or_else(|| {
+            self.ledger.wrong(
+                keyword,
+                lines,
+                "there is no such element or set of elements",
+                "name an element or an *ELSET",
+            );
+            vec![]
+        })
+    }
+
+    /// The surface of the file with this name.
+    pub(super) fn surface(&self, name: &str) -> Option<String> {
+        find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name)).map(str::to_owned)
     }
 }

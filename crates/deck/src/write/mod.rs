@@ -1,6 +1,7 @@
 //! Writes the tables of a case.
 
 mod bodies;
+mod bolts;
 mod contact;
 mod equations;
 mod motion;
@@ -32,6 +33,7 @@ pub fn case(
     writer.bodies();
     writer.contact();
     writer.equations();
+    writer.bolts();
     writer.motions();
     writer.loads();
     writer.masses();

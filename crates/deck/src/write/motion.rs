@@ -1,7 +1,7 @@
 //! Supports, motions and loads.
 
 use super::{Writer, quoted, vector};
-use crate::history::Curve;
+use crate::history::{Curve, value_at};
 use crate::read::Field;
 use crate::targets::Held;
 
@@ -60,9 +60,10 @@ impl Writer<'_> {
         let waypoint = |&t: &f64| {
             let mut u = [0.0; 3];
             for (component, curve) in moving.iter().filter(|(component, _)| *component < 3) {
-                u[usize::from(*component)] = at(curve, t);
+                u[usize::from(*component)] = value_at(curve, t);
             }
-            let angle = moving.iter().find(|(component, _)| *component > 2).map(|(_, curve)| at(curve, t).to_degrees());
+            let angle =
+                moving.iter().find(|(component, _)| *component > 2).map(|(_, curve)| value_at(curve, t).to_degrees());
             let angle = angle.map_or(String::new(), |angle| format!(", angle = {angle:?}"));
             format!("{{ t = {t:?}, u = {}{angle} }}", vector(&u))
         };
@@ -176,16 +177,4 @@ fn scaled(curve: &Curve) -> (f64, Curve) {
     let largest =
         curve.iter().fold(0.0, |largest: f64, [_, value]| if value.abs() > largest.abs() { *value } else { largest });
     (largest, curve.iter().map(|&[t, value]| [t, value / largest + 0.0]).collect())
-}
-
-/// The value at a time.
-fn at(curve: &Curve, time: f64) -> f64 {
-    let mut last = [0.0, 0.0];
-    for &point in curve {
-        if point[0] >= time {
-            return last[1] + (point[1] - last[1]) * (time - last[0]) / (point[0] - last[0]);
-        }
-        last = point;
-    }
-    last[1]
 }

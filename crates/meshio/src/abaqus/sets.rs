@@ -272,10 +272,20 @@ impl FreeFaces {
             .map(move |(side, _)| ElementFace { cell, side: side as u8 })
     }
 
-    /// The sorted corners of each face, in Abaqus' order of faces; none of a pyramid.
+    /// The sorted corners of each face.
     fn corners(mesh: &FileMesh, cell: u32) -> Vec<Vec<u32>> {
-        let nodes = mesh.cells.nodes(cell as usize);
-        let faces: Vec<&[usize]> = match mesh.cells.kind(cell as usize).first_order() {
+        let mut faces = mesh.corners_of_faces(cell);
+        faces.iter_mut().for_each(|corners| corners.sort_unstable());
+        faces
+    }
+}
+
+impl FileMesh {
+    /// The corners of each face of a solid, in Abaqus' order of faces, counter-clockwise seen from outside; none of a
+    /// pyramid.
+    fn corners_of_faces(&self, cell: u32) -> Vec<Vec<u32>> {
+        let nodes = self.cells.nodes(cell as usize);
+        let faces: Vec<&[usize]> = match self.cells.kind(cell as usize).first_order() {
             CellKind::Tet4 => TET_FACES.iter().map(|face| &face[..]).collect(),
             CellKind::Wedge6 => {
                 WEDGE_TRIANGLES.iter().map(|f| &f[..]).chain(WEDGE_QUADRILATERALS.iter().map(|f| &f[..])).collect()
@@ -283,16 +293,15 @@ impl FreeFaces {
             CellKind::Hex8 => HEX_FACES.iter().map(|face| &face[..]).collect(),
             _ => Vec::new(),
         };
-        let sorted = |face: &[usize]| {
-            let mut corners: Vec<u32> = face.iter().map(|&corner| nodes[corner]).collect();
-            corners.sort_unstable();
-            corners
-        };
-        faces.into_iter().map(sorted).collect()
+        faces.into_iter().map(|face| face.iter().map(|&corner| nodes[corner]).collect()).collect()
     }
-}
 
-impl FileMesh {
+    /// The corners of faces of solids, counter-clockwise seen from outside.
+    pub fn corners_of(&self, faces: &[ElementFace]) -> Vec<Vec<u32>> {
+        let corners = |face: &ElementFace| self.corners_of_faces(face.cell).swap_remove(usize::from(face.side));
+        faces.iter().map(corners).collect()
+    }
+
     /// Faces of solids that no other solid shares and whose corners are all among these nodes.
     pub fn free_faces(&self, nodes: &HashSet<u32>) -> Vec<ElementFace> {
         let free = FreeFaces::new(self);

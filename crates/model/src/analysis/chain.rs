@@ -451,6 +451,10 @@ impl PathResponses<Design> for Adapter<'_> {
         prescribed
             .filter(|(i, (_, fixed))| **fixed && !linear.is_dependent(*i))
             .for_each(|(i, (weight, _))| to.residual[i] += weight);
+        let slipstick_path::Inputs { previous, parameters, .. } = &mut *to.inputs;
+        let parameters = if self.parameters { &mut parameters[..] } else { &mut [] };
+        let tension = [&mut to.residual[..], &mut to.unknowns[..], &mut previous[..], parameters];
+        model.pull_back_tension(at.step, d, &by.reaction, tension);
         // the reactions of a rigid body are the forces at its nodes; at its reference point, they are only
         // minus the loads
         for node in model.rigid_references() {

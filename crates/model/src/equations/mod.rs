@@ -30,6 +30,7 @@ mod step;
 mod terms;
 mod variation;
 
+pub use bolts::{Bolt, Bolts, Keeps, PreloadPoint, preload_at};
 pub use conditions::{PairState, Unknown};
 use dependent::Dependent;
 pub use design::Design;
@@ -69,7 +70,7 @@ use step::evaluated;
 pub use step::pattern;
 pub use temperature::Temperatures;
 pub use terms::node;
-use terms::{enforcement, law, loads, springs, temperature, viscosity};
+use terms::{bolts, enforcement, law, loads, springs, temperature, viscosity};
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 
@@ -108,6 +109,7 @@ pub struct ContactModel {
     /// Mass of each element of the solid per reference volume; empty unless a load acts on it.
     mass_densities: Vec<f64>,
     springs: Springs,
+    bolts: Bolts,
     temperatures: Temperatures,
     viscosity: Viscosity,
     /// Bodies that supports alone do not hold.
@@ -144,6 +146,8 @@ pub struct ModelParts {
     pub loads: Loads,
     /// Springs between nodes and to the ground.
     pub springs: Springs,
+    /// Bodies that are cut and pulled together.
+    pub bolts: Bolts,
     /// Changes of temperature.
     pub temperatures: Temperatures,
     /// Viscous forces.
@@ -192,7 +196,7 @@ impl ContactModel {
     /// together with the loads, it sets the tolerances of a start at rest.
     pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
         let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, .. } = parts;
-        let ModelParts { loads, springs, temperatures, viscosity, .. } = parts;
+        let ModelParts { loads, springs, bolts, temperatures, viscosity, .. } = parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let map = ContactMap::new(mesh);
         let (slaves, contact_elements) = slaves::tables(mesh, &map, &interfaces);
@@ -220,10 +224,10 @@ impl ContactModel {
         let size = (volume / mesh.elements.len() as f64).cbrt();
         let of_mass = if loads.depend_on_mass() { solid.elements() } else { 0 };
         let mass_densities: Vec<f64> = (0..of_mass).map(|element| solid.mass_density(element)).collect();
-        // the displacement by which a load would compress an element
         let thermal_motion = largest_expansion(&solid, &temperatures) * volume.cbrt();
-        let driven =
-            largest_motion.max(loads.largest(&coordinates, &mass_densities) / (modulus * size)).max(thermal_motion);
+        // the displacement by which a load would compress an element
+        let force = loads.largest(&coordinates, &mass_densities).max(bolts.largest());
+        let driven = largest_motion.max(force / (modulus * size)).max(thermal_motion);
         let motion = if driven > 0.0 { driven } else { size };
         let compression = |e: usize| compression_modulus(solid.material(e));
         let stiffness = size * (0..solid.elements()).map(compression).fold(0.0, f64::max);
@@ -252,6 +256,7 @@ impl ContactModel {
             loads,
             mass_densities,
             springs,
+            bolts,
             temperatures,
             viscosity,
             loose,

@@ -31,6 +31,11 @@ pub enum Parameter {
         /// Number of the motion, from 0.
         motion: usize,
     },
+    /// A factor, equal to 1, on the force to which a bolt is tightened.
+    Preload {
+        /// Number of the bolt, from 0.
+        bolt: usize,
+    },
     /// A factor, equal to 1, on a load.
     Load {
         /// Number of the load, from 0.
@@ -59,8 +64,15 @@ impl ContactModel {
         let interfaces = (0..self.interfaces.len()).map(|interface| Parameter::Friction { interface });
         let bodies = (0..self.bodies.len()).map(|body| Parameter::YoungsModulus { body });
         let motions = (0..self.prescribed.motions()).map(|motion| Parameter::Amplitude { motion });
+        let bolts = (0..self.bolts.list().len()).map(|bolt| Parameter::Preload { bolt });
         let loads = (0..self.loads.len()).map(|load| Parameter::Load { load });
-        interfaces.chain(bodies).chain(motions).chain(loads).collect()
+        interfaces.chain(bodies).chain(motions).chain(bolts).chain(loads).collect()
+    }
+
+    /// The factors on the forces of bolts in the list of all parameters.
+    pub(crate) fn preload_parameters(&self) -> Range<usize> {
+        let first = self.interfaces.len() + self.bodies.len() + self.prescribed.motions();
+        first..first + self.bolts.list().len()
     }
 
     /// ∂ln k/∂ln E of every body for the bodies' own stiffness k at each slave node, k = s

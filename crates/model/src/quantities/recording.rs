@@ -375,6 +375,10 @@ impl Recorder<'_> {
                 values.extend(self.moment(rigid, &state.unknowns, &data.reaction));
             }
         }
+        for bolt in self.model.bolts().list() {
+            let unknown = bolt.unknown as usize;
+            values.extend([data.reaction[unknown], state.unknowns[unknown]]);
+        }
         let results = pair_results(self.model, contact);
         for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
             let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);

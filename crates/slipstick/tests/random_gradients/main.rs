@@ -21,8 +21,8 @@ use std::time::Instant;
 use curved::FIRST_OF_CURVED;
 use fields::FIRST_OF_FIELDS;
 use problem::{
-    FIRST_OF_EQUATIONS, FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_RIGID,
-    FIRST_OF_SCENARIOS, FIRST_OF_SPRINGS, RandomProblem, random_problem,
+    FIRST_OF_BOLTS, FIRST_OF_EQUATIONS, FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES,
+    FIRST_OF_RIGID, FIRST_OF_SCENARIOS, FIRST_OF_SPRINGS, RandomProblem, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
@@ -288,6 +288,12 @@ fn gradients_of_random_springs() {
 #[test]
 fn gradients_of_random_equations() {
     suite(FIRST_OF_EQUATIONS..FIRST_OF_EQUATIONS + 16, With::Densities);
+}
+
+/// The same with a bolt that pulls one of the bodies.
+#[test]
+fn gradients_of_random_bolts() {
+    suite(FIRST_OF_BOLTS..FIRST_OF_BOLTS + 16, With::Densities);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:

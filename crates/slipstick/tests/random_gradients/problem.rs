@@ -332,6 +332,29 @@ fn equations(random: &mut Random) -> String {
     text
 }
 
+/// Problems from this seed on are those from [`FIRST_OF_QUANTITIES`] with a bolt.
+pub const FIRST_OF_BOLTS: u64 = 11_000;
+
+/// A rod beside the bodies, which a bolt pulls towards its support; springs join it to one of the bodies.
+fn bolt(random: &mut Random) -> String {
+    let normal = [1.0, random.within(-0.3, 0.3), random.within(-0.3, 0.3)];
+    let (first, second) = (random.within(0.2, 3.0), random.within(0.0, 3.0));
+    let force = match one_of(random, &[0, 1]) {
+        0 => format!("[{{ t = 0.5, force = {first:?} }}]"),
+        _ => format!("[{{ t = 0.25, force = {first:?} }}, {{ t = 0.75, force = {second:?} }}]"),
+    };
+    let (keeps, to) = (one_of(random, &["length", "length", "force"]), one_of(random, &["slab_xmax", "block_xmax"]));
+    let stiffness = random.within(20.0, 200.0);
+    format!(
+        "[[body]]\nname = \"rod\"\nbox = {{ min = [20, 0, 0], max = [23, 1, 1], elements = [3, 1, 1] }}\n\
+         material = {{ neo_hooke = {{ youngs_modulus = 150, poisson_ratio = 0.3 }} }}\n\
+         [[dirichlet]]\nset = \"rod_xmax\"\n\
+         [[spring]]\nname = \"link\"\nset = \"rod_xmin\"\nto = \"{to}\"\nstiffness = {stiffness:?}\n\
+         [[bolt]]\nname = \"tie\"\nbody = \"rod\"\nsection = {{ point = [21.7, 0.5, 0.5], normal = {normal:?} }}\n\
+         force = {force}\nkeeps = \"{keeps}\"\n"
+    )
+}
+
 /// What the hexahedra of a body become.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -422,6 +445,10 @@ pub fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
         let along = VectorMeasure::along([0.4, 1.0, -0.7]).expect("a direction");
         all.push(Arc::new(SpringForce::new("spring force", sprung.of(name).to_vec(), along)));
     }
+    for bolt in problem.analysis.model().bolts().list() {
+        let along = VectorMeasure::along([1.0, 0.0, 0.0]).expect("a direction");
+        all.push(Arc::new(Reaction::new("force of the bolt", vec![bolt.unknown], along).expect("one unknown")));
+    }
     let count = one_of(random, &[1, 1, 1, 2, 3]);
     let worst = chance(random, 0.2);
     let steps = problem.analysis.times.len();
@@ -451,6 +478,10 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         return curved_problem(seed);
     }
     let (more, seed) = match seed {
+        FIRST_OF_BOLTS.. => {
+            let k = seed - FIRST_OF_BOLTS;
+            (bolt(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)
+        }
         FIRST_OF_EQUATIONS.. => {
             let k = seed - FIRST_OF_EQUATIONS;
             (equations(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)

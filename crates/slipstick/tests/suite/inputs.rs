@@ -1,6 +1,8 @@
 //! The pull-back of a design's steps into every input, compared with central differences at converged
-//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces, springs and loads.
+//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces, springs, bolts
+//! and loads.
 
+use crate::bolts::stretched;
 use crate::common::scene::*;
 use crate::common::*;
 use rayon::prelude::*;
@@ -99,6 +101,11 @@ fn kinds() -> Vec<Kind> {
         .replace("[\"slab\", \"block\"]", "[\"slab\"]");
     let rigid = rigid.replace("block_ymin", "SLAVE").replace("slab_ymax", "block_ymin").replace("SLAVE", "slab_ymax");
     kinds.push(Kind { name: "rigid".into(), text: rigid, varied: false });
+    for (name, enforcement) in [&methods[0], &methods[1], &methods[4]] {
+        let (_, base) = scene("", enforcement, "standard");
+        let text = stretched(base, "[{ t = 0.4, force = 9 }, { t = 0.8, force = 12 }]", "length");
+        kinds.push(Kind { name: format!("{name}, bolt"), text, varied: false });
+    }
     kinds
 }
 
@@ -122,6 +129,9 @@ fn with_parameters(text: &str, names: &[Parameter], values: &[f64]) -> String {
                 let line = out.lines().find(|line| line.starts_with("motion = ")).expect("a motion").to_owned();
                 out.replace(&line, &scaled(&line, *value))
             }
+            Parameter::Preload { .. } => out
+                .replace("force = 9 ", &format!("force = {:?} ", 9.0 * value))
+                .replace("force = 12 ", &format!("force = {:?} ", 12.0 * value)),
             Parameter::Load { .. } => out
                 .replace("pressure = 20", &format!("pressure = {:?}", 20.0 * value))
                 .replace("angular_velocity = 2", &format!("angular_velocity = {:?}", 2.0 * value.sqrt())),
@@ -177,11 +187,12 @@ fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
     let mut names = vec![Parameter::Friction { interface: 0 }];
     names.extend([0, 1].map(|body| Parameter::YoungsModulus { body }));
     names.extend([0, 1].map(|motion| Parameter::Amplitude { motion }));
+    names.extend(kind.text.contains("[[bolt]]").then_some(Parameter::Preload { bolt: 0 }));
     names.extend(kind.text.contains("[[load]]").then_some(Parameter::Load { load: 0 }));
     let value = |name: &Parameter| match *name {
         Parameter::Friction { .. } => 0.4,
         Parameter::YoungsModulus { .. } => 1000.0,
-        Parameter::Amplitude { .. } | Parameter::Load { .. } => 1.0,
+        Parameter::Amplitude { .. } | Parameter::Preload { .. } | Parameter::Load { .. } => 1.0,
     };
     let parameters: Vec<f64> = names.iter().map(value).collect();
     assert_eq!(parameters.len(), unknowns.parameters, "{}: {names:?}", kind.name);

@@ -2,6 +2,7 @@
 //! `cargo test --release -p slipstick --test suite newton::` runs those of one module.
 
 mod body_forces;
+mod bolts;
 #[path = "../common/mod.rs"]
 mod common;
 mod conservative;

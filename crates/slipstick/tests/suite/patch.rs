@@ -377,6 +377,7 @@ fn inclined(stack: &Stack) -> Problem {
         uzawa: model.uzawa(),
         prescribed: model.prescribed().clone(),
         loads: Loads::default(),
+        bolts: Default::default(),
         springs: Springs::default(),
         temperatures: Temperatures::default(),
         viscosity: Viscosity::default(),

@@ -8,7 +8,7 @@ use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
 use crate::common::{Random, designed, forward, norm, problem, problem_with, random_density, status_path};
 use slipstick::build::Problem;
 use slipstick::design::VectorMeasure;
-use slipstick::design::quantity::PlasticStrain;
+use slipstick::design::quantity::{PlasticStrain, Reaction};
 use slipstick::design::{Bound, Constraint, Curve, ElementValues, ObservedSteps, Reduction, Response, Term};
 use slipstick::model::Parameter;
 use slipstick::quantities::SpringForce;
@@ -36,6 +36,11 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
     let springs = problem.analysis.model().springs();
     for name in springs.names() {
         let force = SpringForce::new(format!("force of `{name}`"), springs.of(name).to_vec(), VectorMeasure::Norm);
+        responses.push(Response::of(Arc::new(force), ObservedSteps::All, 1.0));
+    }
+    for bolt in problem.analysis.model().bolts().list() {
+        let along = VectorMeasure::Along([1.0, 0.0, 0.0]);
+        let force = Reaction::new(format!("force of `{}`", bolt.name), vec![bolt.unknown], along).expect("one unknown");
         responses.push(Response::of(Arc::new(force), ObservedSteps::All, 1.0));
     }
     let term = |i: usize, weight| Term { quantity: all[i].clone(), steps: ObservedSteps::All, weight };

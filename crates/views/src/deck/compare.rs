@@ -336,7 +336,7 @@ impl Writer<'_> {
             let Value::String(name) = value else { continue };
             let new = match key.as_str() {
                 "set" | "within" | "relative_to" => self.read_again(name),
-                "slave" | "surface" => self.names.surfaces.get(name.as_str()).cloned(),
+                "slave" | "surface" | "bolt" => self.names.surfaces.get(name.as_str()).cloned(),
                 "body" => {
                     self.mesh.bodies.iter().position(|body| body.name == *name).map(|b| self.names.bodies[b].clone())
                 }

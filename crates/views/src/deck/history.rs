@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use nalgebra::{Rotation3, Unit, Vector3};
-use slipstick_case::file::{Dirichlet, LoadKind};
+use slipstick_case::file::{Bolt, Dirichlet, Keeps, LoadKind};
+use slipstick_model::model::preload_at;
 use slipstick_solid::load::{add_pressure, nodal_areas};
 use slipstick_solid::{Acceleration, MassiveElements};
 
@@ -66,6 +67,18 @@ impl History {
             }
         }
         self.lines.push(Line { keyword, head, tail, curve });
+    }
+
+    /// Loads the node of a section, and keeps the length of the bolt from the first load step that starts after its
+    /// last waypoint.
+    pub fn tighten(&mut self, node: u32, bolt: &Bolt) {
+        let force = self.sampled(|t| preload_at(&bolt.force, t));
+        self.add("CLOAD", format!("{node}, 1"), String::new(), force);
+        let last = bolt.force.last().map_or(0.0, |point| point.t);
+        let step = (last * self.steps as f64 - 1e-6).ceil() as usize;
+        if bolt.keeps == Keeps::Length && step < self.steps {
+            self.change(step, format!("*BOUNDARY, FIXED\n{node}, 1, 1\n"));
+        }
     }
 
     /// Load steps at which steps end.

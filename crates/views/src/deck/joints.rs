@@ -205,6 +205,20 @@ impl Writer<'_> {
         }
     }
 
+    /// Sections that are pulled together: the force, and the step that keeps the length.
+    pub(super) fn bolts(&mut self) {
+        let mesh = self.mesh;
+        for (bolt, cut) in self.case.bolts.iter().zip(&mesh.cuts) {
+            let name = self.names.fresh(&cut.name);
+            self.names.surfaces.insert(cut.name.clone(), name);
+            let Some(surface) = self.surface(&cut.name) else { continue };
+            // outward from the elements with the faces
+            let (node, [x, y, z]) = (cut.reference + 1, cut.normal.map(|n| number(0.0 - n)));
+            let _ = writeln!(self.model, "*PRE-TENSION SECTION, SURFACE={surface}, NODE={node}\n{x}, {y}, {z}");
+            self.history.tighten(node, bolt);
+        }
+    }
+
     /// Notes couplings of nodes that are also held.
     pub(super) fn held_couplings(&mut self) {
         for (k, coupling) in self.case.couplings.iter().enumerate() {

@@ -96,6 +96,14 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         Some(load_case) => format!("{stem}_{}.{end}", load_case.name),
         None => format!("{stem}.{end}"),
     };
+    // a deck has bodies in one piece
+    let uncut;
+    let mesh = if mesh.cuts.is_empty() {
+        mesh
+    } else {
+        uncut = mesh.uncut();
+        &uncut
+    };
     let (deck_file, case_file) = (file("model", "inp"), file("case", "toml"));
     let mut writer = Writer {
         case,
@@ -115,6 +123,7 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
     writer.springs()?;
     writer.motions();
     writer.held_couplings();
+    writer.bolts();
     writer.equations()?;
     writer.loads(&writer.masses()?);
     writer.temperatures();

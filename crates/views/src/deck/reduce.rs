@@ -150,8 +150,13 @@ fn restricted(mesh: &Mesh, keep: &[bool]) -> Mesh {
             .collect(),
         rigid: mesh.rigid.clone(),
         couplings: mesh.couplings.clone(),
+        cuts: mesh.cuts.clone(),
     };
     out.rigid.iter_mut().for_each(|rigid| rigid.reference = node[rigid.reference as usize]);
     out.couplings.iter_mut().for_each(|coupling| coupling.reference = node[coupling.reference as usize]);
+    for cut in &mut out.cuts {
+        cut.reference = node[cut.reference as usize];
+        cut.nodes.as_flattened_mut().iter_mut().for_each(|n| *n = node[*n as usize]);
+    }
     out
 }

@@ -1,6 +1,7 @@
 //! Converts the parsed tables to the [`Case`]: one file per part of the case.
 
 mod bodies;
+mod bolt;
 pub(crate) mod common;
 mod contact;
 mod design;
@@ -43,6 +44,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let turning: Vec<&str> = rigid.chain(couplings.iter().map(|coupling| coupling.name.as_str())).collect();
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
+    let bolts = bolt::bolts(&root, &mut names, &bodies, load_path.steps);
     let contacts = contact::contacts(&root, &names, &bodies, load_path.steps, exchanged);
     let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &turning, &load_cases, load_path.steps);
@@ -54,12 +56,15 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =
         (moving.collect(), loads.iter().map(|load| (load.target().to_owned(), load.load_case.clone())).collect());
     let heated = temperatures.iter().map(|temperature| temperature.load_case.clone());
-    let driven: Vec<Option<String>> = moving.iter().chain(&loaded).map(|(_, of)| of.clone()).chain(heated).collect();
+    let tightened = bolts.iter().map(|_| None);
+    let driven = moving.iter().chain(&loaded).map(|(_, of)| of.clone()).chain(heated).chain(tightened);
+    let driven: Vec<Option<String>> = driven.collect();
     load_case::warn_idle(&root, &load_cases, &driven);
     load_case::check_differences(&root, &load_cases, &moving, &loaded);
     let design = design::design(&root, &names, &bodies);
     let springs_by_name = springs.iter().map(|spring| spring.name.as_str()).collect();
-    let known = Known { names: &names, slaves: Slaves::of(&contacts), springs: springs_by_name };
+    let bolts_by_name = bolts.iter().map(|bolt| bolt.name.as_str()).collect();
+    let known = Known { names: &names, slaves: Slaves::of(&contacts), springs: springs_by_name, bolts: bolts_by_name };
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known, load_path.steps);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
@@ -91,6 +96,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
         points,
         equations,
         couplings,
+        bolts,
         temperatures,
         load_path,
         design,

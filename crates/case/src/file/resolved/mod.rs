@@ -5,6 +5,7 @@
 //! works: \[L\] length, \[F\] force.
 
 mod bodies;
+mod bolt;
 mod bounds;
 mod contact;
 mod coupling;
@@ -22,6 +23,7 @@ mod spring;
 mod units;
 
 pub use bodies::*;
+pub use bolt::*;
 pub use bounds::*;
 pub use contact::*;
 pub use coupling::*;
@@ -86,6 +88,9 @@ pub struct Case {
     /// Couplings of faces to reference points.
     #[serde(rename = "coupling", skip_serializing_if = "Vec::is_empty")]
     pub couplings: Vec<Coupling>,
+    /// Bodies that are cut and pulled together.
+    #[serde(rename = "bolt", skip_serializing_if = "Vec::is_empty")]
+    pub bolts: Vec<Bolt>,
     /// Changes of temperature.
     #[serde(rename = "temperature", skip_serializing_if = "Vec::is_empty")]
     pub temperatures: Vec<Temperature>,

@@ -28,7 +28,7 @@ impl ContactModel {
     }
 
     /// Forces of supports and prescribed motions, from the internal, external and contact forces;
-    /// zero at free unknowns. \[F\]
+    /// at bolts, their tension; zero at other free unknowns. \[F\]
     pub(crate) fn reactions(&self, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
         let fixed = self.prescribed.fixed();
         let linear = &self.dependent.linear;
@@ -39,7 +39,8 @@ impl ContactModel {
         // a prescribed displacement on which others depend has their forces too
         let mut all: Vec<f64> = (0..fixed.len()).map(|i| internal[i] - external[i] - contact[i]).collect();
         linear.pull_back(&mut all);
-        all.iter_mut().zip(fixed).filter(|(_, fixed)| !**fixed).for_each(|(force, _)| *force = 0.0);
+        let counts = |i: usize| fixed[i] || self.bolts.has_unknown(i);
+        all.iter_mut().enumerate().filter(|(i, _)| !counts(*i)).for_each(|(_, force)| *force = 0.0);
         all
     }
 

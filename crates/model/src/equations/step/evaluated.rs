@@ -67,6 +67,8 @@ pub struct Step {
     pub(in crate::equations) stretches: Vec<f64>,
     /// What the viscous forces are measured from.
     pub(in crate::equations) rate: Rate,
+    /// The distance that each bolt keeps; `None` for those that are tightened. \[L\]
+    pub(in crate::equations) kept: Vec<Option<f64>>,
     /// Rotation vectors of the rigid bodies before the step. \[rad\]
     pub(in crate::equations) rotations: Vec<Vector3<f64>>,
     /// Displacements before the step, if it holds free motions.
@@ -93,6 +95,7 @@ impl Step {
             time,
             stretches: model.stretches(time),
             rate: Rate::default(),
+            kept: Vec::new(),
             rotations: Vec::new(),
             anchor: None,
         }

@@ -44,6 +44,7 @@ impl StepProblem for Design {
     fn load_factors(&self, time: LoadTime) -> Vec<f64> {
         let mut factors = self.model.loads.factors(time);
         factors.extend(self.model.temperatures.factors(time));
+        factors.extend(self.model.bolts.factors(time));
         factors
     }
 
@@ -65,7 +66,8 @@ impl StepProblem for Design {
         workspace.pattern.begin_step();
         let rate = self.model.rate(&previous.unknowns, span);
         let rotations = self.model.dependent.rigid.rotations(&previous.unknowns).collect();
-        Ok(Step { rate, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span.end()) })
+        let kept = self.model.bolts.kept(&previous.unknowns, span);
+        Ok(Step { rate, kept, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span.end()) })
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).

@@ -1,6 +1,7 @@
 //! The terms of the equations: the law of each slave node, and one list of forces on nodes: loads, springs, viscous
-//! forces, springs that hold free motions. Temperatures act through the elements.
+//! forces, bolts, springs that hold free motions. Temperatures act through the elements.
 
+pub(in crate::equations) mod bolts;
 pub(in crate::equations) mod enforcement;
 pub(in crate::equations) mod law;
 pub(in crate::equations) mod loads;
@@ -64,8 +65,8 @@ pub(in crate::equations) trait ForceTerm {
 
 impl ContactModel {
     /// The forces on nodes, in the order in which they are added.
-    pub(in crate::equations) fn terms(&self) -> [&dyn ForceTerm; 4] {
-        [&self.loads, &self.springs, &self.viscosity, &self.loose]
+    pub(in crate::equations) fn terms(&self) -> [&dyn ForceTerm; 5] {
+        [&self.loads, &self.springs, &self.viscosity, &self.bolts, &self.loose]
     }
 }
 
