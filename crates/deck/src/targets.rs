@@ -6,6 +6,7 @@ mod heat;
 mod mass;
 mod springs;
 mod surfaces;
+mod turned;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -107,6 +108,7 @@ impl Targets {
         targets.equations = finder.equations();
         let mut motions = finder.motions(&timeline);
         let mut forces = finder.forces(&timeline);
+        let turned = finder.turned(&mut motions, &mut forces);
         targets.bolts = finder.bolts(&timeline, &mut motions, &mut forces);
         targets.sprung = finder.springs(&motions);
         targets.held = finder.held(motions);
@@ -115,6 +117,9 @@ impl Targets {
         targets.masses = finder.masses(&timeline);
         targets.heated = finder.heated(&timeline);
         (targets.points, targets.couplings) = (finder.points, finder.couplings);
+        targets.equations.extend(turned.equations);
+        targets.points.extend(turned.points);
+        targets.held.extend(turned.held);
         targets
     }
 }

@@ -596,12 +596,19 @@ fn sections_are_pulled_together() {
     assert_eq!(bolt(&ended), format!("{expected}force = [{{ t = 0.5, force = 30.0 }}]"));
     let turned = column.replace("NODE=99\n", "NODE=99\n0., 0.6, 0.8\n");
     assert!(bolt(&turned).contains("normal = [0.0, 0.6, 0.8]"));
+    // two signs cancel
+    let reversed = column.replace("NODE=99\n", "NODE=99\n0., 0., -1.\n").replace("PULL, 1, 30", "PULL, 1, -30");
+    assert_eq!(
+        bolt(&reversed),
+        format!("{expected}force = [{{ t = 1.0, force = 30.0 }}]; keeps = \"force\"")
+            .replace("0.0, 1.0]", "0.0, -1.0]")
+    );
     for (from, to, message) in [
         ("NODE=99", "NODE=98", "node 98 does not exist, or belongs to an element"),
         ("NODE=99", "NODE=5", "node 5 does not exist, or belongs to an element"),
         ("SURFACE=CUT", "SURFACE=CUTS", "there is no surface `CUTS`"),
         ("SURFACE=CUT, ", "", "it needs SURFACE=… and NODE=…"),
-        ("NODE=99\n", "NODE=99\n0., 0., -1.\n", "the direction points into the elements"),
+        ("NODE=99\n", "NODE=99\n0., 0., -1.\n", "the force of a section pushes its parts apart"),
         ("PULL, 1, 30", "PULL, 2, 30", "the section has no force"),
         ("PULL, 1, 30", "PULL, 1, -30", "the force of a section pushes its parts apart"),
         ("BASE, 1, 3", "BASE, 1, 3\nPULL, 1, 1, 0.1", "a prescribed displacement of the section is not supported"),
@@ -610,4 +617,51 @@ fn sections_are_pulled_together() {
         let found = refused(&column.replace(from, to)).join("\n");
         assert!(found.contains(message), "{message}: {found}");
     }
+}
+
+/// Local axes: along a global one, of all components, and of one component, which needs an equation.
+#[test]
+fn motions_along_local_axes() {
+    let rotated = |axes: &str, conditions: &str| {
+        let deck = CUBES.replace("*STEP\n", &format!("*TRANSFORM, NSET=TOP, TYPE={axes}\n*STEP\n"));
+        deck.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", conditions)
+    };
+    // a turn by 90° about z: the local x is y, the local y is −x
+    let quarter = "R\n0., 1., 0., -1., 0., 0.";
+    let motion = |x: f64, y: f64| format!("motion = [{{ t = 1.0, u = [{x:?}, {y:?}, 0.0] }}]");
+    let held = "[[dirichlet]]; set = \"HIGH_TOP\"; components = [";
+    assert_eq!(new_tables(&rotated(quarter, "TOP, 1, 1, 0.2\n")), [format!("{held}\"y\"]; {}", motion(0.0, 0.2))]);
+    assert_eq!(new_tables(&rotated(quarter, "TOP, 2, 2, 0.2\n")), [format!("{held}\"x\"]; {}", motion(-0.2, 0.0))]);
+    // all components of axes that are turned by the angle with the sides 3, 4 and 5
+    let oblique = "R\n3., 4., 0., -4., 3., 0.";
+    let all = new_tables(&rotated(oblique, "TOP, 1, 1, 0.5\nTOP, 2, 3\n"));
+    assert!(all.len() == 1 && all[0].contains("u = [0.3, 0.4, 0.0]"), "{all:?}");
+    // one component: an equation for each node, with a point if it moves
+    let one = new_tables(&rotated(oblique, "TOP, 2, 2\n"));
+    assert_eq!(one.len(), 4, "{one:?}");
+    assert_eq!(
+        one[0],
+        "[[equation]]; terms = [{ set = \"HIGH_node_15\", component = \"x\", factor = -0.8 }, \
+         { set = \"HIGH_node_15\", component = \"y\", factor = 0.6 }]"
+    );
+    let driven = new_tables(&rotated(oblique, "15, 2, 2, 0.1\n"));
+    assert_eq!(driven.len(), 3, "{driven:?}");
+    assert_eq!(driven[0], "[[point]]; name = \"node_15_motion_1\"; at = [0.0, 0.0, 2.01]");
+    assert!(driven[1].ends_with("{ set = \"node_15_motion_1\", component = \"x\", factor = -1.0 }]"), "{driven:?}");
+    assert!(driven[2].contains("set = \"node_15_motion_1\"; components = [\"x\"]; motion = [{ t = 1.0"), "{driven:?}");
+    // cylindrical axes about z through (0.5, 0.5): the radial direction at node 17 is the diagonal
+    let cylinder = "C\n0.5, 0.5, 0., 0.5, 0.5, 1.";
+    let force = new_tables(&rotated(cylinder, "TOP, 3, 3\n*CLOAD\n17, 1, 2.\n"));
+    for force_at in ["nodal_force = [1.41421356", "nodal_force = [0.0, 1.41421356"] {
+        assert!(force.iter().any(|table| table.contains(force_at)), "2/√2 along x and y: {force:?}");
+    }
+    assert!(force.iter().any(|table| *table == format!("{held}\"z\"]")), "the axis is z: {force:?}");
+    // node 15 lies on the axis: what holds one of the directions across it holds both
+    let on_axis = "C\n0., 0., 0., 0., 0., 1.";
+    let held_there = new_tables(&rotated(on_axis, "15, 2, 2\n"));
+    assert_eq!(held_there, ["[[dirichlet]]; set = \"HIGH_held_1\"; components = [\"x\", \"y\"]"]);
+    let driven_there = refused(&rotated(on_axis, "15, 1, 1, 0.1\n"));
+    assert!(driven_there[0].contains("node 15 lies on the axis"), "{driven_there:?}");
+    assert!(refused(&rotated("R\n1, 0, 0, 2, 0, 0", "TOP, 3, 3\n"))[0].contains("do not determine the axes"));
+    assert!(refused(&rotated("S\n0, 0, 0, 0, 0, 1", "TOP, 3, 3\n"))[0].contains("TYPE=S is not supported"));
 }

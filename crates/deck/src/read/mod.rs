@@ -9,6 +9,7 @@ mod refused;
 mod spring;
 mod step;
 mod temperature;
+mod transform;
 
 use std::collections::BTreeMap;
 
@@ -25,6 +26,7 @@ pub use spring::{SpringElement, SpringSection};
 #[cfg(test)]
 pub use step::Change;
 pub use step::{Condition, Field, On, Step, Target};
+pub use transform::Transform;
 
 /// A deck without its mesh. Names are in capitals where other keywords refer to them.
 #[derive(Debug, Default)]
@@ -44,6 +46,7 @@ pub struct Deck {
     pub equations: Vec<Equation>,
     pub couplings: Vec<Coupling>,
     pub pretensions: Vec<Pretension>,
+    pub transforms: Vec<Transform>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
     pub initial_temperatures: Vec<Condition>,
@@ -122,10 +125,11 @@ impl Reader<'_> {
             "SPRING" => self.spring(card),
             "EQUATION" => self.equations(card),
             "PRE-TENSION SECTION" => self.pretension(card),
+            "TRANSFORM" => self.transform(card),
             "COUPLING" => self.coupling(card),
             "KINEMATIC" | "DISTRIBUTING" => self.coupled(card, name == "KINEMATIC"),
             "ELEMENT" => self.element(card),
-            "SOLID SECTION" | "SOLIDSECTION" => self.section(card),
+            "SOLID SECTION" => self.section(card),
             "AMPLITUDE" => self.amplitude(card),
             _ => {
                 let known = self.of_material(card) || self.of_contact(card) || self.of_step(card);

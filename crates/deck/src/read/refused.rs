@@ -58,7 +58,6 @@ const CURES: &[(&str, &str)] = &[
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),
     ("BEAM SECTION", "mesh the part with solid elements"),
-    ("TRANSFORM", "give boundary conditions and loads in global axes"),
 ];
 
 impl Reader<'_> {

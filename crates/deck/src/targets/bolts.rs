@@ -93,10 +93,8 @@ impl Finder<'_> {
         };
         let (centre, area, radius) = self.plane_of(&surface);
         let normal = section.normal.unwrap_or(area);
-        if (0..3).map(|c| normal[c] * area[c]).sum::<f64>() < 0.0 {
-            let why = "the direction points into the elements of the surface: the force would push its parts apart";
-            self.ledger.refuse(KEYWORD, line, why, "reverse it, or name the faces of the elements on the other side");
-        }
+        // a force along the outward normal of the faces pulls the parts together
+        let sign = if (0..3).map(|c| normal[c] * area[c]).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
         if normal == [0.0; 3] {
             let why = format!("the faces of `{surface}` have no common normal");
             self.ledger.refuse(KEYWORD, line, why, "give the direction in a line of data");
@@ -109,14 +107,16 @@ impl Finder<'_> {
             return None;
         }
         (1..6).for_each(|component| _ = forces.remove(&(node, component)));
-        let force = forces.remove(&(node, 0)).map(|track| (track.simple(), track.line));
+        let of_track =
+            |track: Track| (track.simple().iter().map(|[t, force]| [*t, sign * force]).collect(), track.line);
+        let force: Option<(Curve, usize)> = forces.remove(&(node, 0)).map(of_track);
         let Some((mut force, of_force)) = force.filter(|(force, _)| force.iter().any(|point| point[1] != 0.0)) else {
             let why = "the section has no force";
             self.ledger.refuse(KEYWORD, line, why, "load its node with *CLOAD, component 1");
             return None;
         };
         if force.iter().any(|point| point[1] < 0.0) {
-            self.ledger.refuse("CLOAD", of_force, "the force of a section pushes its parts apart", "make it positive");
+            self.ledger.refuse("CLOAD", of_force, "the force of a section pushes its parts apart", "reverse its sign");
         }
         let kept = self.kept_from(section.node);
         if let Some(step) = kept {

@@ -69,6 +69,41 @@ impl<'a> Keyword<'a> {
     }
 }
 
+/// Keywords of several words, which may be written with any number of blanks, or without.
+const OF_WORDS: &[&str] = &[
+    "BOUNDARY PRINT",
+    "CHANGE FRICTION",
+    "CONTACT FILE",
+    "CONTACT PAIR",
+    "CONTACT PRINT",
+    "EL FILE",
+    "EL PRINT",
+    "ELEMENT OUTPUT",
+    "END ASSEMBLY",
+    "END INSTANCE",
+    "END PART",
+    "END STEP",
+    "INITIAL CONDITIONS",
+    "MODEL CHANGE",
+    "NODE FILE",
+    "NODE OUTPUT",
+    "NODE PRINT",
+    "PRE-TENSION SECTION",
+    "RIGID BODY",
+    "SOLID SECTION",
+    "SURFACE BEHAVIOR",
+    "SURFACE INTERACTION",
+    "TIME POINTS",
+];
+
+/// A keyword in capitals, with one blank between its words.
+fn spelt(name: &str) -> String {
+    let words: Vec<&str> = name.split_whitespace().collect();
+    let plain = words.concat().to_ascii_uppercase();
+    let known = OF_WORDS.iter().find(|known| known.replace(' ', "") == plain);
+    known.map_or_else(|| words.join(" ").to_ascii_uppercase(), |known| (*known).to_owned())
+}
+
 /// The text of a file, in which lines that are neither comments nor UTF-8 have become UTF-8 from Latin-1, as
 /// European programs write headings and names.
 pub fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
@@ -147,8 +182,7 @@ impl<'a> Lines<'a> {
             return Ok(Some(Line::Data { number: self.number, fields }));
         };
         let (name, mut rest) = text.split_once(',').unwrap_or((text, ""));
-        // `*END STEP` and `*SOLID SECTION` contain any number of blanks.
-        let name = name.split_whitespace().collect::<Vec<_>>().join(" ").to_ascii_uppercase();
+        let name = spelt(name);
         let mut keyword = Keyword { line: self.number, name, parameters: Vec::new() };
         keyword.add(rest);
         let mut goes_on = text.ends_with(',');

@@ -141,7 +141,7 @@ impl Reader {
                 }
                 None => Block::NodeSet { name: keyword.required("NSET")?, generate: keyword.has("GENERATE") },
             },
-            "SOLID SECTION" | "SOLIDSECTION" => {
+            "SOLID SECTION" => {
                 keyword.parameter("ELSET").into_iter().for_each(|set| self.sets.section(set));
                 Block::Skipped
             }
