@@ -30,6 +30,7 @@ fn rank() {
     a_rigid_tool_is_pressed_on(&machine);
     second_order_elements_agree(&machine);
     rigid_bodies_agree(&machine);
+    joints_and_fields_agree(&machine);
     assert!(session.meet(Duration::from_secs(60)));
 }
 
@@ -128,6 +129,58 @@ fn a_rigid_tool_is_pressed_on(machine: &Machine) {
 fn second_order_elements_agree(machine: &Machine) {
     let scene = Scene { slab: [4, 1, 1], block: [2, 1, 1], steps: 4, ..scene(LAGRANGE, "standard") };
     agree(machine, "second order", &scene.text().replace("[[body]]", "[[body]]\norder = 2"), &['o', 't', 'l']);
+}
+
+/// Beside the block, a bolt pulls a rod that springs join to the slab; the mean of a face is that of a point on a
+/// spring, another face is coupled to a loaded point, and gravity and a temperature act on the rod.
+fn joints_and_fields_agree(machine: &Machine) {
+    let more = r#"
+[[body]]
+name = "rod"
+box = { min = [9, 0, 0], max = [13, 1, 1], elements = [4, 2, 2] }
+material = { neo_hooke = { youngs_modulus = 900, poisson_ratio = 0.3 } }
+mass_density = 2.0
+thermal_expansion = 1e-3
+[[dirichlet]]
+set = "rod_xmax"
+[[spring]]
+name = "link"
+set = "rod_xmin"
+to = "slab_xmax"
+stiffness = 300
+[[bolt]]
+name = "tie"
+body = "rod"
+section = { point = [11.2, 0.5, 0.5], normal = [1, 0.1, 0] }
+force = [{ t = 0.5, force = 12 }]
+[[point]]
+name = "mean"
+at = [0, 0, 0]
+[[spring]]
+name = "foot"
+set = "mean"
+stiffness = 50
+[[equation]]
+terms = [{ set = "mean" }, { set = "slab_xmin", mean = true, factor = -1 }]
+[[coupling]]
+name = "end"
+set = "block_zmax"
+at = [1, 1.5, 2]
+kind = "distributing"
+[[load]]
+surface = "end"
+force = [0, 0, 2]
+[[load]]
+body = "rod"
+gravity = [0, -3, 0]
+[[temperature]]
+body = "rod"
+change = 8
+[solver]
+linear = "petsc"
+"#;
+    let scene = Scene { drive: String::new(), more: more.into(), ..scene(LAGRANGE, "standard") };
+    agree(machine, "joints and fields", &scene.text(), &['o', 't', 'l']);
 }
 
 /// A rigid beam under a force and a moment rests on two blocks, tilts, and is pulled along them.

@@ -38,6 +38,8 @@ pub(super) fn on_both_sides(
         }
         let near = EQUAL * extent(slave.union(&master), mesh, axis);
         let plane = *of_slave.iter().find(|at| of_master.iter().any(|other| (*at - other).abs() <= near))?;
+        // 0 rather than round-off
+        let plane = if plane.abs() <= near { 0.0 } else { plane };
         let slaves = of_slave.iter().filter(|at| (*at - plane).abs() <= near).count();
         Some(notice(pair, contact, axis, plane, slaves))
     })

@@ -213,6 +213,7 @@ impl ContactModel {
             mesh.node_neighbours()
         };
         springs.couple(&mut bulk, &share);
+        bolts.couple(&mut bulk, &share);
         dependent.couple(&mut bulk);
         let own: Vec<bool> =
             interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();

@@ -12,7 +12,7 @@
 
 use crate::equations::evaluated::Step;
 use crate::equations::terms::{ForceTerm, TermState};
-use crate::equations::{ContactModel, LoadTime};
+use crate::equations::{ContactModel, LoadTime, Share};
 use schemars::JsonSchema;
 use serde::Serialize;
 use slipstick_linalg::BlockMatrix;
@@ -109,6 +109,13 @@ impl Bolts {
     /// Whether an unknown is the δ of a bolt.
     pub fn has_unknown(&self, unknown: usize) -> bool {
         self.all.iter().any(|bolt| bolt.unknown as usize == unknown)
+    }
+
+    /// Adds the diagonal of their unknowns to the rows of a part of the model, if this part has the bolts.
+    pub(in crate::equations) fn couple(&self, rows: &mut [Vec<u32>], share: &Share) {
+        for node in self.all.iter().filter(|_| share.has_rest()).map(|bolt| bolt.unknown / 3) {
+            rows[node as usize].push(node);
+        }
     }
 
     /// Forces relative to their largest magnitudes, which say whether the path continues as before.
