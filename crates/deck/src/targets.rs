@@ -170,9 +170,10 @@ impl Finder<'_> {
         let mut kept = BTreeSet::new();
         for (k, step) in deck.steps.iter().enumerate() {
             let initial = if k == 0 { &deck.conditions[..] } else { &[] };
+            kept.extend(initial.iter().filter(|condition| condition.fixed).map(|condition| condition.lines[0]));
             for condition in initial.iter().chain(&step.conditions.items) {
                 if condition.fixed {
-                    kept.extend((!self.may_keep(condition)).then_some(condition.lines[0]));
+                    kept.extend((!self.is_of_sections(condition)).then_some(condition.lines[0]));
                     continue;
                 }
                 let amplitude = self.amplitude(deck, &condition.amplitude, "BOUNDARY", condition.lines);
@@ -188,7 +189,7 @@ impl Finder<'_> {
             tracks.step(k, step.conditions.replaces);
         }
         for line in kept {
-            let why = "FIXED is supported at the nodes of *PRE-TENSION SECTION only";
+            let why = "FIXED is supported in steps, at the nodes of *PRE-TENSION SECTION only";
             self.ledger.refuse("BOUNDARY", line, why, "prescribe the displacement that the step before reaches");
         }
         let mut tracks = tracks.tracks;

@@ -594,8 +594,10 @@ fn sections_are_pulled_together() {
     // the load may end once the length is kept
     let ended = kept.replace("PULL, 1, 1\n", "PULL, 1, 1\n*CLOAD, OP=NEW\n");
     assert_eq!(bolt(&ended), format!("{expected}force = [{{ t = 0.5, force = 30.0 }}]"));
-    let turned = column.replace("NODE=99\n", "NODE=99\n0., 0.6, 0.8\n");
-    assert!(bolt(&turned).contains("normal = [0.0, 0.6, 0.8]"));
+    let turned = column.replace("NODE=99\n", "NODE=99\n0., 0.02, 1.\n");
+    assert!(bolt(&turned).contains("normal = [0.0, 0.02, 1.0]"));
+    let released = refused(&format!("{kept}*STEP\n*STATIC\n*BOUNDARY, OP=NEW\nBASE, 1, 3\n*END STEP\n"));
+    assert!(released[0].contains("kept and then released"), "{released:?}");
     // two signs cancel
     let reversed = column.replace("NODE=99\n", "NODE=99\n0., 0., -1.\n").replace("PULL, 1, 30", "PULL, 1, -30");
     assert_eq!(
@@ -609,10 +611,13 @@ fn sections_are_pulled_together() {
         ("SURFACE=CUT", "SURFACE=CUTS", "there is no surface `CUTS`"),
         ("SURFACE=CUT, ", "", "it needs SURFACE=… and NODE=…"),
         ("NODE=99\n", "NODE=99\n0., 0., -1.\n", "the force of a section pushes its parts apart"),
+        ("NODE=99\n", "NODE=99\n0., 0.6, 0.8\n", "the direction is oblique to the faces"),
+        ("*STEP", "*PRE-TENSION SECTION, SURFACE=CUT, NODE=99\n*STEP", "node 99 belongs to another section"),
+        ("*STEP", "*BOUNDARY, FIXED\nPULL, 1, 1\n*STEP", "FIXED is supported in steps"),
         ("PULL, 1, 30", "PULL, 2, 30", "the section has no force"),
         ("PULL, 1, 30", "PULL, 1, -30", "the force of a section pushes its parts apart"),
         ("BASE, 1, 3", "BASE, 1, 3\nPULL, 1, 1, 0.1", "a prescribed displacement of the section is not supported"),
-        ("*BOUNDARY\n", "*BOUNDARY, FIXED\nBASE, 1, 1\n*BOUNDARY\n", "FIXED is supported at the nodes of"),
+        ("*BOUNDARY\n", "*BOUNDARY, FIXED\nBASE, 1, 1\n*BOUNDARY\n", "FIXED is supported in steps, at the nodes of"),
     ] {
         let found = refused(&column.replace(from, to)).join("\n");
         assert!(found.contains(message), "{message}: {found}");
@@ -649,6 +654,14 @@ fn motions_along_local_axes() {
     assert_eq!(driven[0], "[[point]]; name = \"node_15_motion_1\"; at = [0.0, 0.0, 2.01]");
     assert!(driven[1].ends_with("{ set = \"node_15_motion_1\", component = \"x\", factor = -1.0 }]"), "{driven:?}");
     assert!(driven[2].contains("set = \"node_15_motion_1\"; components = [\"x\"]; motion = [{ t = 1.0"), "{driven:?}");
+    // the components of an equation are local ones too
+    let tied = rotated(oblique, "TOP, 3, 3\n").replace("*STEP\n", "*EQUATION\n2\n15, 2, 1., 16, 2, -1.\n*STEP\n");
+    let terms = new_tables(&tied).into_iter().find(|table| table.starts_with("[[equation]]")).expect("an equation");
+    let node = |number: u32, x: f64, y: f64| {
+        let term = |c: &str, a: f64| format!("{{ set = \"HIGH_node_{number}\", component = \"{c}\", factor = {a:?} }}");
+        format!("{}, {}", term("x", x), term("y", y))
+    };
+    assert_eq!(terms, format!("[[equation]]; terms = [{}, {}]", node(15, -0.8, 0.6), node(16, 0.8, -0.6)));
     // cylindrical axes about z through (0.5, 0.5): the radial direction at node 17 is the diagonal
     let cylinder = "C\n0.5, 0.5, 0., 0.5, 0.5, 1.";
     let force = new_tables(&rotated(cylinder, "TOP, 3, 3\n*CLOAD\n17, 1, 2.\n"));

@@ -1,7 +1,7 @@
 //! Sections at which a body is cut, so that its two parts can be pulled together.
 
 use crate::{Facet, Mesh, Surface, facet_area_vector};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// A section of a body: the part that its normal points to has its own copies of the nodes.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +14,8 @@ pub struct Cut {
     pub normal: [f64; 3],
     /// Each node of the section with its copy, in the part to which n points.
     pub nodes: Vec<[u32; 2]>,
+    /// Its faces: elements of the part to which n points, with their [sides](crate::Element::side).
+    pub sides: Vec<[u32; 2]>,
     /// Area of its faces, projected along n. \[L²\]
     pub area: f64,
     /// A node that belongs to no element, and is a node set with the name of the cut: its first displacement
@@ -21,16 +23,43 @@ pub struct Cut {
     pub reference: u32,
 }
 
+/// Why a body cannot be cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CutError {
+    /// No face lies between elements on both sides of the plane.
+    Nothing,
+    /// Faces of the section lie partly beyond the radius.
+    Partial {
+        /// The largest distance of one of their nodes. \[L\]
+        distance: f64,
+    },
+}
+
+impl Cut {
+    /// The name of the surface with its faces in a mesh that is [not cut](Mesh::uncut).
+    pub fn surface(&self) -> String {
+        format!("section of {}", self.name)
+    }
+}
+
 impl Mesh {
     /// Cuts a body along the faces between elements whose centroids lie on different sides of the plane through
     /// `point`; nodes farther than `radius` from the point stay joined. Sets keep the nodes that they have,
     /// without the copies. [`Cut::reference`] is 0 until [`add_references`](Self::add_references).
     ///
-    /// Returns whether there is such a face.
+    /// # Errors
+    /// [`CutError`]; the mesh is then unchanged.
     ///
     /// # Panics
     /// If the body does not exist, or if rigid bodies, couplings or points have been added.
-    pub fn cut(&mut self, name: &str, body: usize, point: [f64; 3], normal: [f64; 3], radius: f64) -> bool {
+    pub fn cut(
+        &mut self,
+        name: &str,
+        body: usize,
+        point: [f64; 3],
+        normal: [f64; 3],
+        radius: f64,
+    ) -> Result<(), CutError> {
         assert!(self.rigid.is_empty() && self.couplings.is_empty(), "nodes of no body come last");
         let from = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| x[c] - point[c]) };
         let along = |x: [f64; 3]| (0..3).map(|c| from(x)[c] * normal[c]).sum::<f64>();
@@ -40,26 +69,44 @@ impl Mesh {
             .clone()
             .map(|e| self.elements[e].corners().iter().map(|&node| along(self.nodes[node as usize])).sum::<f64>() > 0.0)
             .collect();
-        let nodes_of = |side: bool| -> BTreeSet<u32> {
-            let own = elements.clone().zip(&above).filter(|(_, above)| **above == side);
-            own.flat_map(|(e, _)| self.elements[e].nodes()).copied().collect()
+        let on = |side: bool| elements.clone().zip(&above).filter(move |(_, above)| **above == side).map(|(e, _)| e);
+        let nodes_of =
+            |side: bool| -> BTreeSet<u32> { on(side).flat_map(|e| self.elements[e].nodes()).copied().collect() };
+        let between: BTreeSet<u32> = nodes_of(true).intersection(&nodes_of(false)).copied().collect();
+        let sides = |e: usize| {
+            let element = &self.elements[e];
+            let all = (0..element.sides()).map(move |side| (side, element.side(side)));
+            all.filter(|(_, facet)| facet.iter().all(|node| between.contains(node)))
         };
-        let shared: Vec<u32> = nodes_of(true).intersection(&nodes_of(false)).copied().filter(near).collect();
+        let below: HashSet<Vec<u32>> =
+            on(false).flat_map(|e| sides(e).map(|(_, facet)| facet.sorted().to_vec())).collect();
+        let mut cut =
+            Cut { name: name.to_owned(), body, normal, nodes: vec![], sides: vec![], area: 0.0, reference: 0 };
+        let mut farthest: Option<f64> = None;
+        for e in on(true) {
+            for (side, facet) in sides(e).filter(|(_, facet)| below.contains(&facet.sorted()[..])) {
+                let inside = facet.iter().filter(|node| near(node)).count();
+                if inside == facet.len() {
+                    let vector = facet_area_vector(&facet.corners(&self.nodes));
+                    cut.area -= (0..3).map(|c| vector[c] * normal[c]).sum::<f64>();
+                    cut.sides.push([e as u32, side as u32]);
+                } else if inside > 0 {
+                    let distance =
+                        |node: &u32| from(self.nodes[*node as usize]).iter().map(|c| c * c).sum::<f64>().sqrt();
+                    farthest = Some(facet.iter().map(distance).fold(farthest.unwrap_or(0.0), f64::max));
+                }
+            }
+        }
+        if let Some(distance) = farthest {
+            return Err(CutError::Partial { distance });
+        }
+        if cut.sides.is_empty() || cut.area <= 0.0 {
+            return Err(CutError::Nothing);
+        }
+        let shared: Vec<u32> = between.into_iter().filter(near).collect();
         let end = self.bodies[body].nodes.end as u32;
         let count = shared.len() as u32;
         let copies: BTreeMap<u32, u32> = shared.iter().copied().zip(end..).collect();
-        let mut area = 0.0;
-        for (e, _) in elements.clone().zip(&above).filter(|(_, above)| **above) {
-            let element = &self.elements[e];
-            let facets = (0..element.sides()).map(|side| element.side(side));
-            for facet in facets.filter(|facet| facet.iter().all(|node| copies.contains_key(node))) {
-                let vector = facet_area_vector(&facet.corners(&self.nodes));
-                area -= (0..3).map(|c| vector[c] * normal[c]).sum::<f64>();
-            }
-        }
-        if area <= 0.0 {
-            return false;
-        }
         let later = |node: u32| if node < end { node } else { node + count };
         let copied = |e: usize| elements.contains(&e) && above[e - elements.start];
         let number = |e: usize, node: u32| match copies.get(&node) {
@@ -81,9 +128,9 @@ impl Mesh {
         for other in &mut self.bodies[body + 1..] {
             other.nodes = other.nodes.start + count as usize..other.nodes.end + count as usize;
         }
-        let nodes = copies.into_iter().map(|(node, copy)| [node, copy]).collect();
-        self.cuts.push(Cut { name: name.to_owned(), body, normal, nodes, area, reference: 0 });
-        true
+        cut.nodes = copies.into_iter().map(|(node, copy)| [node, copy]).collect();
+        self.cuts.push(cut);
+        Ok(())
     }
 
     /// The copies of nodes at all cuts, each with the node that it was.
@@ -109,8 +156,8 @@ impl Mesh {
         out
     }
 
-    /// The mesh before its bodies were cut. The faces on the side of each normal are a surface with the name of the
-    /// cut, and its reference node remains.
+    /// The mesh before its bodies were cut. The faces of each cut on the side of its normal are a
+    /// [surface](Cut::surface), and its reference node remains.
     #[must_use]
     pub fn uncut(&self) -> Self {
         let copies = self.copies();
@@ -137,21 +184,14 @@ impl Mesh {
         out.rigid.iter_mut().for_each(|rigid| rigid.reference = number(rigid.reference));
         out.couplings.iter_mut().for_each(|coupling| coupling.reference = number(coupling.reference));
         for cut in &self.cuts {
-            out.node_sets.remove(&cut.name);
-            out.surfaces.insert(cut.name.clone(), renumbered(&self.section(cut)));
+            let side = |&[e, side]: &[u32; 2]| Facet {
+                nodes: self.elements[e as usize].side(side as usize).map(number),
+                element: e,
+            };
+            out.surfaces.insert(cut.surface(), Surface { facets: cut.sides.iter().map(side).collect() });
         }
         out.cuts.iter_mut().for_each(|cut| (cut.reference, cut.nodes) = (number(cut.reference), Vec::new()));
         out
-    }
-
-    /// The faces of a cut in the part to which its normal points.
-    fn section(&self, cut: &Cut) -> Surface {
-        let copies: BTreeSet<u32> = cut.nodes.iter().map(|[_, copy]| *copy).collect();
-        let faces = self.bodies[cut.body].elements.clone().flat_map(|e| {
-            let element = &self.elements[e];
-            (0..element.sides()).map(move |side| Facet { nodes: element.side(side), element: e as u32 })
-        });
-        Surface { facets: faces.filter(|facet| facet.nodes.iter().all(|node| copies.contains(node))).collect() }
     }
 
     /// Adds the reference nodes of all cuts, at the centres of their sections.
@@ -169,7 +209,8 @@ impl Mesh {
 
 #[cfg(test)]
 mod tests {
-    use crate::{BoxShape, Mesh, box_mesh};
+    use super::CutError;
+    use crate::{BoxShape, Element, Mesh, box_mesh};
 
     fn boxes() -> Mesh {
         let shape = BoxShape { min: [0.0; 3], max: [2.0, 4.0, 3.0], elements: [2, 4, 3], grading: [1.0; 3] };
@@ -180,7 +221,7 @@ mod tests {
     #[test]
     fn a_cut_has_copies_of_its_nodes() {
         let (whole, mut mesh) = (boxes(), boxes());
-        assert!(mesh.cut("bolt", 0, [0.0, 1.9, 0.0], [0.0, 1.0, 0.0], f64::INFINITY));
+        mesh.cut("bolt", 0, [0.0, 1.9, 0.0], [0.0, 1.0, 0.0], f64::INFINITY).unwrap();
         mesh.validate().unwrap();
         mesh.add_references();
         let cut = &mesh.cuts[0];
@@ -191,7 +232,7 @@ mod tests {
         let joined = mesh.uncut();
         assert_eq!((&joined.elements, &joined.bodies), (&whole.elements, &whole.bodies));
         assert_eq!(joined.nodes[..120], whole.nodes[..]);
-        assert_eq!((joined.surfaces["bolt"].facets.len(), joined.cuts[0].reference), (6, 120));
+        assert_eq!((joined.surfaces["section of bolt"].facets.len(), joined.cuts[0].reference), (6, 120));
         assert!(whole.surfaces.iter().all(|(name, surface)| joined.surfaces[name] == *surface));
         // every element and facet is where it was
         let places = |mesh: &Mesh, nodes: &[u32]| nodes.iter().map(|&n| mesh.nodes[n as usize]).collect::<Vec<_>>();
@@ -212,11 +253,30 @@ mod tests {
         }
     }
 
+    /// In tetrahedra, the section is jagged: its faces lie between elements of both sides, and close it.
+    #[test]
+    fn a_section_through_tetrahedra_is_closed() {
+        let shape = BoxShape { min: [0.0; 3], max: [2.0, 4.0, 3.0], elements: [4, 8, 6], grading: [1.0; 3] };
+        let mut mesh = box_mesh("rod", &shape).unwrap().divided(|_| true);
+        mesh.cut("bolt", 0, [0.0, 1.9, 0.0], [0.0, 1.0, 0.0], f64::INFINITY).unwrap();
+        assert!(matches!(mesh.elements[0], Element::Tet4(_)));
+        assert!((mesh.cuts[0].area - 6.0).abs() < 1e-12, "the projection of a closed section");
+        let copies = mesh.copies();
+        for [e, side] in &mesh.cuts[0].sides {
+            assert!(mesh.elements[*e as usize].side(*side as usize).iter().all(|node| copies.contains_key(node)));
+        }
+        mesh.validate().unwrap();
+        assert_eq!(mesh.connected_parts(0).len(), 2);
+    }
+
     #[test]
     fn a_plane_beside_the_body_cuts_nothing() {
         let mut mesh = boxes();
-        assert!(!mesh.cut("bolt", 0, [0.0, 5.0, 0.0], [0.0, 1.0, 0.0], f64::INFINITY));
-        assert!(!mesh.cut("bolt", 0, [9.0, 2.0, 0.0], [0.0, 1.0, 0.0], 1.0));
+        let mut refused = |point, radius| mesh.cut("bolt", 0, point, [0.0, 1.0, 0.0], radius).unwrap_err();
+        assert_eq!(refused([0.0, 5.0, 0.0], f64::INFINITY), CutError::Nothing);
+        assert_eq!(refused([9.0, 2.0, 0.0], 1.0), CutError::Nothing);
+        // a radius that ends inside the section
+        assert_eq!(refused([0.0, 2.0, 0.0], 1.5), CutError::Partial { distance: 2.0_f64.hypot(2.0) });
         assert_eq!(mesh, boxes());
     }
 }

@@ -50,7 +50,7 @@ pub mod vector;
 
 pub use assemble::{Placement, Rotation};
 pub use contact_map::ContactMap;
-pub use cut::Cut;
+pub use cut::{Cut, CutError};
 pub use defect::MeshDefect;
 pub use element::{
     Element, FaceNodes, FacetCorners, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, SUB_FACETS, TET_EDGES,

@@ -287,3 +287,70 @@ def test_a_problem_with_other_parameters_has_their_case(case: ss.Case) -> None:
     assert ours.iterations == theirs.iterations
     np.testing.assert_array_equal(ours.density, theirs.density)
     assert problem.solve().objective == case.build().solve().objective
+
+
+BOLTED = """
+[[body]]
+name = "screw"
+box = { min = [0, 0, 0], max = [1, 20, 1], elements = [1, 4, 1] }
+material = { linear_elastic = { youngs_modulus = 2000, poisson_ratio = 0 } }
+[[body]]
+name = "sleeve"
+box = { min = [2, 0, 0], max = [4, 20, 3], elements = [2, 4, 2] }
+material = { linear_elastic = { youngs_modulus = 2000, poisson_ratio = 0 } }
+[[body]]
+name = "cap"
+box = { min = [0, 20, 0], max = [4, 22, 3], elements = [4, 1, 3] }
+rigid = {}
+[[contact]]
+slave = "screw_ymax"
+master = "cap_ymin"
+tied = true
+[[contact]]
+slave = "sleeve_ymax"
+master = "cap_ymin"
+friction = 0
+[[bolt]]
+name = "stud"
+body = "screw"
+section = { point = [0.5, 11, 0.5], normal = [0, 1, 0] }
+force = [{ t = 0.5, force = 10 }]
+[[dirichlet]]
+set = "screw_ymin"
+[[dirichlet]]
+set = "sleeve_ymin"
+[[dirichlet]]
+set = "cap"
+components = ["x", "z", "rx", "ry", "rz"]
+[[load]]
+surface = "cap"
+force = [0, 7, 0]
+amplitude = [{ t = 0.5, factor = 0 }, { t = 1, factor = 1 }]
+[[quantity]]
+name = "tension"
+bolt_force = { bolt = "stud" }
+[design]
+bodies = ["sleeve"]
+volume_fraction = 1
+[objective]
+maximise = { quantity = "tension" }
+[load_path]
+steps = 4
+"""
+
+
+def test_the_force_of_a_bolt_is_a_parameter() -> None:
+    """By the joint diagram, areas of 1 and 6: the screw takes a seventh of the service load."""
+    problem = ss.Case.from_text(BOLTED).build()
+    tension = problem.solve().quantities["tension"]
+    np.testing.assert_allclose(tension, [5.0, 10.0, 10.5, 11.0], rtol=1e-6)
+    tighter = problem.with_parameters({"bolt[0].force": 1.2})
+    assert tighter.case.resolved["bolt"][0]["force"] == [{"t": 0.5, "force": 12.0}]
+    np.testing.assert_allclose(tighter.solve().quantities["tension"][-1], 13.0, rtol=1e-6)
+    _, pullback = problem.vjp(names=["tension"])
+    _, parameters = pullback.with_parameters({"tension": [0, 0, 0, 1]})
+    derivatives = {parameter.name: derivative for parameter, derivative in parameters.items()}
+    assert derivatives["bolt[0].force"] == pytest.approx(10.0, rel=1e-6)
+    assert derivatives["load[0]"] == pytest.approx(1.0, rel=1e-6)
+    with pytest.raises(ValueError, match="a bolt pulls its parts together"):
+        problem.with_parameters({"bolt[0].force": -1.0})

@@ -94,6 +94,7 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
         !loaded.contains(&body)
             && !case.loads.iter().any(|load| on_mass(load, body))
             && !expands(body)
+            && mesh.cuts.iter().all(|cut| cut.body != body)
             && held_motions(mesh, mesh.bodies[body].nodes.clone(), fixed) == 6
     };
     let open: Vec<Option<Open>> = pairs

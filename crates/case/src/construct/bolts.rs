@@ -2,7 +2,7 @@
 
 use super::BuildError;
 use crate::file::Case;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{CutError, Mesh};
 use slipstick_model::model::linear::{LinearEquation, LinearEquations};
 use slipstick_model::model::prescribed::Prescribed;
 use slipstick_model::model::{Bolt, Bolts};
@@ -20,16 +20,26 @@ pub(super) fn cut(case: &Case, mesh: &mut Mesh) -> Result<(), BuildError> {
             return Err(BuildError::new(format!("bolt[{k}].body"), message, help));
         }
         let radius = section.radius.unwrap_or(f64::INFINITY);
-        if !mesh.cut(&bolt.name, number, section.point, unit(section.normal), radius) {
-            let nodes = &mesh.nodes[mesh.bodies[number].nodes.clone()];
-            let fold = |f: fn(f64, f64) -> f64, x: &[f64; 3], y: &[f64; 3]| std::array::from_fn(|c| f(x[c], y[c]));
-            let first = nodes.first().copied().unwrap_or_default();
-            let low: [f64; 3] = nodes.iter().fold(first, |low, x| fold(f64::min, &low, x));
-            let high: [f64; 3] = nodes.iter().fold(first, |high, x| fold(f64::max, &high, x));
-            let message = format!("the plane does not divide `{}`, which lies between {low:?} and {high:?}", bolt.body);
-            let help = "move `point` into the shank, with elements on both sides, and omit `radius` or increase it";
-            return Err(BuildError::new(format!("bolt[{k}].section"), message, help));
-        }
+        let error = mesh.cut(&bolt.name, number, section.point, unit(section.normal), radius).err();
+        let (message, help) = match error {
+            None => continue,
+            Some(CutError::Partial { distance }) => (
+                format!("faces of the section lie partly beyond `radius`, up to {distance:.3} from the point"),
+                "increase `radius` to that distance at least, or omit it: the section must go through the whole shank",
+            ),
+            Some(CutError::Nothing) => {
+                let nodes = &mesh.nodes[mesh.bodies[number].nodes.clone()];
+                let fold = |f: fn(f64, f64) -> f64, x: &[f64; 3], y: &[f64; 3]| std::array::from_fn(|c| f(x[c], y[c]));
+                let first = nodes.first().copied().unwrap_or_default();
+                let low: [f64; 3] = nodes.iter().fold(first, |low, x| fold(f64::min, &low, x));
+                let high: [f64; 3] = nodes.iter().fold(first, |high, x| fold(f64::max, &high, x));
+                (
+                    format!("the plane does not divide `{}`, which lies between {low:?} and {high:?}", bolt.body),
+                    "move `point` into the shank, with elements on both sides, and omit `radius` or increase it",
+                )
+            }
+        };
+        return Err(BuildError::new(format!("bolt[{k}].section"), message, help));
     }
     Ok(())
 }
@@ -43,7 +53,7 @@ pub(super) fn check(case: &Case, mesh: &Mesh) -> Result<(), BuildError> {
             cut.nodes.iter().any(|[_, copy]| nodes.binary_search(copy).is_ok())
         };
         if let Some(slave) = case.contacts.iter().map(|contact| &contact.slave).find(crossed) {
-            let message = format!("the section crosses the slave surface `{slave}`");
+            let message = format!("the section meets the slave surface `{slave}`");
             let help = "move the section to where nothing touches, or make this surface the master";
             return Err(BuildError::new(format!("bolt[{k}].section"), message, help));
         }

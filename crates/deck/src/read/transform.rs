@@ -44,7 +44,7 @@ impl Reader<'_> {
 const ON_AXIS: f64 = 1e-9;
 
 impl Transform {
-    /// The local axes at a place, and whether it lies on the axis of cylindrical ones, where the first two are any;
+    /// The local axes at a place, and whether it lies on the axis of cylindrical ones, where the first two are arbitrary;
     /// `None` if the points do not determine them.
     pub fn axes(&self, x: [f64; 3]) -> Option<([[f64; 3]; 3], bool)> {
         let [a, b] = self.points;

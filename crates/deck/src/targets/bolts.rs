@@ -24,29 +24,41 @@ pub struct Tightened {
 /// How far nodes of the section may lie from its centre, relative to those of the surface.
 const BEYOND: f64 = 1.25;
 
+/// Cosine of the largest angle between the direction of a section and the normal of its faces: five degrees.
+const OBLIQUE: f64 = 0.9962;
+
 impl Finder<'_> {
     /// Whether a condition keeps the nodes of sections, and no others.
-    pub(super) fn may_keep(&mut self, condition: &Condition) -> bool {
+    pub(super) fn is_of_sections(&mut self, condition: &Condition) -> bool {
         let nodes = self.nodes(&condition.target, "BOUNDARY", condition.lines);
         let is_section =
             |node: &u32| self.deck.pretensions.iter().any(|section| self.bodies.position(section.node) == Some(*node));
         nodes.iter().all(is_section)
     }
 
+    /// Whether a condition keeps this node.
+    fn keeps(&self, condition: &Condition, node: u64) -> bool {
+        let is = match &condition.target {
+            Target::Node(number) => *number == node,
+            Target::Set(name) => {
+                let set = crate::bodies::find(&self.mesh.node_sets, name);
+                let position = self.bodies.position(node);
+                position.is_some_and(|at| set.is_some_and(|set| self.mesh.node_sets[set].contains(&at)))
+            }
+        };
+        condition.fixed && condition.component == 0 && is
+    }
+
     /// The step from whose start a node is kept.
     fn kept_from(&self, node: u64) -> Option<usize> {
-        let of = |condition: &Condition| {
-            let is = match &condition.target {
-                Target::Node(number) => *number == node,
-                Target::Set(name) => {
-                    let set = crate::bodies::find(&self.mesh.node_sets, name);
-                    let position = self.bodies.position(node);
-                    position.is_some_and(|at| set.is_some_and(|set| self.mesh.node_sets[set].contains(&at)))
-                }
-            };
-            condition.fixed && condition.component == 0 && is
-        };
-        self.deck.steps.iter().position(|step| step.conditions.items.iter().any(of))
+        self.deck.steps.iter().position(|step| step.conditions.items.iter().any(|of| self.keeps(of, node)))
+    }
+
+    /// The line of a keyword in a step after this one that ends all conditions and does not keep the node again.
+    fn released(&self, node: u64, from: usize) -> Option<usize> {
+        let later = self.deck.steps.iter().skip(from + 1).map(|step| &step.conditions);
+        let mut ends = later.filter(|of| of.replaces && !of.items.iter().any(|of| self.keeps(of, node)));
+        ends.next().map(|of| of.items.first().map_or(1, |of| of.lines[0]))
     }
 
     /// The bolts; their motions and forces are taken from the others.
@@ -57,7 +69,12 @@ impl Finder<'_> {
         forces: &mut BTreeMap<OfNode, Track>,
     ) -> Vec<Tightened> {
         let mut bolts: Vec<Tightened> = Vec::new();
-        for section in &self.deck.pretensions {
+        for (k, section) in self.deck.pretensions.iter().enumerate() {
+            if self.deck.pretensions[..k].iter().any(|other| other.node == section.node) {
+                let why = format!("node {} belongs to another section", section.node);
+                self.ledger.wrong("PRE-TENSION SECTION", [section.line; 2], why, "give each section a node of its own");
+                continue;
+            }
             let Some(mut bolt) = self.tightened(section, timeline, motions, forces) else { continue };
             while bolts.iter().any(|other| other.name == bolt.name) {
                 bolt.name.push('_');
@@ -93,8 +110,15 @@ impl Finder<'_> {
         };
         let (centre, area, radius) = self.plane_of(&surface);
         let normal = section.normal.unwrap_or(area);
+        let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        let along = (0..3).map(|c| normal[c] * area[c]).sum::<f64>() / size.max(f64::MIN_POSITIVE);
+        if area != [0.0; 3] && along.abs() < OBLIQUE {
+            let why = "the direction is oblique to the faces of the surface";
+            self.ledger.refuse(KEYWORD, line, why, "remove the line of data, or name faces across the direction");
+            return None;
+        }
         // a force along the outward normal of the faces pulls the parts together
-        let sign = if (0..3).map(|c| normal[c] * area[c]).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+        let sign = if along < 0.0 { -1.0 } else { 1.0 };
         if normal == [0.0; 3] {
             let why = format!("the faces of `{surface}` have no common normal");
             self.ledger.refuse(KEYWORD, line, why, "give the direction in a line of data");
@@ -119,6 +143,10 @@ impl Finder<'_> {
             self.ledger.refuse("CLOAD", of_force, "the force of a section pushes its parts apart", "reverse its sign");
         }
         let kept = self.kept_from(section.node);
+        if let Some(released) = kept.and_then(|from| self.released(section.node, from)) {
+            let why = "a section that is kept and then released is not supported";
+            self.ledger.refuse("BOUNDARY", released, why, "keep it in all later steps: name it again after OP=NEW");
+        }
         if let Some(step) = kept {
             let start = timeline.at(step, 0);
             let reached = value_at(&force, start);

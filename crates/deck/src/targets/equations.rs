@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::turned::ALONG;
 use super::{Finder, Held, POINT};
 use crate::history::Track;
 
@@ -104,6 +105,9 @@ impl Finder<'_> {
 
     pub(super) fn equations(&mut self) -> Vec<EquationOfSets> {
         let (deck, mut found) = (self.deck, Vec::new());
+        let targets = deck.equations.iter().flat_map(|of| of.terms.iter().map(move |term| (&term.target, of.lines)));
+        let used: BTreeSet<u32> = targets.flat_map(|(target, lines)| self.nodes(target, "EQUATION", lines)).collect();
+        let axes = self.local_axes(|node| used.contains(&node));
         for equation in &deck.equations {
             let columns: Vec<Vec<u32>> =
                 equation.terms.iter().map(|term| self.nodes(&term.target, "EQUATION", equation.lines)).collect();
@@ -118,7 +122,20 @@ impl Finder<'_> {
                 for (term, nodes) in equation.terms.iter().zip(&columns) {
                     let node = nodes[if nodes.len() == 1 { 0 } else { at }];
                     let (set, body) = self.joined_node(node);
-                    terms.push(Joined { set, body, component: term.component, factor: term.factor });
+                    let local = axes.get(&node).filter(|_| term.component < 3);
+                    let Some((axes, on_axis, line)) = local else {
+                        terms.push(Joined { set, body, component: term.component, factor: term.factor });
+                        continue;
+                    };
+                    if *on_axis && term.component < 2 {
+                        let why = "an equation has a node on the axis, where no direction is radial or tangential";
+                        self.ledger.refuse("TRANSFORM", *line, why, "leave the node out of the set");
+                    }
+                    for (component, cosine) in (0..3).zip(axes[usize::from(term.component)]) {
+                        if cosine.abs() > ALONG {
+                            terms.push(Joined { set: set.clone(), body, component, factor: term.factor * cosine });
+                        }
+                    }
                 }
                 found.push((terms, equation.lines[0]));
             }

@@ -6,6 +6,9 @@ use super::{EquationOfSets, Finder, Held, Joined, OfNode, POINT};
 use crate::bodies::find;
 use crate::history::{Curve, Track, value_at};
 
+/// Directions of unit length.
+pub type Axes = [[f64; 3]; 3];
+
 /// What local axes need besides motions and forces along the global ones.
 #[derive(Debug, Default)]
 pub struct Turned {
@@ -16,8 +19,8 @@ pub struct Turned {
     pub held: Vec<Held>,
 }
 
-/// Directions closer to an axis than this are along it.
-const ALONG: f64 = 1e-9;
+/// Components of directions below this are round-off.
+pub const ALONG: f64 = 1e-9;
 
 const ROTATED: &str = "local axes at the reference node of a rigid body, a coupling or a section are not supported";
 
@@ -29,7 +32,9 @@ impl Finder<'_> {
         forces: &mut BTreeMap<OfNode, Track>,
     ) -> Turned {
         let mut turned = Turned::default();
-        for (node, (axes, on_axis, line)) in self.local_axes(motions, forces) {
+        let says = |of: &BTreeMap<OfNode, Track>, node: u32| (0..6).any(|c| of.contains_key(&(node, c)));
+        let all = self.local_axes(|node| says(motions, node) || says(forces, node));
+        for (node, (axes, on_axis, line)) in all {
             if on_axis && !self.on_axis(node, line, motions, forces) {
                 continue;
             }
@@ -47,7 +52,7 @@ impl Finder<'_> {
             }
             for (track, axis) in tracks.into_iter().zip(axes) {
                 let Some(track) = track else { continue };
-                match (0..3).find(|&c| axis[c].abs() > 1.0 - ALONG) {
+                match (0..3).find(|&c| (0..3).all(|other| other == c || axis[other].abs() <= ALONG)) {
                     Some(c) => {
                         let curve = track.curve.iter().map(|&[t, value]| [t, value * axis[c]]).collect();
                         motions.insert((node, c as u8), Track { curve, ..track });
@@ -100,12 +105,9 @@ impl Finder<'_> {
         turned.equations.push((terms, track.line));
     }
 
-    /// The local axes of the nodes that have a motion or a force.
-    fn local_axes(
-        &mut self,
-        motions: &BTreeMap<OfNode, Track>,
-        forces: &BTreeMap<OfNode, Track>,
-    ) -> BTreeMap<u32, ([[f64; 3]; 3], bool, usize)> {
+    /// The local axes of nodes that are `used`, whether they lie on the axis of cylindrical ones, and the line of the
+    /// keyword.
+    pub(super) fn local_axes(&mut self, used: impl Fn(u32) -> bool) -> BTreeMap<u32, (Axes, bool, usize)> {
         let mut all = BTreeMap::new();
         for transform in &self.deck.transforms {
             let line = transform.line;
@@ -114,11 +116,7 @@ impl Finder<'_> {
                 self.ledger.wrong("TRANSFORM", [line; 2], why, "define it with *NSET");
                 continue;
             };
-            let used = |node: &&u32| {
-                let says = |of: &BTreeMap<OfNode, Track>| (0..6).any(|c| of.contains_key(&(**node, c)));
-                says(motions) || says(forces)
-            };
-            for &node in self.mesh.node_sets[set].iter().filter(used) {
+            for &node in self.mesh.node_sets[set].iter().filter(|node| used(**node)) {
                 if self.bodies.of(node).is_none() {
                     self.ledger.refuse("TRANSFORM", line, ROTATED, "leave the node out of the set");
                     break;
@@ -127,7 +125,8 @@ impl Finder<'_> {
                     Some((axes, on_axis)) => _ = all.insert(node, (axes, on_axis, line)),
                     None => {
                         let why = "the points do not determine the axes";
-                        self.ledger.wrong("TRANSFORM", [line; 2], why, "give two points as the documentation says");
+                        self.ledger.wrong("TRANSFORM", [line; 2], why, "rectangular axes need two points that do not lie on a line through the origin, cylindrical ones two \
+                                    points of the axis");
                         break;
                     }
                 }

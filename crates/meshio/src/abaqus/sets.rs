@@ -296,10 +296,10 @@ impl FileMesh {
         faces.into_iter().map(|face| face.iter().map(|&corner| nodes[corner]).collect()).collect()
     }
 
-    /// The corners of faces of solids, counter-clockwise seen from outside.
+    /// The corners of faces of solids, counter-clockwise seen from outside; those of pyramids are left out.
     pub fn corners_of(&self, faces: &[ElementFace]) -> Vec<Vec<u32>> {
-        let corners = |face: &ElementFace| self.corners_of_faces(face.cell).swap_remove(usize::from(face.side));
-        faces.iter().map(corners).collect()
+        let corners = |face: &ElementFace| self.corners_of_faces(face.cell).get(usize::from(face.side)).cloned();
+        faces.iter().filter_map(corners).collect()
     }
 
     /// Faces of solids that no other solid shares and whose corners are all among these nodes.

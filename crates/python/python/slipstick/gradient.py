@@ -26,7 +26,8 @@ class Parameter:
     Attributes
     ----------
     kind : str
-        ``"friction"``, ``"youngs_modulus"`` or ``"amplitude"`` (a factor on a motion or a load).
+        ``"friction"``, ``"youngs_modulus"`` or ``"amplitude"`` (a factor on a motion, a load or
+        the force of a bolt).
     of : str
         Its place in the case or, for a modulus, the name of the body.
     """
@@ -39,7 +40,7 @@ class Parameter:
         """Its name as a string.
 
         Examples are ``"contact[0].friction"``, ``"plate.youngs_modulus"``,
-        ``"dirichlet[1].motion"`` and ``"load[0]"``.
+        ``"dirichlet[1].motion"``, ``"bolt[0].force"`` and ``"load[0]"``.
         """
         return f"{self.of}.youngs_modulus" if self.kind == "youngs_modulus" else self.of
 
@@ -76,6 +77,8 @@ class Values(dict[Parameter, float]):
                     f"{place} is 0: an amplitude is a factor other than 0; "
                     "remove the motion or the load from the case"
                 )
+            if parameter.of.startswith("bolt[") and number < 0.0:
+                raise ValueError(f"{place} is {number}: a bolt pulls its parts together")
             found[parameter] = number
         _once([self.find(key, argument).name for key in values], argument)
         return found

@@ -163,7 +163,7 @@ class Problem:
         """The parameters other than the densities, with their values.
 
         These are coefficients of friction, Young's moduli in units of the case, and amplitudes:
-        factors on the motions and loads of the case, initially 1.
+        factors on the motions, the loads and the forces of bolts of the case, initially 1.
         """
         return dict(self._parameters)
 
@@ -174,8 +174,8 @@ class Problem:
         ----------
         values : mapping of Parameter or str to float
             Keys are those of :attr:`parameters`, or their names, such as
-            ``"contact[0].friction"``, ``"plate.youngs_modulus"``, ``"dirichlet[1].motion"`` or
-            ``"load[0]"``.
+            ``"contact[0].friction"``, ``"plate.youngs_modulus"``, ``"dirichlet[1].motion"``,
+            ``"bolt[0].force"`` or ``"load[0]"``.
 
         Returns
         -------
@@ -656,20 +656,21 @@ def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
             moduli = case._case.moduli(body, value)
             entries.update({key: json.loads(modulus) for key, modulus in moduli})
         else:
-            # dirichlet[1].motion or load[0]
-            section, _, number = parameter.of.removesuffix(".motion").rstrip("]").partition("[")
-            key = "motion" if section == "dirichlet" else "amplitude"
+            # dirichlet[1].motion, bolt[0].force or load[0]
+            table, _, key = parameter.of.partition("].")
+            section, _, number = table.rstrip("]").partition("[")
+            key = key or "amplitude"
             points = tables[section][int(number)][key]
             entries[f"{section}[{number}].{key}"] = [_multiplied(point, value) for point in points]
     return entries
 
 
 def _multiplied(point: Mapping[str, Any], factor: float) -> dict[str, Any]:
-    """A waypoint of a motion or of a load, with the amplitude multiplied."""
+    """A waypoint of a motion, a load or a bolt, with the amplitude multiplied."""
     changed = dict(point)
     if "u" in point:
         changed["u"] = [factor * entry for entry in point["u"]]
-    for name in {"angle", "factor"} & point.keys():
+    for name in {"angle", "factor", "force"} & point.keys():
         changed[name] = factor * point[name]
     return changed
 

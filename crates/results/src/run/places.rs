@@ -140,7 +140,10 @@ fn meaning(unknown: Unknown, mesh: &Mesh, model: Trial<'_>) -> String {
     match unknown {
         Unknown::Displacement { node, axis } => match RigidMotion::of(node, axis, mesh) {
             Some(motion) => format!("{} of the rigid body `{}`", motion.in_words(), motion.body),
-            None => format!("displacement along {}", AXES[axis]),
+            None => match mesh.cuts.iter().find(|cut| cut.reference == node && axis == 0) {
+                Some(cut) => format!("overlap of the bolt `{}`: nothing resists its force", cut.name),
+                None => format!("displacement along {}", AXES[axis]),
+            },
         },
         Unknown::Multiplier { row, component } => {
             let what = if component == 0 { "normal contact traction" } else { "friction" };

@@ -162,9 +162,11 @@ fn wrong_bolts_are_refused() {
     assert!(built(&text).is_none());
     let error = built(&text.replace("point = [0, 10.5, 0]", "point = [0, 30, 0]")).expect("no section");
     assert!(error.contains("does not divide `screw`"), "{error}");
+    let error = built(&text.replace("normal = [0, 2, 0] }", "normal = [0, 2, 0], radius = 2 }")).expect("too small");
+    assert!(error.contains("beyond `radius`"), "{error}");
     let across = "screw_outer'\nmaster = 'sleeve_inner'\nfriction = 0\n[[contact]]\nslave = 'sleeve_top";
     let error = built(&text.replacen("slave = 'sleeve_top", &format!("slave = '{across}"), 1)).expect("across a pair");
-    assert!(error.contains("crosses the slave surface `screw_outer`"), "{error}");
+    assert!(error.contains("meets the slave surface `screw_outer`"), "{error}");
     let held = "[[dirichlet]]\nset = 'screw_inner'\ncomponents = ['y']\n";
     let error = built(&(text.clone() + held)).expect("held");
     assert!(error.contains("hold both sides"), "{error}");

@@ -229,6 +229,9 @@ impl Writer<'_> {
                 }
                 Source::Reaction { loads: self.loads_on(&all), unknowns: all, along: along(&of.component) }
             }
+            QuantityKind::Displacement(of) if self.mesh.cuts.iter().any(|cut| cut.name == of.set) => {
+                return Err("CalculiX writes no displacements of nodes without elements");
+            }
             QuantityKind::Displacement(of) if of.relative_to.is_none() => {
                 let weights: Vec<(u32, f64)> = match self.mesh.surfaces.get(&of.set) {
                     Some(surface) => nodal_areas(&self.mesh.faces_of_surface(surface), self.mesh.nodes.as_flattened()),
@@ -336,7 +339,8 @@ impl Writer<'_> {
             let Value::String(name) = value else { continue };
             let new = match key.as_str() {
                 "set" | "within" | "relative_to" => self.read_again(name),
-                "slave" | "surface" | "bolt" => self.names.surfaces.get(name.as_str()).cloned(),
+                "bolt" => self.bolt(name),
+                "slave" | "surface" => self.names.surfaces.get(name.as_str()).cloned(),
                 "body" => {
                     self.mesh.bodies.iter().position(|body| body.name == *name).map(|b| self.names.bodies[b].clone())
                 }
@@ -348,6 +352,12 @@ impl Writer<'_> {
             }
         }
         true
+    }
+
+    /// The name that a bolt has in the deck's case.
+    fn bolt(&self, name: &str) -> Option<String> {
+        let cut = self.mesh.cuts.iter().find(|cut| cut.name == name)?;
+        self.names.surfaces.get(&cut.surface()).cloned()
     }
 
     /// The name that a set has in the deck's case.

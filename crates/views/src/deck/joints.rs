@@ -210,8 +210,8 @@ impl Writer<'_> {
         let mesh = self.mesh;
         for (bolt, cut) in self.case.bolts.iter().zip(&mesh.cuts) {
             let name = self.names.fresh(&cut.name);
-            self.names.surfaces.insert(cut.name.clone(), name);
-            let Some(surface) = self.surface(&cut.name) else { continue };
+            self.names.surfaces.insert(cut.surface(), name);
+            let Some(surface) = self.surface(&cut.surface()) else { continue };
             // outward from the elements with the faces
             let (node, [x, y, z]) = (cut.reference + 1, cut.normal.map(|n| number(0.0 - n)));
             let _ = writeln!(self.model, "*PRE-TENSION SECTION, SURFACE={surface}, NODE={node}\n{x}, {y}, {z}");

@@ -156,6 +156,7 @@ fn restricted(mesh: &Mesh, keep: &[bool]) -> Mesh {
     out.couplings.iter_mut().for_each(|coupling| coupling.reference = node[coupling.reference as usize]);
     for cut in &mut out.cuts {
         cut.reference = node[cut.reference as usize];
+        cut.sides.iter_mut().for_each(|[e, _]| *e = element[*e as usize]);
         cut.nodes.as_flattened_mut().iter_mut().for_each(|n| *n = node[*n as usize]);
     }
     out

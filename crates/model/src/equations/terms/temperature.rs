@@ -30,6 +30,8 @@ impl Temperatures {
                 let mut inside = vec![false; mesh.nodes.len()];
                 let nodes = mesh.set_nodes(set).unwrap_or_default();
                 nodes.iter().for_each(|&node| inside[node as usize] = true);
+                // sets do not have the copies of nodes at the sections of bolts
+                mesh.copies().into_iter().for_each(|(copy, node)| inside[copy as usize] |= inside[node as usize]);
                 for (mean, element) in of_elements.iter_mut().zip(&mesh.elements) {
                     let within = element.nodes().iter().filter(|&&node| inside[node as usize]).count();
                     *mean = temperature.change * within as f64 / element.nodes().len() as f64;
