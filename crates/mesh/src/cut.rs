@@ -146,6 +146,16 @@ impl Mesh {
         pairs().map(|(copy, _)| (copy, original(copy))).collect()
     }
 
+    /// Number of elements in the part to which the normal of a cut points that touch its section with nodes or edges
+    /// only.
+    pub fn touching(&self, cut: &Cut) -> usize {
+        let copies: BTreeSet<u32> = cut.nodes.iter().map(|[_, copy]| *copy).collect();
+        let with_faces: BTreeSet<u32> = cut.sides.iter().map(|[e, _]| *e).collect();
+        let touches = |e: &usize| self.elements[*e].nodes().iter().any(|node| copies.contains(node));
+        let all = self.bodies[cut.body].elements.clone().filter(touches);
+        all.filter(|e| !with_faces.contains(&(*e as u32))).count()
+    }
+
     /// The same nodes, with elements that are joined at the cuts: they do not have the copies.
     #[must_use]
     pub fn joined(&self) -> Self {
@@ -225,6 +235,7 @@ mod tests {
         mesh.validate().unwrap();
         mesh.add_references();
         let cut = &mesh.cuts[0];
+        assert_eq!(mesh.touching(cut), 0);
         assert_eq!((cut.nodes.len(), cut.area, cut.reference), (12, 6.0, mesh.nodes.len() as u32 - 1));
         assert_eq!(mesh.nodes[cut.reference as usize], [1.0, 2.0, 1.5]);
         assert!(cut.nodes.iter().all(|[node, copy]| mesh.nodes[*node as usize] == mesh.nodes[*copy as usize]));
@@ -265,6 +276,7 @@ mod tests {
         for [e, side] in &mesh.cuts[0].sides {
             assert!(mesh.elements[*e as usize].side(*side as usize).iter().all(|node| copies.contains_key(node)));
         }
+        assert!(mesh.touching(&mesh.cuts[0]) > 0, "tetrahedra touch it with edges");
         mesh.validate().unwrap();
         assert_eq!(mesh.connected_parts(0).len(), 2);
     }

@@ -206,9 +206,22 @@ impl Writer<'_> {
     }
 
     /// Sections that are pulled together: the force, and the step that keeps the length.
-    pub(super) fn bolts(&mut self) {
+    /// `touching` are the numbers of elements at each section that have no face there.
+    pub(super) fn bolts(&mut self, touching: &[usize]) {
         let mesh = self.mesh;
-        for (bolt, cut) in self.case.bolts.iter().zip(&mesh.cuts) {
+        for (k, (bolt, cut)) in self.case.bolts.iter().zip(&mesh.cuts).enumerate() {
+            if touching[k] > 0 {
+                let message = format!(
+                    "{} the section with an edge or a corner only, as tetrahedra do: CalculiX leaves both parts joined there",
+                    if touching[k] == 1 {
+                        "1 element touches".into()
+                    } else {
+                        format!("{} elements touch", touching[k])
+                    }
+                );
+                let cure = "mesh the shank with layers of hexahedra or wedges at the section";
+                self.refuse(format!("bolt[{k}].section"), message, cure);
+            }
             let name = self.names.fresh(&cut.name);
             self.names.surfaces.insert(cut.surface(), name);
             let Some(surface) = self.surface(&cut.surface()) else { continue };

@@ -97,6 +97,7 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         None => format!("{stem}.{end}"),
     };
     // a deck has bodies in one piece
+    let touching: Vec<usize> = mesh.cuts.iter().map(|cut| mesh.touching(cut)).collect();
     let uncut;
     let mesh = if mesh.cuts.is_empty() {
         mesh
@@ -123,7 +124,7 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
     writer.springs()?;
     writer.motions();
     writer.held_couplings();
-    writer.bolts();
+    writer.bolts(&touching);
     writer.equations()?;
     writer.loads(&writer.masses()?);
     writer.temperatures();
