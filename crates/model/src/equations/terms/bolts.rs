@@ -7,8 +7,8 @@
 //! R_δ = T − P_end + k (δ_n − δ_n−1)         afterwards
 //! ```
 //!
-//! The stiffness k is so large that δ changes by a millionth of itself at most. In equilibrium, T is the force of
-//! the bolt, and the derivatives are exact for this k.
+//! k is so large that δ changes by (P − T)/k in each step, a millionth of the distance by which P − T would stretch
+//! the body. In equilibrium, T is the force of the bolt, and the derivatives are exact for this k.
 
 use crate::equations::evaluated::Step;
 use crate::equations::terms::{ForceTerm, TermState};
