@@ -362,8 +362,8 @@ pub struct Render {
     /// volume as the densities unless --threshold is given
     #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
     pub smooth: bool,
-    /// Draw only these bodies [default: those that have the field; the others are drawn as
-    /// context]
+    /// Draw only these bodies [default: with a field of contact, those with a slave surface; otherwise all,
+    /// and those that are not designed as glass if the field is one of the design]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub bodies: Vec<String>,
     /// Width and height in pixels

@@ -1,7 +1,8 @@
 //! Output of text and events: people read text, programs read one JSON object per line.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -20,6 +21,7 @@ use slipstick_service::read::object;
 use crate::args::Common;
 use crate::diagnostics;
 use crate::exit::Exit;
+use crate::kept_warnings::KeptWarnings;
 use slipstick_service::failure::{Failure, Outcome};
 
 /// Output of text and events.
@@ -36,6 +38,8 @@ pub struct Console {
     bar: OnceCell<ProgressBar>,
     /// The first error in writing standard output.
     refused: OnceCell<io::Error>,
+    /// Warnings, which a run keeps for its report.
+    kept: RefCell<KeptWarnings>,
 }
 
 impl Console {
@@ -48,6 +52,7 @@ impl Console {
             silent: false,
             bar: OnceCell::new(),
             refused: OnceCell::new(),
+            kept: RefCell::default(),
         }
     }
 
@@ -115,13 +120,30 @@ impl Console {
         }
     }
 
+    /// From now on, warnings are also kept in this directory of a run, with those so far. A run that
+    /// is `resumed` keeps its earlier ones, too.
+    pub fn keep_in(&self, run: &Path, resumed: bool) {
+        self.kept.borrow_mut().begin(run, resumed);
+    }
+
+    /// The warnings that follow are about the result of an optimization.
+    pub fn judges_result(&self) {
+        self.kept.borrow_mut().of_result = true;
+    }
+
+    fn keep(&self, message: &str, help: Option<&str>) {
+        self.kept.borrow_mut().add(message, help);
+    }
+
     /// Prints warnings about the case file.
     pub fn warnings(&self, diagnostics: &[CaseDiagnostic]) {
+        diagnostics.iter().for_each(|of| self.keep(of.message(), Some(of.help())));
         self.diagnostics("warning", diagnostics, !self.quiet);
     }
 
     /// Prints any other warning.
     pub fn warning(&self, message: &str) {
+        self.keep(message, None);
         self.event("warning", json!({ "message": message }));
         if !self.json && !self.quiet {
             self.suspended(|| complain(&format!("warning: {message}\n")));
@@ -132,19 +154,12 @@ impl Console {
     pub fn notice(&self, notice: Option<&ForwardNotice>) {
         let Some(notice) = notice else { return };
         let help = "check the motions, the gaps (`slipstick check`) and the steps of the objective";
-        self.event("warning", json!({ "code": notice.code(), "message": notice.to_string(), "help": help }));
-        if !self.json && !self.quiet {
-            self.suspended(|| complain(&format!("warning: {notice}\n    help: {help}\n")));
-        }
+        self.finding(json!({ "code": notice.code(), "message": notice.to_string(), "help": help }));
     }
 
     /// Prints that void collapses, and what helps.
     pub fn crushed_void(&self, crushed: &CrushedVoid) {
-        let object = json!({ "code": "crushed_void", "message": crushed.to_string(), "help": CURE, "void": crushed });
-        self.event("warning", object);
-        if !self.json && !self.quiet {
-            self.suspended(|| complain(&format!("warning: {crushed}\n    help: {CURE}\n")));
-        }
+        self.finding(json!({ "code": "crushed_void", "message": crushed.to_string(), "help": CURE, "void": crushed }));
     }
 
     /// Prints that void follows linear elasticity from an iteration on.
@@ -207,8 +222,9 @@ impl Console {
 
     /// Prints the `message` and the `help` of a warning, or all of it for programs.
     fn finding(&self, object: Value) {
+        let [message, help] = ["message", "help"].map(|key| object[key].as_str().unwrap_or_default());
+        self.keep(message, Some(help));
         if !self.json && !self.quiet {
-            let [message, help] = ["message", "help"].map(|key| object[key].as_str().unwrap_or_default());
             self.suspended(|| complain(&format!("warning: {message}\n    help: {help}\n")));
         }
         self.event("warning", object);

@@ -64,7 +64,10 @@ impl Host for Context {
                 }
                 self.console.lines(&adjusted(inspection));
             }
-            Event::Started(started) => self.console.event("start", json!(started)),
+            Event::Started(started) => {
+                self.console.keep_in(started.directory, started.command == "resume");
+                self.console.event("start", json!(started));
+            }
         }
     }
 }

@@ -73,7 +73,7 @@ pub(crate) fn print_quantities(context: &Context, quantities: &Quantities, probl
     for (load_case, row) in ends {
         let title =
             load_case.map_or("at the last load step:".into(), |name| format!("at the end of load case {name}:"));
-        print_row(context, quantities, row, &title);
+        print_row(context, quantities, row, problem, &title);
     }
     context.console.overlaps(&quantities.overlaps);
     context.console.losses(&quantities.losses);
@@ -99,7 +99,9 @@ pub(crate) fn print_quantities(context: &Context, quantities: &Quantities, probl
 }
 
 /// Prints the key quantities of a row.
-fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, title: &str) {
+fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, problem: &Problem, title: &str) {
+    let ties = problem.analysis.model().interfaces().iter().filter(|pair| pair.bond.is_some());
+    let ties: Vec<&String> = ties.map(|pair| &pair.surfaces[0]).collect();
     let named = || quantities.names.iter().zip(&row.values);
     let value = |subject: &Subject, what: &str| {
         let found = named().find(|(name, _)| name.subject == *subject && name.what == what);
@@ -115,6 +117,15 @@ fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, titl
                     Some((_, text)) => *text += &format!(", {axis} {}", digits(*found)),
                     None => lines.push((title, format!("{axis} {}", digits(*found)))),
                 }
+            }
+            pair @ Subject::Pair(slave) if name.what == "normal_force" && ties.contains(&slave) => {
+                let pulled = if *found < 0.0 { " (tension)" } else { "" };
+                let text = format!(
+                    "normal force {}{pulled}, shear forces of the nodes {}",
+                    digits(*found),
+                    value(pair, "friction_force")
+                );
+                lines.push((format!("tie at {slave}"), text));
             }
             pair @ Subject::Pair(slave) if name.what == "normal_force" => {
                 let [friction, pressure] = ["friction_force", "peak_pressure"].map(|what| value(pair, what));

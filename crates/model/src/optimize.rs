@@ -26,7 +26,7 @@ mod realisations;
 mod state;
 mod stop;
 
-pub use best::{Best, FEASIBLE};
+pub use best::{Best, FEASIBLE, MostViolated};
 pub use columns::{COLUMNS, Column, Entry, SECONDS};
 pub use state::{
     FilterOptions, FunctionRecord, Interpolation, IterationRecord, OptimizationOptions, OptimizationState,
@@ -384,9 +384,9 @@ impl Optimization {
         Ok(Some(designs.into_first()))
     }
 
-    /// The constraint that a design violates most, relative to its bound: its name, value and
-    /// violation. `None` if it violates none by more than [`FEASIBLE`].
-    pub fn most_violated(&self, record: &IterationRecord) -> Option<(&str, f64, f64)> {
+    /// The constraint that a design violates most, relative to its bound. `None` if it violates none by
+    /// more than [`FEASIBLE`].
+    pub fn most_violated(&self, record: &IterationRecord) -> Option<MostViolated<'_>> {
         let volume = self.bounded.then(|| {
             let limit = self.schedule.volume_fraction.at(record.iteration).unwrap_or(self.limit);
             slipstick_design::Bound::AtMost(limit)
@@ -395,12 +395,12 @@ impl Optimization {
         let bounds = volume.into_iter().chain(bounds);
         let each = self.state.constraints.iter().zip(&record.constraints).zip(bounds);
         // the extreme counts where the smooth value hides a violation
-        let value = |of: &FunctionRecord, bound: slipstick_design::Bound| {
-            of.value + of.extreme.map_or(0.0, |extreme| bound.correction(of.value, extreme))
-        };
-        let each = each.map(|((name, of), bound)| (name.as_str(), value(of, bound), bound));
-        let each = each.map(|(name, value, bound)| (name, value, bound.violation(value).0));
-        each.filter(|of| of.2 > FEASIBLE).reduce(|a, b| if b.2 > a.2 { b } else { a })
+        let each = each.map(|((name, of), bound)| {
+            let correction = of.extreme.map_or(0.0, |extreme| bound.correction(of.value, extreme));
+            let value = of.value + correction;
+            MostViolated { name, value, of_extreme: correction != 0.0, violation: bound.violation(value).0 }
+        });
+        each.filter(|of| of.violation > FEASIBLE).reduce(|a, b| if b.violation > a.violation { b } else { a })
     }
 
     /// Pulls the gradients back to the variables or filters them, scales, and lets the optimizer

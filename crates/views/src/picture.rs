@@ -1,5 +1,6 @@
 //! A picture of a run's results.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use slipstick_mesh::{Mesh, facet_area_vector};
@@ -47,7 +48,8 @@ pub struct PictureRequest {
     /// Whether to draw the design, undeformed, as the smooth surface that is exported; if no
     /// threshold is given, it preserves the volume of the densities.
     pub smooth: bool,
-    /// The bodies to show; `None` for those with the field, and the others as context.
+    /// The bodies to show; `None` for those with the field, and the others as glass, except around
+    /// contact surfaces, which they would hide.
     pub bodies: Option<Vec<String>>,
     /// Size and smoothness.
     pub canvas: Canvas,
@@ -180,7 +182,8 @@ impl Source {
 
 /// Draws a result of a run; `mesh` is that of its case.
 ///
-/// Contact fields are drawn on the slave bodies, seen from the contact side; densities and their
+/// Contact fields are drawn on the slave bodies alone, seen from the contact side, and without the values of
+/// ties if there is other contact; densities and their
 /// derivatives on the design, with the other bodies as glass; other fields on all bodies, vectors
 /// by their magnitude. If bodies are named, only these are drawn.
 ///
@@ -252,11 +255,12 @@ fn field_picture(
         return Ok(design_picture(mesh, density, threshold, &options)?);
     }
     let lengths: Vec<f64>;
+    let untied = without_ties(case, mesh, field);
     let values = match field.components {
-        1 => &field.values,
+        1 => untied.as_deref().unwrap_or(&field.values),
         n => {
             lengths = field.values.chunks_exact(n).map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
-            &lengths
+            &lengths[..]
         }
     };
     let values = if field.on_points { FieldValues::Nodes(values) } else { FieldValues::Elements(values) };
@@ -379,10 +383,33 @@ fn options(
     })
 }
 
-/// Bodies with a slave surface, and whether these surfaces face down.
+/// Names of fields in which ties would look like contact.
+const OF_CONTACT: &[&str] =
+    &["contact_pressure", "contact_gap", "contact_status", "slip_increment", "accumulated_slip"];
+
+/// The values of a field of contact without those of ties, as at nodes without contact; `None` if there is
+/// nothing to leave out. The tractions of ties are in the field of all tractions.
+fn without_ties(case: &Case, mesh: &Mesh, field: &StoredField) -> Option<Vec<f64>> {
+    let contact = OF_CONTACT.contains(&field.name.as_str());
+    if !contact || case.contacts.iter().all(|pair| pair.tied == case.contacts[0].tied) {
+        return None;
+    }
+    let nodes = |tied: bool| {
+        let pairs = case.contacts.iter().filter(move |pair| pair.tied == tied);
+        pairs.filter_map(|pair| mesh.surfaces.get(&pair.slave)).flat_map(|surface| surface.nodes())
+    };
+    let touching: BTreeSet<u32> = nodes(false).collect();
+    let mut values = field.values.to_vec();
+    let none = if field.name == "contact_status" { -1.0 } else { 0.0 };
+    nodes(true).filter(|node| !touching.contains(node)).for_each(|node| values[node as usize] = none);
+    Some(values)
+}
+
+/// Bodies with a slave surface, of ties only if there is no other contact, and whether these surfaces face
+/// down.
 fn slaves(case: &Case, mesh: &Mesh) -> (Vec<String>, bool) {
     let (mut names, mut up) = (Vec::new(), 0.0);
-    for facet in case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave)).flat_map(|s| &s.facets) {
+    for facet in case.shown_contacts().filter_map(|pair| mesh.surfaces.get(&pair.slave)).flat_map(|s| &s.facets) {
         up += facet_area_vector(&mesh.facet_coordinates(facet))[1];
         let body = mesh.body_of_element(facet.element as usize).map(|body| &mesh.bodies[body].name);
         if let Some(body) = body.filter(|body| !names.contains(*body)) {
@@ -393,4 +420,53 @@ fn slaves(case: &Case, mesh: &Mesh) -> (Vec<String>, bool) {
         names = mesh.bodies.iter().map(|body| body.name.clone()).collect();
     }
     (names, up < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_case::construct::build_mesh;
+    use slipstick_case::file::parse_case;
+
+    /// A block on a slab, with a cap that is tied to it: at the block's upper nodes, which are slaves of the
+    /// tie alone, contact has no value.
+    #[test]
+    fn ties_are_no_contact() {
+        let body = |name: &str, low: f64, high: f64| {
+            format!(
+                "[[body]]\nname = '{name}'\nbox = {{ min = [0, {low:?}, 0], max = [1, {high:?}, 1], elements = [1, 1, 1] }}\n\
+                 material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n"
+            )
+        };
+        let bodies = body("slab", 0.0, 1.0) + &body("block", 1.0, 2.0) + &body("cap", 2.0, 3.0);
+        let pair = |slave: &str, master: &str, how: &str| {
+            format!("[[contact]]\nslave = '{slave}'\nmaster = '{master}'\n{how}\n")
+        };
+        let case = |first: &str| {
+            let text = bodies.clone()
+                + &pair("block_ymin", "slab_ymax", first)
+                + &pair("block_ymax", "cap_ymin", "tied = true")
+                + "[[dirichlet]]\nset = 'slab_ymin'\n[load_path]\nsteps = 1\n";
+            parse_case(&text, "ties.toml").expect("a case").case
+        };
+        let mixed = case("friction = 0.3");
+        let mesh = build_mesh(&mixed).expect("a mesh");
+        let field = |name: &str| {
+            let values = vec![5.0; mesh.nodes.len()].into();
+            StoredField { name: name.into(), on_points: true, components: 1, values }
+        };
+        let upper = &mesh.surfaces["block_ymax"].nodes();
+        for (name, none) in [("contact_pressure", 0.0), ("contact_status", -1.0)] {
+            let values = without_ties(&mixed, &mesh, &field(name)).expect("ties are left out");
+            for (node, value) in values.iter().enumerate() {
+                assert_eq!(*value, if upper.contains(&(node as u32)) { none } else { 5.0 }, "{name} at node {node}");
+            }
+        }
+        assert!(without_ties(&mixed, &mesh, &field("displacement")).is_none());
+        assert!(
+            without_ties(&case("tied = true"), &mesh, &field("contact_pressure")).is_none(),
+            "there is nothing else"
+        );
+        assert!(mixed.is_tie("block_ymax") && !mixed.is_tie("block_ymin") && !mixed.is_tie("slab_ymax"));
+    }
 }

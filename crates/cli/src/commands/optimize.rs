@@ -1,7 +1,7 @@
 //! `slipstick optimize`, and how `slipstick resume` continues.
 
 use serde_json::{Value, json};
-use slipstick::optimize::{FEASIBLE, IterationRecord, Optimization};
+use slipstick::optimize::{FEASIBLE, IterationRecord, MostViolated, Optimization};
 use slipstick::run::{ResultRecord, Run};
 use slipstick::words::counted;
 use slipstick_service::optimization::{RecordedOptimization, SECTIONS, optimization};
@@ -46,6 +46,7 @@ pub fn drive(context: &Context, recorded: RecordedOptimization) -> Outcome {
     let outcome = outcome.map(|quantities| {
         context.console.end_bar();
         let Some(run) = driven.run() else { return };
+        context.console.judges_result();
         if let Some(quantities) = &quantities {
             print_quantities(context, quantities, &driven.optimization.problem);
         }
@@ -100,7 +101,7 @@ fn tell_why_not_the_last(
 ) {
     let (best, objective) = (result.iteration, digits(last.objective));
     match optimization.most_violated(last).filter(|_| last.violation > FEASIBLE) {
-        Some((name, _, violation)) => context.console.warning(&format!(
+        Some(MostViolated { name, violation, .. }) => context.console.warning(&format!(
             "the last design, with the objective {objective}, violates `{name}` by {:.2} % of its bound, so the result \
              is the best design that meets the constraints, that of iteration {best}; more iterations \
              (`slipstick resume`) may find a better one",
@@ -115,11 +116,13 @@ fn tell_why_not_the_last(
 
 /// Warns of the constraint that a design violates most.
 fn warn_of_violation(context: &Context, optimization: &Optimization, record: &IterationRecord) {
-    let Some((name, value, violation)) = optimization.most_violated(record) else { return };
+    let Some(MostViolated { name, value, of_extreme, violation }) = optimization.most_violated(record) else { return };
     let value = digits(value);
+    // the column of the value, so that it is not mistaken for the smooth one
+    let what = if of_extreme { format!("the extreme `{name}_extreme`") } else { format!("`{name}`") };
     context.console.warning(&if record.violation > FEASIBLE {
         format!(
-            "the design violates its constraints: the largest relative violation is {violation:.3} (`{name}` is {value}; \
+            "the design violates its constraints: the largest relative violation is {violation:.3} ({what} is {value}; \
              columns of history.csv); more iterations may reduce it, unless constraints contradict each other"
         )
     } else {

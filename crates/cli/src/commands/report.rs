@@ -49,8 +49,8 @@ pub fn run(context: &Context, args: &Report) -> Outcome {
 }
 
 /// When the files that the page shows were last written.
-fn stamps(directory: &RunDirectory) -> [Option<SystemTime>; 5] {
-    let files = ["run.json", "checkpoint.json", "history.csv", "path.pvd", "quantities.csv"];
+fn stamps(directory: &RunDirectory) -> [Option<SystemTime>; 6] {
+    let files = ["run.json", "checkpoint.json", "history.csv", "path.pvd", "quantities.csv", "warnings.json"];
     files.map(|name| std::fs::metadata(directory.file(name)).and_then(|file| file.modified()).ok())
 }
 

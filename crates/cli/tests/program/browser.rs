@@ -32,6 +32,15 @@ fn a_browser_shows_bounds_and_load_cases() {
     assert!(find("strain energy light heavy").is_some(), "{figures:#?}");
 }
 
+/// In a browser, the page of a run shows a warning below the title.
+pub(crate) fn shows_warnings(place: &Place, run: &str, expected: &str) {
+    let script = "<script>const box = document.getElementById(\"warnings\");\
+                  document.title = JSON.stringify([box.hidden, box.offsetTop, box.textContent]);</script></body>";
+    let Some(told) = tried(place, run, script, "shows_warnings") else { return };
+    assert!(told[0] == false && told[1].as_f64().is_some_and(|top| top < 200.0), "{told}");
+    assert!(told[2].as_str().is_some_and(|text| text.starts_with("Warnings of the run") && text.contains(expected)));
+}
+
 /// Names of browsers in which the page can be tested.
 const BROWSERS: &[&str] = &["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 

@@ -181,6 +181,18 @@ fn bounds_on_smooth_minima_hold_for_the_least_value() {
         let expected = format!("violates it by {:.2} %; without `corrected = false`", 100.0 * (1.0 - least[2] / 12.0));
         assert!(ran.err.contains(&expected), "{method}: {expected}\n{}", ran.err);
     }
+    // a violation is that of the extreme, under its own name, in the console and in the report
+    let ran = place.good("optimize case.toml --iterations 1 --set constraint[0].min=100 --out far");
+    let history = place.table("far/history.csv");
+    let [smooth, least] = ["least", "least_extreme"].map(|of| column(&history, of)[1]);
+    assert!(smooth > 1.05 * least, "{smooth} {least}");
+    let expected = format!("is {:.3} (the extreme `least_extreme` is {least:.6};", 1.0 - least / 100.0);
+    assert!(ran.err.contains(&expected), "{expected}\n{}", ran.err);
+    place.good("report far");
+    let page = super::report::data(&place.read("far/report.html"));
+    let told = page["results"]["quantities"]["rows"][0].to_string();
+    let expected = format!("violated by {:.2} % at step 2 by the extreme itself, ", 100.0 - least);
+    assert!(told.contains(&expected), "{expected}\n{told}");
     place.good("optimize case.toml --set optimizer.method='gcmma' --iterations 12 --out whole");
     place.good("optimize case.toml --set optimizer.method='gcmma' --iterations 7 --out part");
     place.good("resume part --iterations 12");

@@ -28,6 +28,7 @@ mod stop;
 mod study;
 #[path = "../../../slipstick/tests/common/table.rs"]
 mod table;
+mod ties;
 mod warnings;
 
 use std::path::{Path, PathBuf};

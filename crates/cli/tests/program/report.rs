@@ -145,6 +145,33 @@ fn a_page_names_the_design_of_its_load_path() {
     assert!(notes.contains("contact forces are those of the design of iteration 2."), "{notes}");
 }
 
+/// A run that stopped in iteration 4, whose load path is that of iteration 2: each number says which design it
+/// belongs to, and no chart is that of the unfinished iteration.
+#[test]
+fn a_page_of_an_interrupted_run_names_iterations() {
+    let place = Place::new();
+    place.good("optimize case.toml -q --iterations 2");
+    let names: Vec<String> = (0..=4).map(|step| format!("case/path_{step:04}.vtu")).collect();
+    let before: Vec<Vec<u8>> = names.iter().map(|name| std::fs::read(place.path(name)).expect("read")).collect();
+    place.good("resume case -q --iterations 3");
+    for (name, bytes) in names.iter().zip(&before) {
+        std::fs::write(place.path(name), bytes).expect("written");
+    }
+    let newton = place.read("case/newton.csv");
+    let last = newton.lines().last().expect("a row");
+    let unfinished = last.replacen("3,", "4,", 1);
+    assert!(last.starts_with("3,") && unfinished.starts_with("4,"), "{last}");
+    place.write("case/newton.csv", &format!("{newton}{unfinished}\n"));
+    place.good("report case");
+    let data = data(&place.read("case/report.html"));
+    assert_eq!(data["origin"], serde_json::json!({ "newest": 3, "path": 2 }));
+    assert_eq!(data["newton"]["what"], " of iteration 2");
+    let counted: u64 = data["newton"]["iterations"].as_array().expect("a list").iter().filter_map(Value::as_u64).sum();
+    assert_eq!(counted as f64, number(&place.table("case/history.csv")[3][7]), "Newton iterations of iteration 2");
+    let rows = data["results"]["rows"].to_string();
+    assert!(rows.contains("objective θ, iteration 3 [") && rows.contains("material in slab, iteration 3 ["), "{rows}");
+}
+
 /// Every kind of run has a page, with its results.
 #[test]
 fn pages_of_other_runs() {

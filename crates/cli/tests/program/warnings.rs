@@ -52,7 +52,20 @@ fn steps_that_are_coarse_for_friction_work_are_told() {
     let warning = events.iter().find(|event| event["code"] == "coarse_friction").expect("a warning");
     let [work, mean] = ["work", "with_mean_pressure"].map(|key| warning["friction"][key].as_f64().expect("a number"));
     assert!((work / mean - 1.25).abs() < 0.03, "{warning}");
+    // the report has the warning, too; that of a run of an earlier version opens without
+    let page = || {
+        place.good("report press_solve");
+        report::data(&place.read("press_solve/report.html"))["warnings"].clone()
+    };
+    let kept = page();
+    assert!(kept[0]["message"].as_str().is_some_and(|text| text.starts_with("load steps are coarse")), "{kept}");
+    assert!(kept[0]["help"].as_str().is_some_and(|text| text.starts_with("use more load steps")), "{kept}");
+    assert_eq!(kept.as_array().map(Vec::len), Some(1));
+    browser::shows_warnings(&place, "press_solve", "load steps are coarse");
+    std::fs::remove_file(place.path("press_solve/warnings.json")).expect("it was there");
+    assert_eq!(page(), serde_json::json!([]));
     let finer = place.good("solve press.toml --force --set load_path.steps=64");
+    assert!(!place.path("press_solve/warnings.json").exists());
     assert!(!finer.err.contains("coarse for the friction work"), "{}", finer.err);
 }
 

@@ -24,6 +24,20 @@ pub struct Best {
     pub x: VariableValues,
 }
 
+/// The constraint that a design violates most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MostViolated<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The value that violates its bound.
+    pub value: f64,
+    /// Whether that is the extreme for which a smooth value stands, because the smooth one hides a
+    /// violation; `history.csv` has it under the name with `_extreme`.
+    pub of_extreme: bool,
+    /// The violation, relative to the bound.
+    pub violation: f64,
+}
+
 impl OptimizationState {
     /// Keeps the design of this record if it is the best so far. `changed`: its values cannot be
     /// compared with those of the designs before. Call it before the record joins the history.

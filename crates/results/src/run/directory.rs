@@ -49,6 +49,7 @@ const FILES: &[&str] = &[
     "verify.json",
     "run.json",
     super::result::RESULT,
+    super::warnings::WARNINGS,
     super::start_values::FILES[0],
     super::start_values::FILES[1],
 ];

@@ -8,6 +8,7 @@
 //! | `history.csv` | one row per evaluated design: [`History`] | row by row |
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
 //! | `checkpoint.json` | everything that the next iteration depends on: [`Checkpoint`] | after every iteration |
+//! | `warnings.json` | what the program warned of: [`RunWarning`] | with each warning |
 //! | `result.json` | the iteration of the best design, if the last one is not the result: [`ResultRecord`] | at the end |
 //! | `design.csv` | density of every element of the last evaluated design, at the end of the result; its derivative if an update followed; its design variable, if this is not the density | after every iteration |
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
@@ -56,6 +57,7 @@ mod start_values;
 mod symmetry;
 mod tables;
 mod transfer;
+mod warnings;
 
 pub use checkpoint::Checkpoint;
 pub use densities::{design_density, load_density, read_density, write_densities};
@@ -77,6 +79,7 @@ pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
 pub use tables::{ContactTable, FunctionNames, History, NewtonTable, write_evaluations, write_quantities};
 pub use transfer::{StoredDesign, load_design};
+pub use warnings::RunWarning;
 
 /// The file with the objective and the constraints that the Python package gave a run; `about` and
 /// `unit`, if they are there, describe the objective.

@@ -73,8 +73,7 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     };
     let mut names: Vec<String> = case.quantities.iter().map(|quantity| quantity.name.clone()).collect();
     for contact in &case.contacts {
-        let of_pair = ["normal_force", "friction_force", "peak_pressure"];
-        names.extend(of_pair.map(|what| format!("{}_{what}", contact.slave)));
+        names.extend(of_pair(case, &contact.slave).iter().map(|what| format!("{}_{what}", contact.slave)));
     }
     let mut reactions: Vec<String> = Vec::new();
     for support in &case.dirichlet {
@@ -95,6 +94,18 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     Ok(promises)
 }
 
+/// The columns of a pair that are compared: a tie has neither friction nor a contact pressure.
+fn of_pair(case: &Case, slave: &str) -> &'static [&'static str] {
+    if case.is_tie(slave) { &OF_PAIR[..1] } else { OF_PAIR }
+}
+
+/// Columns of a pair, after the name of its slave; the first is that of any pair.
+const OF_PAIR: &[&str] = &["normal_force", "friction_force", "peak_pressure"];
+
+fn of_contact(rest: &str) -> bool {
+    rest.strip_prefix('_').is_some_and(|what| OF_PAIR.contains(&what))
+}
+
 /// The promises of a case and the values of its run. Empty if the case has none, or if the run has
 /// no complete load path; quantities that the run does not have are left out.
 ///
@@ -107,7 +118,12 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
     let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
     let names = case.load_case_names();
     let mut found = Vec::new();
-    for promise in &case.promises {
+    // parts of earlier versions also promise the friction of ties
+    let known = |name: &str| {
+        let tie = case.contacts.iter().find(|pair| name.strip_prefix(&pair.slave).is_some_and(of_contact));
+        tie.is_none_or(|pair| of_pair(case, &pair.slave).iter().any(|what| name == format!("{}_{what}", pair.slave)))
+    };
+    for promise in case.promises.iter().filter(|promise| known(&promise.quantity)) {
         let Some(column) = columns.iter().position(|column| *column == promise.quantity) else { continue };
         for (number, (row, &promised)) in rows.iter().zip(&promise.values).enumerate() {
             let Some(value) = row.get(column).and_then(|cell| cell.parse().ok()) else { continue };

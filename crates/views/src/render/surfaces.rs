@@ -1,5 +1,7 @@
 //! Pictures of named surfaces: one of all, and one of each.
 
+use std::collections::BTreeSet;
+
 use slipstick_mesh::{Mesh, Surface, facet_area_vector};
 
 use super::RenderError;
@@ -47,7 +49,8 @@ const EYES: [[f64; 3]; 8] = [
     [0.8, -0.75, -1.0],
 ];
 
-/// How far surfaces are drawn above their bodies, relative to the size of the bodies.
+/// How far surfaces are drawn above their bodies, relative to the size of the bodies; a surface that
+/// shares facets with a larger one, by as much above that.
 const LIFT: f64 = 2e-3;
 
 /// All surfaces from two opposite sides, then each one on its own, with its lines of text and its
@@ -106,7 +109,8 @@ fn drawn(
 ) -> Result<Picture, RenderError> {
     let size = size(mesh);
     let (mut points, mut lifted) = (mesh.nodes.clone(), Vec::new());
-    for (surface, colour) in surfaces {
+    for ((surface, colour), level) in surfaces.iter().zip(levels(mesh, surfaces)) {
+        let lift = LIFT * size * (1 + level) as f64;
         let nodes: Vec<u32> = surface.nodes();
         let at = |node: u32| nodes.binary_search(&node).unwrap_or(0);
         let mut normals = vec![[0.0; 3]; nodes.len()];
@@ -117,7 +121,7 @@ fn drawn(
         let first = points.len() as u32;
         points.extend(nodes.iter().zip(&normals).map(|(&node, normal)| {
             let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-            std::array::from_fn(|c| mesh.nodes[node as usize][c] + LIFT * size * normal[c] / length)
+            std::array::from_fn(|c| mesh.nodes[node as usize][c] + lift * normal[c] / length)
         }));
         let triangles = surface.facets.iter().flat_map(|facet| {
             let corner = |k: usize| first + at(facet.nodes[k]) as u32;
@@ -150,6 +154,32 @@ fn drawn(
     scene.view = View::from_directions(eye, [0.0, 1.0, 0.0])?;
     scene.caption = Some(caption);
     scene.picture(panel)
+}
+
+/// The number of surfaces below each surface: of those that share facets, the smallest one is on top, and
+/// of those of the same area the last one.
+fn levels(mesh: &Mesh, surfaces: &[(&Surface, Colour)]) -> Vec<usize> {
+    let length = |a: [f64; 3]| a.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let area = |of: &Surface| -> f64 {
+        of.facets.iter().map(|facet| length(facet_area_vector(&mesh.facet_coordinates(facet)))).sum()
+    };
+    let keys = |of: &Surface| -> BTreeSet<(u32, Vec<u32>)> {
+        let sorted = |facet: &slipstick_mesh::Facet| {
+            let mut nodes = facet.nodes.to_vec();
+            nodes.sort_unstable();
+            (facet.element, nodes)
+        };
+        of.facets.iter().map(sorted).collect()
+    };
+    let all: Vec<(f64, BTreeSet<_>)> = surfaces.iter().map(|(of, _)| (area(of), keys(of))).collect();
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|&a, &b| all[b].0.total_cmp(&all[a].0));
+    let mut levels = vec![0; all.len()];
+    for (place, &upper) in order.iter().enumerate() {
+        let below = order[..place].iter().filter(|&&lower| !all[lower].1.is_disjoint(&all[upper].1));
+        levels[upper] = below.map(|&lower| levels[lower] + 1).max().unwrap_or(0);
+    }
+    levels
 }
 
 /// The diagonal of the box around all bodies.

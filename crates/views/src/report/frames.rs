@@ -4,6 +4,7 @@ use serde::Serialize;
 use slipstick_mesh::Mesh;
 
 use super::model::Layout;
+use super::origin::PathOf;
 use super::pack::{Packed, base64};
 use slipstick_case::file::Case;
 use slipstick_model::model::LoadTime;
@@ -16,7 +17,10 @@ use slipstick_results::run::{RunDirectory, RunError, load_density};
 pub(super) struct Frames {
     pub designs: Vec<Design>,
     pub steps: Vec<Step>,
-    /// The design of the load steps, if it is not the newest.
+    /// The design of the load steps.
+    #[serde(skip)]
+    pub path: PathOf,
+    /// In words, if it is not the newest.
     #[serde(skip_serializing_if = "Option::is_none")]
     path_of: Option<String>,
 }
@@ -136,6 +140,9 @@ pub(super) fn read(
              designs ([output] every) and at its end."
         ));
         frames.path_of = Some(what);
+        frames.path = path_design.map_or(PathOf::Unknown, PathOf::Iteration);
+    } else if of_path.is_some() && newest.is_some() {
+        frames.path = PathOf::Newest;
     }
     Ok((frames, of_path.map(|density| densities(&density, layout))))
 }

@@ -10,6 +10,7 @@
 //! |---|---|
 //! | model | coordinates in 32 bits; elements, of which the page computes skin and sections; of large meshes, elements of the designed bodies and the skin of the others |
 //! | designs | densities of the iterations that the run wrote, in steps of 1/255; derivatives in 16 bits |
+//! | warnings | what the run warned of |
 //! | steps | displacements, stresses, plastic strains and contact fields of the load steps, quantized to 16 bits over their range |
 //! | summary | objective, volume of material, materials of sections, quantities of the case with their bounds, resultants and peak pressures of the contact pairs |
 //! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
@@ -19,6 +20,7 @@
 mod frames;
 mod model;
 mod named;
+mod origin;
 mod pack;
 mod summary;
 mod tables;
@@ -32,11 +34,12 @@ use slipstick_mesh::Mesh;
 use crate::picture::{PictureRequest, picture};
 use slipstick_case::file::{Case, Dimension};
 use slipstick_model::words::{counted, quantity};
-use slipstick_results::run::{RunDirectory, RunError, RunRecord};
+use slipstick_results::run::{RunDirectory, RunError, RunRecord, RunWarning};
 
 use frames::Frames;
 use model::Model;
 use named::Bounded;
+use origin::Origin;
 use pack::base64;
 use summary::Summary;
 use tables::{Checked, NewtonSteps, Table};
@@ -86,6 +89,10 @@ struct Data {
     #[serde(skip_serializing_if = "Summary::is_empty")]
     results: Summary,
     notes: Vec<String>,
+    /// What the run warned of.
+    warnings: Vec<RunWarning>,
+    /// Which designs the numbers belong to.
+    origin: Origin,
     model: Option<Model>,
     #[serde(flatten)]
     frames: Frames,
@@ -120,20 +127,23 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     let path = run.file("case.toml");
     let case_text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
     let history = tables::history(run)?;
-    let newton = tables::newton(run)?;
     let quantities = tables::quantities(run)?;
     let mut notes = ending(&record);
     let (model, frames) = shown(run, case, mesh, options, &mut notes)?;
     let picture = picture(run, case, mesh, &PictureRequest::default()).ok();
     let picture = picture.and_then(|drawn| drawn.picture.png().ok());
     let title = match case.title.as_str() {
-        "" => format!("slipstick {}", command(&record)),
+        "" => format!("slipstick {}", command(&record.latest.command)),
         title => title.to_owned(),
     };
     let counts = [frames.designs.len(), frames.steps.len()];
+    let origin = Origin::of(run, history.as_ref(), &frames.path)?;
+    let newton = tables::newton(run, history.is_some().then_some(origin))?;
     let data = Data {
         summary: summary(&record, history.as_ref()),
-        results: Summary::of(run, case, mesh, history.as_ref())?,
+        results: Summary::of(run, case, mesh, history.as_ref(), origin)?,
+        warnings: RunWarning::read(run)?,
+        origin,
         notes: notes.clone(),
         model,
         frames,
@@ -227,13 +237,17 @@ fn units(case: &Case) -> [String; 3] {
     })
 }
 
-fn command(record: &RunRecord) -> String {
-    let mut words = record.latest.command.iter().skip(1).filter(|word| !word.starts_with('-'));
-    words.next().map_or("run".into(), |word| if word == "resume" { "optimize".into() } else { word.clone() })
+/// Commands that start runs, in a command line after options of all commands and their values.
+const COMMANDS: &[&str] = &["solve", "gradient", "optimize", "resume", "evaluate", "verify"];
+
+/// The command of a run.
+fn command(line: &[String]) -> &str {
+    let found = line.iter().skip(1).find(|word| COMMANDS.contains(&word.as_str()));
+    found.map_or("run", |word| if word == "resume" { "optimize" } else { word })
 }
 
 fn summary(record: &RunRecord, history: Option<&Table>) -> String {
-    let mut text = format!("slipstick {}, {}", record.latest.version, command(record));
+    let mut text = format!("slipstick {}, {}", record.latest.version, command(&record.latest.command));
     if let Some(rows) = history.map(|history| &history.rows).filter(|rows| !rows.is_empty()) {
         let objective = |row: &Vec<Value>| row.get(1).and_then(Value::as_f64);
         if let (Some(first), Some(last)) = (rows.first().and_then(objective), rows.last().and_then(objective)) {

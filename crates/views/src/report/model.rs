@@ -42,7 +42,7 @@ pub(super) struct Layout {
     pub nodes: Vec<u32>,
     /// Elements that are on the page.
     pub elements: Vec<u32>,
-    /// Nodes of slave surfaces.
+    /// Nodes of slave surfaces; those of ties only if there is no other contact.
     pub slaves: Vec<u32>,
     quads: Vec<[u32; 4]>,
     /// The elements behind the faces of the skin.
@@ -74,7 +74,7 @@ impl Layout {
         let mut nodes: Vec<u32> = of_elements.chain(quads.iter().flatten()).copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let surfaces = case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave));
+        let surfaces = case.shown_contacts().filter_map(|pair| mesh.surfaces.get(&pair.slave));
         let mut slaves: Vec<u32> = surfaces.flat_map(|surface| surface.nodes()).collect();
         slaves.sort_unstable();
         slaves.dedup();

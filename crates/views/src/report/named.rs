@@ -145,7 +145,8 @@ pub(super) fn values(case: &Case, table: &Table) -> Option<Table> {
                         let number = first + of.step;
                         let smooth = at(column, number)?;
                         let itself = self::column(table, &extreme(&named.name)).and_then(|column| at(column, number));
-                        Some(smooth + itself.map_or(0.0, |itself| of.bound.correction(smooth, itself)))
+                        let correction = itself.map_or(0.0, |itself| of.bound.correction(smooth, itself));
+                        Some(Judged { value: smooth + correction, of_extreme: correction != 0.0 })
                     };
                     row.push(verdict(&of, first, value).into());
                 }
@@ -160,9 +161,18 @@ fn column(table: &Table, name: &str) -> Option<usize> {
     table.columns.iter().position(|found| found == name)
 }
 
-/// Bounds that differ only in their steps as one, each with whether it is met; by how much and where
-/// it is not, the values of extremes counting where they are worse. Steps are counted from that after `first`.
-fn verdict(bounds: &[&NamedBound], first: usize, value: impl Fn(&NamedBound) -> Option<f64>) -> String {
+/// The value that a bound judges.
+#[derive(Clone, Copy)]
+struct Judged {
+    value: f64,
+    /// Whether it is the extreme, because it is worse than the smooth value that stands for it.
+    of_extreme: bool,
+}
+
+/// Bounds that differ only in their steps as one, each with whether it is met; by how much, where and
+/// by which value it is not, the values of extremes counting where they are worse. Steps are counted from
+/// that after `first`.
+fn verdict(bounds: &[&NamedBound], first: usize, value: impl Fn(&NamedBound) -> Option<Judged>) -> String {
     let mut lines: Vec<(Line, Vec<&NamedBound>)> = Vec::new();
     for &bound in bounds {
         let line = Line::of(bound.bound);
@@ -172,14 +182,22 @@ fn verdict(bounds: &[&NamedBound], first: usize, value: impl Fn(&NamedBound) -> 
         }
     }
     let each = lines.iter().map(|(line, all)| {
-        let found = all.iter().filter_map(|of| Some((of.bound.violation(value(of)?).0, first + of.step)));
+        let found = all.iter().filter_map(|of| {
+            let judged = value(of)?;
+            Some((of.bound.violation(judged.value).0, first + of.step, judged))
+        });
         match found.reduce(|a, b| if b.0 > a.0 { b } else { a }) {
             None => line.text.clone(),
-            Some((violation, step)) if violation > FEASIBLE && line.value != 0.0 => {
-                format!("✗ {}: violated by {:.2} % at step {step}", line.text, 100.0 * violation)
-            }
-            Some((violation, step)) if violation > FEASIBLE => {
-                format!("✗ {}: violated by {} at step {step}", line.text, quantity(violation))
+            Some((violation, step, judged)) if violation > FEASIBLE => {
+                let by = match line.value {
+                    0.0 => quantity(violation),
+                    _ => format!("{:.2} %", 100.0 * violation),
+                };
+                let which = match judged.of_extreme {
+                    true => format!(" by the extreme itself, {}", quantity(judged.value)),
+                    false => String::new(),
+                };
+                format!("✗ {}: violated by {by} at step {step}{which}", line.text)
             }
             Some(_) => format!("✓ {}", line.text),
         }
@@ -202,12 +220,17 @@ mod tests {
     fn verdicts_name_the_worst_step() {
         let most = [1, 2, 3].map(|step| bound(Bound::AtMost(10.0), step));
         let most: Vec<&NamedBound> = most.iter().collect();
-        let values = |of: &NamedBound| [11.0, 12.0].get(of.step - 1).copied();
+        let smooth = |value: f64| Judged { value, of_extreme: false };
+        let values = |of: &NamedBound| [11.0, 12.0].get(of.step - 1).copied().map(smooth);
         assert_eq!(verdict(&most, 4, values), "✗ ≤ 10: violated by 20.00 % at step 6");
-        assert_eq!(verdict(&most, 0, |_| Some(10.0)), "✓ ≤ 10");
+        assert_eq!(verdict(&most, 0, |_| Some(smooth(10.0))), "✓ ≤ 10");
         assert_eq!(verdict(&most, 0, |_| None), "≤ 10");
         let both = [bound(Bound::AtLeast(10.0), 1), bound(Bound::AtMost(0.0), 1)];
         let both: Vec<&NamedBound> = both.iter().collect();
-        assert_eq!(verdict(&both, 0, |_| Some(9.995)), "✓ ≥ 10; ✗ ≤ 0: violated by 9.995 at step 1");
+        assert_eq!(verdict(&both, 0, |_| Some(smooth(9.995))), "✓ ≥ 10; ✗ ≤ 0: violated by 9.995 at step 1");
+        // the smallest value of a smooth minimum that meets its bound: 1.5 misses 2 by a quarter
+        let least = bound(Bound::AtLeast(2.0), 3);
+        let extreme = |_: &NamedBound| Some(Judged { value: 1.5, of_extreme: true });
+        assert_eq!(verdict(&[&least], 0, extreme), "✗ ≥ 2: violated by 25.00 % at step 3 by the extreme itself, 1.5");
     }
 }

@@ -6,6 +6,7 @@ use slipstick_mesh::Mesh;
 
 use super::MEASURES;
 use super::named;
+use super::origin::Origin;
 use super::tables::{self, Table};
 use slipstick_case::check::{SectionSummary, sections};
 use slipstick_case::file::{Case, Dimension};
@@ -47,7 +48,15 @@ struct Transfer {
 }
 
 impl Summary {
-    pub(super) fn of(run: &RunDirectory, case: &Case, mesh: &Mesh, history: Option<&Table>) -> Result<Self, RunError> {
+    /// Those of a run; `origin` says which designs its numbers belong to.
+    pub(super) fn of(
+        run: &RunDirectory,
+        case: &Case,
+        mesh: &Mesh,
+        history: Option<&Table>,
+        origin: Origin,
+    ) -> Result<Self, RunError> {
+        let of_newest = origin.of_newest();
         let (objective, unit) = match own_objective(run)? {
             Some(own) => own,
             None => {
@@ -63,15 +72,17 @@ impl Summary {
             summary.rows.push(["result: the best design, of iteration".into(), recalled.iteration.to_string()]);
         }
         if let Some(value) = last.and_then(|row| row.get(1)).and_then(Value::as_f64) {
-            summary.rows.push([format!("objective θ{}", summary.unit), quantity(value)]);
+            summary.rows.push([format!("objective θ{of_newest}{}", summary.unit), quantity(value)]);
         }
         if run.file("design.csv").is_file()
-            && let Some(row) = material(case, mesh, &load_density(run.path(), mesh)?)
+            && let Some(row) = material(case, mesh, &load_density(run.path(), mesh)?, &of_newest)
         {
             summary.rows.push(row);
         }
         if let Some(violation) = last.and_then(|row| violated(history?, row)) {
-            summary.rows.push(["largest violation of a bound, relative to it".into(), quantity(violation)]);
+            summary
+                .rows
+                .push([format!("largest violation of a bound, relative to it{of_newest}"), quantity(violation)]);
         }
         summary.rows.extend(measured(run, case)?);
         summary.quantities = tables::quantities(run)?.and_then(|table| named::values(case, &table));
@@ -166,7 +177,7 @@ pub(super) fn in_unit(case: &Case, of: Dimension, dimension: &str) -> String {
 }
 
 /// The material in the design bodies, Σ φ V, and the fraction of them that it fills.
-fn material(case: &Case, mesh: &Mesh, density: &[f64]) -> Option<[String; 2]> {
+fn material(case: &Case, mesh: &Mesh, density: &[f64], of: &str) -> Option<[String; 2]> {
     let design = case.design.as_ref()?;
     let volumes = mesh.element_volumes();
     let bodies = || mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
@@ -176,7 +187,7 @@ fn material(case: &Case, mesh: &Mesh, density: &[f64]) -> Option<[String; 2]> {
     let bound = design.volume_fraction.map_or(String::new(), |bound| format!("; the bound is {bound}"));
     let text =
         format!("{} of {}, a fraction of {}{bound}", quantity(filled), quantity(whole), quantity(filled / whole));
-    Some([format!("material in {}{}", names.join(", "), in_unit(case, Dimension::VOLUME, "L³")), text])
+    Some([format!("material in {}{of}{}", names.join(", "), in_unit(case, Dimension::VOLUME, "L³")), text])
 }
 
 /// The regions of bodies with several materials.
@@ -236,7 +247,10 @@ fn contact(case: &Case, table: &Table) -> Option<Table> {
                 let top = own.iter().max_by(|a, b| value(a).total_cmp(&value(b)));
                 top.map_or(Value::Null, |top| format!("{} at step {}", quantity(value(top)), top.step).into())
             };
-            let mut row: Vec<Value> = vec![format!("{} on {}", contact.slave, contact.master).into()];
+            let tie = if contact.tied { " (tie)" } else { "" };
+            let mut row: Vec<Value> = vec![format!("{} on {}{tie}", contact.slave, contact.master).into()];
+            // a tie also pulls: its tractions are those of a joint, largest at its edges
+            let pressures = [quantity(last.pressure).into(), largest(|t| t.pressure)];
             row.extend(cases.get(load_case).map(|name| name.as_str().into()));
             row.extend([
                 last.step.into(),
@@ -244,9 +258,8 @@ fn contact(case: &Case, table: &Table) -> Option<Table> {
                 vector(last.force).replace(' ', "\u{a0}").into(),
                 quantity(last.size).into(),
                 largest(|t| t.size),
-                quantity(last.pressure).into(),
-                largest(|t| t.pressure),
             ]);
+            row.extend(pressures.map(|of| if contact.tied { "".into() } else { of }));
             rows.push(row);
         }
     }

@@ -6,6 +6,8 @@ use std::fs;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::origin::Origin;
+
 use slipstick_results::run::{RunDirectory, RunError};
 
 /// Columns and rows; numbers as JSON numbers, empty cells as `null`.
@@ -28,7 +30,7 @@ pub(super) fn quantities(run: &RunDirectory) -> Result<Option<Table>, RunError> 
     optional(run, "quantities.csv")
 }
 
-/// Newton iterations of the newest design, per load step.
+/// Newton iterations of a design, per load step.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct NewtonSteps {
     /// The design, for the title.
@@ -68,8 +70,9 @@ fn cell(text: &str) -> Value {
     }
 }
 
-/// The part of `newton.csv` for the last design, if it exists.
-pub(super) fn newton(run: &RunDirectory) -> Result<Option<NewtonSteps>, RunError> {
+/// The part of `newton.csv` for the design of the load path, if it exists; of an `optimization` whose path
+/// belongs to no known design, for the last finished iteration. Of other runs, for the last analysis.
+pub(super) fn newton(run: &RunDirectory, optimization: Option<Origin>) -> Result<Option<NewtonSteps>, RunError> {
     let path = run.file("newton.csv");
     if !path.is_file() {
         return Ok(None);
@@ -80,17 +83,22 @@ pub(super) fn newton(run: &RunDirectory) -> Result<Option<NewtonSteps>, RunError
     let column = |name: &str| header.iter().position(|found| *found == name);
     let needed = ["iteration", "step", "newton_iteration", "open", "stick", "slip"].map(column);
     let [Some(design), Some(step), Some(count), Some(open), Some(stick), Some(slip)] = needed else { return Ok(None) };
+    let wanted = optimization.and_then(|of| of.path.or(of.newest)).map(|number| number as u64);
     // Per load step: Newton iterations, failed attempts, and the last status.
     let mut steps: BTreeMap<u64, (u64, u64, [Option<u64>; 3])> = BTreeMap::new();
-    let mut newest = 0;
+    let (mut newest, mut before) = (0, None);
     for line in lines {
         // The reason for a failure comes last and may contain commas.
         let cells: Vec<&str> = line.splitn(header.len(), ',').collect();
         let number = |at: usize| cells.get(at).and_then(|cell| cell.parse::<u64>().ok());
         let (Some(of), Some(at)) = (number(design), number(step)) else { continue };
-        if of != newest {
+        // the result of an optimization is marched once more at its end
+        if before.replace(of) != Some(of) && wanted.is_none_or(|wanted| wanted == of) {
             newest = of;
             steps.clear();
+        }
+        if of != newest {
+            continue;
         }
         let entry = steps.entry(at).or_default();
         if number(count).is_some() {
@@ -100,7 +108,11 @@ pub(super) fn newton(run: &RunDirectory) -> Result<Option<NewtonSteps>, RunError
             entry.1 += 1;
         }
     }
-    let what = if newest > 0 { format!(" of iteration {newest}") } else { String::new() };
+    let what = match optimization {
+        Some(_) => format!(" of iteration {newest}"),
+        None if newest > 0 => format!(" of analysis {}", newest + 1),
+        None => String::new(),
+    };
     let mut found = NewtonSteps { what, ..NewtonSteps::default() };
     for (number, (iterations, failed, [open, stick, slip])) in steps {
         found.step.push(number);

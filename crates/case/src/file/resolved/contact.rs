@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use slipstick_model::model::OffsetPoint;
 
+use super::Case;
+
 pub use slipstick_contact::enforcement::StiffnessScaling;
 pub use slipstick_contact::kinematics::MultiplierShape;
 
@@ -60,6 +62,21 @@ pub struct Contact {
     pub normals: Option<Normals>,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
+}
+
+impl Case {
+    /// Whether all pairs with this slave surface are ties: such a surface has no friction.
+    pub fn is_tie(&self, slave: &str) -> bool {
+        let mut pairs = self.contacts.iter().filter(|pair| pair.slave == slave).peekable();
+        pairs.peek().is_some() && pairs.all(|pair| pair.tied)
+    }
+
+    /// The pairs that pictures of contact show: those whose surfaces may separate or slide; if there are
+    /// none, the ties.
+    pub fn shown_contacts(&self) -> impl Iterator<Item = &Contact> {
+        let ties = self.contacts.iter().all(|pair| pair.tied);
+        self.contacts.iter().filter(move |pair| pair.tied == ties)
+    }
 }
 
 /// A tied pair is written without the keys that the reader refuses there.

@@ -45,3 +45,26 @@ fn too_many_surfaces_are_too_large() {
     let error = surfaces_picture(&cube, &labels, &Canvas { width: 480, height: 400, supersampling: 1 }).unwrap_err();
     assert!(matches!(error, RenderError::Size { .. }), "{error}");
 }
+
+/// A part of a surface is drawn above it, whatever the order in which they are named: all of its pixels have its
+/// colour.
+#[test]
+fn the_smaller_of_two_surfaces_is_on_top() {
+    let mut plate = block("plate", [0.0; 3], [4.0, 1.0, 4.0], [4, 1, 4]);
+    let top = |facet: &&slipstick_mesh::Facet| facet_area_vector(&plate.facet_coordinates(facet))[1] > 0.0;
+    let facets: Vec<_> = plate.boundary(0).facets.iter().filter(top).copied().collect();
+    let part = facets.iter().take(4).copied().collect();
+    plate.surfaces.insert("whole".into(), Surface { facets });
+    plate.surfaces.insert("part".into(), Surface { facets: part });
+    let label = |name: &str| SurfaceLabel { name: name.into(), lines: Vec::new(), normal: None };
+    let panel = Canvas { width: 300, height: 240, supersampling: 1 };
+    // the first is orange, without blue; the second sky blue
+    let orange = |picture: &Picture| {
+        let places = (0..300).flat_map(|x| (0..240).map(move |y| (x, y)));
+        places.filter(|&(x, y)| picture.pixel(x, y).is_some_and(|[r, _, b]| b == 0 && r > 60)).count() as f64
+    };
+    let drawn = |names: [&str; 2]| surfaces_picture(&plate, &names.map(label), &panel).unwrap();
+    let (first, second) = (orange(&drawn(["part", "whole"])), orange(&drawn(["whole", "part"])));
+    // 4 of 16 facets, or the other 12: 1 to 3
+    assert!((second / first - 3.0).abs() < 0.2, "{first} {second}");
+}

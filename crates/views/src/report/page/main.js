@@ -10,9 +10,18 @@ function texts() {
   element("title").textContent = data.title;
   element("summary").textContent = data.summary;
   data.notes.forEach(note => { show("notes"); element("notes").append(make("p", {}, note)); });
+  data.warnings.forEach(({ message, help }) => {
+    show("warnings");
+    element("warnings-list").append(make("li", {}, message, ...help ? [make("span", { class: "help" }, help)] : []));
+  });
   const r = data.results;
   if (r) {
     show("results");
+    const { newest, path } = data.origin;
+    if (path !== null && (r.quantities || r.contact)) {
+      element("results-of").hidden = false;
+      element("results-of").textContent = newest === path ? `All numbers are those of iteration ${path}.` : `Quantities and contact forces below are those of iteration ${path}.`;
+    }
     if (r.rows.length) element("results-table").append(table([], r.rows, "words"));
     if (r.promise) {
       show("promise");
@@ -64,6 +73,7 @@ function curves() {
   const p = data.newton;
   if (p && p.step.length) {
     show("path");
+    element("path-title").textContent += p.what;
     const cases = loadCases(data.quantities && data.quantities.rows);
     const put = figure => { if (figure) element("path-charts").append(figure); };
     put(chart(`Newton iterations${p.what}`, p.step, [{ name: "Newton iterations", values: p.iterations }], { bars: true, xname: "load step", parts: cases }));
@@ -77,6 +87,10 @@ function curves() {
     element("verify-table").append(table(data.verify.columns, data.verify.rows));
   }
   if (data.evaluate) { show("evaluate"); element("evaluate-table").append(table(data.evaluate.columns.map(name => name.replaceAll("_", " ")), data.evaluate.rows)); }
+}
+// The design of the load path.
+function pathOf() {
+  return data.path_of || (data.origin.path === null ? "the newest design" : `the design of iteration ${data.origin.path}`);
 }
 // A chart of a bound: a line for each load case, of the worst step where there are several, and of the extreme itself
 // where a smooth value is on the unsafe side. Returns the columns that it shows.
@@ -104,7 +118,7 @@ function quantities() {
   const q = data.quantities;
   if (!q || q.rows.length < 2) return;
   show("quantities");
-  element("quantities-help").textContent = `At each load step of ${data.path_of || "the newest design"}, with a line for each load case and, after evaluate, each coefficient of friction, and dashed lines for bounds; units and meanings are those of quantities.csv. Choose what to plot against what.`;
+  element("quantities-help").textContent = `At each load step of ${pathOf()}, with a line for each load case and, after evaluate, each coefficient of friction, and dashed lines for bounds; units and meanings are those of quantities.csv. Choose what to plot against what.`;
   const names = q.columns.filter(name => name !== "load_case" && name !== "friction"), pick = (label, chosen) => {
     const select = make("select", { "aria-label": label }, ...names.map(name => make("option", { value: name }, name.replaceAll("_", " "))));
     select.value = chosen;

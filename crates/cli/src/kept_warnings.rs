@@ -1,0 +1,56 @@
+//! The warnings of a command, which its run keeps.
+
+use std::path::Path;
+
+use slipstick::run::{RunDirectory, RunWarning};
+
+/// Warnings so far, and the run that keeps them.
+///
+/// A warning that cannot be written is only printed: if the disk is full, the tables of the run fail
+/// with an error.
+#[derive(Debug, Default)]
+pub struct KeptWarnings {
+    all: Vec<RunWarning>,
+    /// The run, opened to be read: its lock belongs to the command.
+    run: Option<RunDirectory>,
+    /// Whether warnings are about the result.
+    pub of_result: bool,
+}
+
+impl KeptWarnings {
+    /// Keeps warnings in the directory of a run that has started or is `resumed`.
+    pub fn begin(&mut self, run: &Path, resumed: bool) {
+        self.run = RunDirectory::open(run).ok();
+        let earlier = self.run.as_ref().filter(|_| resumed).and_then(|run| RunWarning::read(run).ok());
+        let new = std::mem::take(&mut self.all);
+        let known = earlier.as_ref().is_some_and(|all| !all.is_empty());
+        self.all = earlier.unwrap_or_default().into_iter().filter(|warning| !warning.of_result).collect();
+        for warning in new {
+            self.all.extend((!self.has(&warning.message)).then_some(warning));
+        }
+        // also if none is left, because the earlier part had some of its result
+        if known || !self.all.is_empty() {
+            self.write();
+        }
+    }
+
+    /// Adds a warning, unless the run has it.
+    pub fn add(&mut self, message: &str, help: Option<&str>) {
+        if self.has(message) {
+            return;
+        }
+        let (message, help) = (message.to_owned(), help.filter(|help| !help.is_empty()).map(str::to_owned));
+        self.all.push(RunWarning { message, help, of_result: self.of_result });
+        self.write();
+    }
+
+    fn has(&self, message: &str) -> bool {
+        self.all.iter().any(|known| known.message == message)
+    }
+
+    fn write(&self) {
+        if let Some(run) = &self.run {
+            let _ = RunWarning::write(&self.all, run);
+        }
+    }
+}
