@@ -452,7 +452,7 @@ mod tests {
         let mixed = case("friction = 0.3");
         let mesh = build_mesh(&mixed).expect("a mesh");
         let field = |name: &str| {
-            let values = vec![5.0; mesh.nodes.len()].into();
+            let values = vec![5.0; mesh.nodes.len()];
             StoredField { name: name.into(), on_points: true, components: 1, values }
         };
         let upper = &mesh.surfaces["block_ymax"].nodes();

@@ -72,7 +72,7 @@ fn text_is_no_markup() {
 /// Options of all commands may come first, with values.
 #[test]
 fn the_command_is_found_behind_options() {
-    let found = |line: &str| super::command(&line.split(' ').map(str::to_owned).collect::<Vec<_>>()).to_owned();
+    let found = |line: &str| command(&line.split(' ').map(str::to_owned).collect::<Vec<_>>()).to_owned();
     assert_eq!(found("/bin/slipstick --threads 1 solve case.toml -q --out a"), "solve");
     assert_eq!(found("slipstick -q optimize solve"), "optimize");
     assert_eq!(found("slipstick --json --threads=2 resume case"), "optimize");
