@@ -11,6 +11,7 @@ use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
 use slipstick::coarse_friction::CoarseFriction;
 use slipstick::crushed::{CURE, CrushedVoid, RESCUED};
+use slipstick::imbalance::Imbalance;
 use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 use slipstick::pieces::{self, LoosePieces};
@@ -210,6 +211,13 @@ impl Console {
                 json!({ "code": "coarse_friction", "message": work.to_string(), "help": help, "friction": work });
             self.finding(object);
         }
+    }
+
+    /// Prints that energies do not balance.
+    pub fn imbalance(&self, found: &Imbalance) {
+        let help = found.help();
+        let object = json!({ "code": "imbalance", "message": found.to_string(), "help": help, "imbalance": found });
+        self.finding(object);
     }
 
     /// Prints in which load step stored energy disappears.

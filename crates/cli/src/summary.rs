@@ -79,6 +79,7 @@ pub(crate) fn print_quantities(context: &Context, quantities: &Quantities, probl
     context.console.losses(&quantities.losses);
     context.console.coarse_friction(&quantities.coarse_friction);
     quantities.released.iter().for_each(|released| context.console.released(released));
+    quantities.imbalance.iter().for_each(|found| context.console.imbalance(found));
     if let Some((step, part)) = quantities.holding() {
         context.console.warning(&format!(
             "up to load step {step}, the springs on free motions take {:.1} % of the work of loads, supports and \

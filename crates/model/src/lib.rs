@@ -11,6 +11,7 @@ pub mod analysis;
 pub mod coarse_friction;
 pub mod crushed;
 pub mod equations;
+pub mod imbalance;
 pub mod losses;
 pub mod optimize;
 pub mod overlaps;

@@ -47,23 +47,38 @@ const SOLID: f64 = 0.5;
 
 impl Problem {
     /// Pieces of designed bodies that touch neither a support (a symmetry plane is none) nor a contact
-    /// surface. A piece consists of
-    /// elements that are not void, share nodes, and include at least one of material. `None` if there is
-    /// none.
+    /// surface. A piece consists of elements that are not void and share nodes or are joined, by a tie, a
+    /// bolt or a linear equation, and includes at least one of material: a tie to a body that nothing holds
+    /// holds nothing. `None` if there is none.
     pub fn loose_pieces(&self, density: &ElementValues) -> Option<LoosePieces> {
         let (mesh, model) = (&self.mesh, self.analysis.model());
         let mut held = vec![false; mesh.nodes.len()];
         // a symmetry plane holds only one direction
         let supported = model.prescribed().owned().into_iter().flat_map(|(_, unknowns)| unknowns);
         supported.for_each(|unknown| held[unknown as usize / 3] = true);
-        let facets = model.interfaces().iter().map(|of| &of.interface);
+        let facets = model.interfaces().iter().filter(|of| of.bond.is_none()).map(|of| &of.interface);
         let facets = facets.flat_map(|interface| interface.slave_facets().iter().chain(interface.master_facets()));
         facets.flat_map(|facet| facet.iter()).for_each(|&node| held[node as usize] = true);
         let mut groups = Groups::new(mesh.nodes.len());
         let filled = |element: usize| density[element] >= VOID;
+        let mut material = vec![false; mesh.nodes.len()];
         for (_, element) in mesh.elements.iter().enumerate().filter(|(e, _)| filled(*e)) {
             let nodes = element.nodes();
-            nodes.iter().for_each(|&node| groups.join(nodes[0], node));
+            for &node in nodes {
+                groups.join(nodes[0], node);
+                material[node as usize] = true;
+            }
+        }
+        let mut join = |a: u32, b: u32| {
+            if material[a as usize] && material[b as usize] {
+                groups.join(a, b);
+            }
+        };
+        for row in model.interfaces().iter().filter_map(|of| of.bond.as_ref()).flat_map(|rows| rows.iter()) {
+            row.support[row.ring..].iter().for_each(|&master| join(row.node, master));
+        }
+        for (dependent, terms) in model.prescribed().linear().rows() {
+            terms.iter().for_each(|(unknown, _)| join(dependent / 3, unknown / 3));
         }
         // of each group: whether it is held, has material and is designed
         let count = mesh.nodes.len();

@@ -56,6 +56,7 @@ use slipstick_path::{LoadTime, Path};
 
 use crate::coarse_friction::CoarseFriction;
 use crate::equations::{ContactModel, NodalContact};
+use crate::imbalance::Imbalance;
 use crate::losses::LostWork;
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
@@ -138,6 +139,8 @@ pub struct Quantities {
     pub coarse_friction: Vec<CoarseFriction>,
     /// The largest release of stored energy that nothing takes ([`crate::releases`]).
     pub released: Option<ReleasedEnergy>,
+    /// Energies that do not balance for another reason ([`crate::imbalance`]).
+    pub imbalance: Option<Imbalance>,
 }
 
 impl Quantities {

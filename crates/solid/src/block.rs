@@ -94,6 +94,9 @@ impl StressSlopes<'_> {
     }
 }
 
+/// Takes the number of an element and the stresses at its points.
+pub(crate) type VisitStresses<'a> = dyn FnMut(usize, &[Tensor; STRESS_POINTS]) + 'a;
+
 /// Elements of one kind. Methods that return element numbers return those that are inverted; what they
 /// have written is then meaningless. No result depends on the number of threads.
 pub(crate) trait ElementBlock: Debug + Send + Sync {
@@ -122,8 +125,9 @@ pub(crate) trait ElementBlock: Debug + Send + Sync {
     /// a number.
     fn write_determinants(&self, d: &[f64], out: &mut [f64]);
 
-    /// Writes the Cauchy stresses of the solid material at the stress points of each element.
-    fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]);
+    /// Calls `visit` with the number of each element and the Cauchy stresses of the solid material at its
+    /// stress points.
+    fn visit_stresses(&self, state: State<'_>, visit: &mut VisitStresses<'_>);
 
     /// Adds the derivatives of Σ w σ_v over the stress points.
     fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>);
@@ -141,8 +145,17 @@ pub(crate) fn write<E: Sync, T: Send>(
     number: impl Fn(&E) -> usize,
     out: &mut [T],
 ) {
-    let found: Vec<T> = elements.par_iter().map(&of).collect();
-    elements.iter().zip(found).for_each(|(element, found)| out[number(element)] = found);
+    visit(elements, of, |element, found| out[number(element)] = found);
+}
+
+/// Calls `each` with every element and what `of` returns for it, in order. `of` runs in parallel, for some
+/// elements at a time, so that their results need little memory.
+pub(crate) fn visit<E: Sync, T: Send>(elements: &[E], of: impl Fn(&E) -> T + Sync, mut each: impl FnMut(&E, T)) {
+    const AT_ONCE: usize = 1024;
+    for elements in elements.chunks(AT_ONCE) {
+        let found: Vec<T> = elements.par_iter().map(&of).collect();
+        elements.iter().zip(found).for_each(|(element, found)| each(element, found));
+    }
 }
 
 /// Calls `work` with chunks of the elements and of `out`, in parallel. Returns the elements that it

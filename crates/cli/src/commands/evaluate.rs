@@ -89,6 +89,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         context.console.losses(&found.losses);
         context.console.coarse_friction(&found.coarse_friction);
         found.released.iter().for_each(|released| context.console.released(released));
+        found.imbalance.iter().for_each(|found| context.console.imbalance(found));
         let values = case_values(&found, problem);
         names = values.iter().map(|(name, _)| name.clone()).collect();
         paths.push((shown, found));

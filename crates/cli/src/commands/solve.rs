@@ -4,7 +4,7 @@ use serde_json::json;
 use slipstick::analysis::{Analysis, Designs, Forward};
 use slipstick::build::Problem;
 use slipstick::case::Case;
-use slipstick::design::ElementValues;
+use slipstick::design::{Bound, ElementValues};
 use slipstick::overlaps::overlaps;
 use slipstick::path::{MarchEvent, MarchObserver};
 use slipstick::quantities::Recording;
@@ -55,20 +55,48 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
     let row = |of: &Comparison| {
         let name = if of.load_case.is_empty() { String::new() } else { format!(" in {}", of.load_case) };
         let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
-        vec![format!("{}{name}", of.quantity), digits(of.promised), digits(of.found), deviation]
+        let beyond = if of.violation().is_some() { ", violated" } else { "" };
+        let bounds: Vec<String> = of.bounds.iter().map(|&bound| written(bound)).collect();
+        let bounds = if bounds.is_empty() { String::new() } else { bounds.join(", ") + beyond };
+        vec![format!("{}{name}", of.quantity), digits(of.promised), digits(of.found), deviation, bounds]
     };
     let event = |of: &Comparison| {
         json!({
             "quantity": of.quantity, "load_case": of.load_case, "promised": of.promised, "found": of.found,
-            "deviation": of.deviation(),
+            "deviation": of.deviation(), "violation": of.violation().map(|(_, by)| by),
         })
     };
     context.console.event("promises", json!({ "promises": found.iter().map(event).collect::<Vec<_>>() }));
     context.console.text("compared with what the design promised:");
-    context
-        .console
-        .lines(&lines(&["quantity", "design", "part", "deviation"], &found.iter().map(row).collect::<Vec<_>>()));
+    let mut rows = found.iter().map(row).collect::<Vec<_>>();
+    let mut titles = vec!["quantity", "design", "part", "deviation", "bound"];
+    if found.iter().all(|of| of.bounds.is_empty()) {
+        titles.pop();
+        rows.iter_mut().for_each(|row| row.truncate(titles.len()));
+    }
+    context.console.lines(&lines(&titles, &rows));
+    for of in &found {
+        let Some((bound, by)) = of.violation() else { continue };
+        let place = if of.load_case.is_empty() { String::new() } else { format!(" in `{}`", of.load_case) };
+        context.console.warning(&format!(
+            "the part violates a bound that the design had to meet{place}: `{}` is {}, {:.1} % beyond {} (design: {}); \
+             give the bound that much margin and optimize again, or compare on a finer mesh",
+            of.quantity,
+            digits(of.found),
+            100.0 * by,
+            written(bound),
+            digits(of.promised)
+        ));
+    }
     Ok(())
+}
+
+/// A bound as text.
+fn written(bound: Bound) -> String {
+    match bound {
+        Bound::AtMost(value) => format!("≤ {}", digits(value)),
+        Bound::AtLeast(value) => format!("≥ {}", digits(value)),
+    }
 }
 
 /// The weighted parts of the load cases in the objective, as text; empty if there is only one load

@@ -111,6 +111,10 @@ fn a_part_and_its_promises() {
     // half-way up the slab, where the part's mesh has no nodes
     let unused = "[[set]]\nname = \"middle\"\nbody = \"slab\"\nboxes = [{ min = [0, 0.5, 0], max = [4, 0.5, 2] }]\n";
     place.write("case.toml", &place.read("case.toml").replacen("[[contact]]", &format!("{unused}[[contact]]"), 1));
+    // a bound that neither the design nor its part meets, of a smooth measure
+    let bound = "[[quantity]]\nname = \"peak\"\ncontact_pressure = { slave = \"block_ymin\", measure = \"peak\" }\n\
+                 [[constraint]]\nquantity = \"peak\"\nmax = 1.5\n";
+    place.write("case.toml", &place.read("case.toml").replacen("[objective]", &format!("{bound}[objective]"), 1));
     place.good("solve case.toml --design start.csv --out case -q");
     let ran = place.good("export case --case part --threshold 0.5 --size 0.5 --measure --json");
     assert!(!place.read("part/case.toml").contains("middle"));
@@ -167,11 +171,15 @@ fn a_part_and_its_promises() {
         assert_eq!((promised, found), (value(&design, name), value(&part, name)), "{name}");
         assert!((deviation - (found / promised - 1.0)).abs() < 1e-12, "{name}");
     }
-    let told = place.good("solve part/case.toml --force").out;
+    let told = place.good("solve part/case.toml --force");
+    let warned = "the part violates a bound that the design had to meet: `peak_extreme` is ";
+    assert!(told.err.contains(warned) && told.err.contains("beyond ≤ 1.5"), "{}", told.err);
+    let told = told.out;
     assert!(told.contains("compared with what the design promised:") && told.contains(" %"), "{told}");
+    assert!(told.contains("≤ 1.5, violated"), "{told}");
     place.good("report part/case_solve");
     let html = place.read("part/case_solve/report.html");
-    assert!(html.contains("\"promise\":{\"columns\":[\"quantity\",\"design\",\"part\",\"deviation\"]"));
+    assert!(html.contains("\"promise\":{\"columns\":[\"quantity\",\"design\",\"part\",\"deviation\",\"bound\"]"));
     place.good("report case");
     assert!(place.read("case/report.html").contains("thinnest member"));
 }

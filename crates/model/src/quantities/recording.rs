@@ -14,7 +14,10 @@ use super::{
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
 use crate::coarse_friction::CoarseSteps;
-use crate::equations::{ContactModel, ContactResults, Design, Known, ModelInterface, NodalContact, StateResults};
+use crate::equations::{
+    ContactModel, ContactResults, Design, Known, Method, ModelInterface, NodalContact, StateResults,
+};
+use crate::imbalance::Imbalance;
 use crate::losses::{ContactAt, Losses};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
@@ -85,7 +88,15 @@ impl<'a> Recording<'a> {
     /// All quantities, with the losses and these overlaps.
     pub fn finish(mut self, overlaps: Vec<OpenOverlap>) -> Quantities {
         self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found);
-        Quantities { overlaps, ..self.found }
+        let mut found = Quantities { overlaps, ..self.found };
+        let model = self.recorder.model;
+        // penalties store energy; augmented multipliers leave a part of it
+        let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
+        let explained = !found.losses.is_empty() || !found.coarse_friction.is_empty() || found.released.is_some();
+        if exact && !explained && model.viscosity().is_none() {
+            found.imbalance = Imbalance::of(&found);
+        }
+        found
     }
 
     /// What was computed at the last state; `None` if it could not be evaluated.

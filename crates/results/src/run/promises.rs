@@ -3,6 +3,8 @@
 use std::fs;
 
 use slipstick_case::file::{Case, Promise};
+use slipstick_design::Bound;
+use slipstick_model::optimize::FEASIBLE;
 
 use super::{ExitState, RunDirectory, RunError, RunRecord};
 
@@ -20,9 +22,18 @@ pub struct Comparison {
     /// The largest value of its kind that the design promised, of forces, pressures or energies; 0
     /// for a quantity of the case.
     pub scale: f64,
+    /// The bounds of the design on the quantity.
+    pub bounds: Vec<Bound>,
 }
 
 impl Comparison {
+    /// How far the value of this run lies beyond a bound of the design, relative to the bound; `None` if it
+    /// meets all, or the design had none. Differences of 0.1 % count as met, as for designs.
+    pub fn violation(&self) -> Option<(Bound, f64)> {
+        let beyond = self.bounds.iter().map(|&bound| (bound, bound.violation(self.found).0));
+        beyond.filter(|(_, by)| *by > FEASIBLE).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// The relative deviation from the promise; for a promise that is small among those of its kind,
     /// relative to the largest of them. `None` if the promise is zero or round-off.
     pub fn deviation(&self) -> Option<f64> {
@@ -71,7 +82,11 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
         let column = columns.iter().position(|column| column == name)?;
         rows.iter().map(|row| row.get(column)?.parse().ok()).collect()
     };
-    let mut names: Vec<String> = case.quantities.iter().map(|quantity| quantity.name.clone()).collect();
+    // a bounded smooth measure is followed by the extreme for which it stands
+    let bounded = |name: &String| case.constraints.iter().any(|of| of.quantity == *name);
+    let with_extreme = |name: &String| [Some(name.clone()), bounded(name).then(|| extreme(name))];
+    let quantities = case.quantities.iter().flat_map(|quantity| with_extreme(&quantity.name));
+    let mut names: Vec<String> = quantities.flatten().collect();
     for contact in &case.contacts {
         names.extend(of_pair(case, &contact.slave).iter().map(|what| format!("{}_{what}", contact.slave)));
     }
@@ -88,9 +103,10 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     for quantity in names {
         let values = values_of(&quantity);
         if let Some(values) = values.filter(|_| promises.iter().all(|other| other.quantity != quantity)) {
-            promises.push(Promise { quantity, values });
+            promises.push(Promise { quantity, values, max: None, min: None });
         }
     }
+    add_bounds(&mut promises, case);
     Ok(promises)
 }
 
@@ -104,6 +120,28 @@ const OF_PAIR: &[&str] = &["normal_force", "friction_force", "peak_pressure"];
 
 fn of_contact(rest: &str) -> bool {
     rest.strip_prefix('_').is_some_and(|what| OF_PAIR.contains(&what))
+}
+
+/// The column of the extreme for which a smooth measure stands.
+fn extreme(name: &str) -> String {
+    format!("{name}_extreme")
+}
+
+/// Adds the bounds of the design that hold at the ends of load cases. Those of a smooth measure are bounds on the
+/// extreme for which it stands.
+fn add_bounds(promises: &mut [Promise], case: &Case) {
+    let steps = case.load_path.steps;
+    for constraint in case.constraints.iter().filter(|constraint| constraint.steps.contains(steps, steps)) {
+        let of = [extreme(&constraint.quantity), constraint.quantity.clone()];
+        let found = of.iter().find_map(|name| promises.iter().position(|promise| promise.quantity == *name));
+        let Some(promise) = found.map(|number| &mut promises[number]) else { continue };
+        let tighter = |known: Option<f64>, new: Option<f64>, pick: fn(f64, f64) -> f64| match (known, new) {
+            (Some(known), Some(new)) => Some(pick(known, new)),
+            (known, new) => known.or(new),
+        };
+        promise.max = tighter(promise.max, constraint.max, f64::min);
+        promise.min = tighter(promise.min, constraint.min, f64::max);
+    }
 }
 
 /// The promises of a case and the values of its run. Empty if the case has none, or if the run has
@@ -128,7 +166,9 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
         for (number, (row, &promised)) in rows.iter().zip(&promise.values).enumerate() {
             let Some(value) = row.get(column).and_then(|cell| cell.parse().ok()) else { continue };
             let (quantity, load_case) = (promise.quantity.clone(), names.get(number).cloned().unwrap_or_default());
-            found.push(Comparison { quantity, load_case, promised, found: value, scale: 0.0 });
+            let bounds = [promise.max.map(Bound::AtMost), promise.min.map(Bound::AtLeast)];
+            let bounds = bounds.into_iter().flatten().collect();
+            found.push(Comparison { quantity, load_case, promised, found: value, scale: 0.0, bounds });
         }
     }
     for kind in ["energy", "force", "pressure"] {

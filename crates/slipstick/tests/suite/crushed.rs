@@ -65,6 +65,13 @@ fn void_that_inverts_has_a_cure() {
     assert!(case.analysis.forward(&density, &mut Silent).is_ok());
 }
 
+/// The block with this density in its middle layer; everything else is solid.
+fn layered_with_cap(case: &Problem, middle: f64) -> ElementValues {
+    let centroids = case.mesh.centroids();
+    let of = |c: &[f64; 3]| if (0.5..1.0).contains(&c[1]) { middle } else { 1.0 };
+    centroids.iter().map(of).collect::<Vec<f64>>().into()
+}
+
 /// Of three layers, the middle one is void: the one above hangs on nothing unless it touches a support.
 /// Grey material holds, void does not.
 #[test]
@@ -93,8 +100,17 @@ fn loose_pieces_are_found() {
     assert!(found.at[1] > 1.0, "{found}");
     assert_eq!(free.loose_pieces(&layered([1.0, 0.35, 1.0])), None);
     // a symmetry plane does not count as a support
-    let half = problem(&(bottom + "[[symmetry]]\nnormal = \"z\"\nat = 0\n"));
+    let half = problem(&(bottom.clone() + "[[symmetry]]\nnormal = \"z\"\nat = 0\n"));
     assert_eq!(half.loose_pieces(&layered([1.0, 0.1, 1.0])).map(|found| found.elements), Some(4));
+    // a tie to a body that nothing holds does not hold, a tie to one that is held does
+    let tied = "[[body]]\nname = \"cap\"\nbox = { min = [0, 1.5, 0], max = [1, 2, 1], elements = [3, 1, 3] }\n\
+                material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }\n\
+                [[contact]]\nslave = \"cap_ymin\"\nmaster = \"block_ymax\"\ntied = true\n";
+    let capped = problem(&(bottom.clone() + tied));
+    assert_eq!(capped.loose_pieces(&layered_with_cap(&capped, 0.1)).map(|found| found.elements), Some(13));
+    assert_eq!(capped.loose_pieces(&layered_with_cap(&capped, 0.35)), None);
+    let held = problem(&(bottom.clone() + tied + "[[dirichlet]]\nset = \"cap_ymax\"\n"));
+    assert_eq!(held.loose_pieces(&layered_with_cap(&held, 0.1)), None);
     // grey elements alone do not count as a piece
     assert_eq!(free.loose_pieces(&layered([1.0, 0.1, 0.4])), None);
 }

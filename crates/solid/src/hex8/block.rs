@@ -4,12 +4,14 @@
 use super::kernel::Scratch;
 use super::{ReferenceGeometry, energy, interpolated, smallest_determinant, transposed};
 use crate::assembly::{add, add_to_nodes, local, positions};
-use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks, write};
+use crate::block::{
+    Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, in_chunks, visit, write,
+};
 use crate::clusters::{Clusters, Target};
 use crate::heat::Power;
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
-use crate::stress::{self, STRESS_POINTS, Tensor};
+use crate::stress::{self, STRESS_POINTS};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
@@ -139,12 +141,12 @@ impl ElementBlock for Hexahedra {
         write(&self.elements, of, Hexahedron::number, out);
     }
 
-    fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
+    fn visit_stresses(&self, state: State<'_>, to: &mut VisitStresses<'_>) {
         let of = |element: &Hexahedron| {
             let (section, gamma) = (&state.sections[element.section()], state.scalings[element.number()].gamma);
             stress::at_points(section, element.stress_points(state).deformation(section, gamma))
         };
-        write(&self.elements, of, Hexahedron::number, out);
+        visit(&self.elements, of, |element, stresses| to(element.number(), &stresses));
     }
 
     fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>) {

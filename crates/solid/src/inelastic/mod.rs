@@ -13,14 +13,14 @@ pub(crate) use state::ByState;
 pub use state::Energies;
 
 use crate::assembly::find_pairs;
-use crate::block::{ElementBlock, PullBack, State, StressSlopes, Weights, write};
+use crate::block::{ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, visit, write};
 use crate::clusters::Clusters;
 use crate::dual::Dual;
 use crate::heat::Power;
 use crate::interpolation::ElementScaling;
 use crate::law::memory::Inelastic as _;
 use crate::law::{HISTORY, Material, with_memory};
-use crate::stress::{self, STRESS_POINTS};
+use crate::stress;
 pub(crate) use points::PointElement;
 use points::{Deformed, Tensor};
 use rayon::prelude::*;
@@ -269,8 +269,8 @@ impl ElementBlock for Inelastic {
         write(&self.elements, |element| element.smallest_determinant(d), PointElement::number, out);
     }
 
-    fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
-        write(&self.elements, |element| element.stresses(state), PointElement::number, out);
+    fn visit_stresses(&self, state: State<'_>, to: &mut VisitStresses<'_>) {
+        visit(&self.elements, |element| element.stresses(state), |element, stresses| to(element.number(), &stresses));
     }
 
     fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>) {

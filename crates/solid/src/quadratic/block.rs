@@ -5,13 +5,15 @@ use super::interpolated::{force, interpolated, tangent};
 use super::kernel::Scratch;
 use super::{Group, Kind};
 use crate::assembly::{find_pairs, local};
-use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks, write};
+use crate::block::{
+    Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, in_chunks, visit, write,
+};
 use crate::clusters::Target;
 use crate::heat::Power;
 use crate::hex8::transposed;
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
-use crate::stress::{self, STRESS_POINTS, Tensor};
+use crate::stress;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
@@ -89,12 +91,12 @@ where
         write(&self.cells, |cell| self.smallest_determinant(cell, d), Cell::number, out);
     }
 
-    fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
+    fn visit_stresses(&self, state: State<'_>, to: &mut VisitStresses<'_>) {
         let of = |cell: &Cell<N, B, M>| {
             let (section, gamma) = (&state.sections[cell.section as usize], state.scalings[cell.number()].gamma);
             stress::at_points(section, self.averaged_points(cell, state).deformation(section, gamma))
         };
-        write(&self.cells, of, Cell::number, out);
+        visit(&self.cells, of, |cell, stresses| to(cell.number(), &stresses));
     }
 
     fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>) {

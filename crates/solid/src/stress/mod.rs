@@ -162,14 +162,34 @@ impl SolidModel {
         d: &[f64],
         step: impl Into<SolidStep<'a>>,
     ) -> Result<Vec<[Tensor; STRESS_POINTS]>, InvertedElements> {
-        self.counter.count(Evaluation::Stress);
         let mut out = vec![[[[0.0; 3]; 3]; STRESS_POINTS]; self.elements()];
-        let state = self.state(d, step.into());
-        self.blocks.iter().for_each(|block| block.write_stresses(state, &mut out));
-        let finite =
-            |stresses: &[Tensor; STRESS_POINTS]| stresses.as_flattened().as_flattened().iter().all(|s| s.is_finite());
-        refuse((0_u32..).zip(&out).filter(|(_, of)| !finite(of)).map(|(e, _)| e).collect())?;
+        self.visit_stresses(d, step, |element, stresses| out[element] = *stresses)?;
         Ok(out)
+    }
+
+    /// Calls `visit` with the number of every element of this rank and its stresses as in
+    /// [`cauchy_stresses`](Self::cauchy_stresses), which need no memory then.
+    ///
+    /// # Errors
+    /// [`InvertedElements`], after all visits.
+    pub fn visit_stresses<'a>(
+        &self,
+        d: &[f64],
+        step: impl Into<SolidStep<'a>>,
+        mut visit: impl FnMut(usize, &[Tensor; STRESS_POINTS]),
+    ) -> Result<(), InvertedElements> {
+        self.counter.count(Evaluation::Stress);
+        let state = self.state(d, step.into());
+        let mut wrong = Vec::new();
+        let mut each = |element: usize, stresses: &[Tensor; STRESS_POINTS]| {
+            if stresses.as_flattened().as_flattened().iter().any(|s| !s.is_finite()) {
+                wrong.push(element as u32);
+            }
+            visit(element, stresses);
+        };
+        self.blocks.iter().for_each(|block| block.visit_stresses(state, &mut each));
+        wrong.sort_unstable();
+        refuse(wrong)
     }
 
     /// Adds the derivatives of Σ w σ_v over the Gauss points with respect to displacements, and to

@@ -3,11 +3,11 @@
 
 use super::{Batch, LANES, Work, pull_back};
 use crate::assembly::{add, add_to_nodes, find_pairs, local};
-use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, Weights, in_chunks};
+use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, in_chunks, visit};
 use crate::clusters::{Clusters, Target};
 use crate::inelastic::Energies;
 use crate::interpolation::ElementScaling;
-use crate::stress::{self, STRESS_POINTS, Tensor};
+use crate::stress;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
@@ -59,13 +59,15 @@ fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> 
 impl Tetrahedra {
     /// Writes what `of` returns for each element, by its number.
     fn write<T: Send>(&self, of: impl Fn(&Batch, usize) -> T + Sync, out: &mut [T]) {
+        self.visit(of, |number, value| out[number] = value);
+    }
+
+    /// Calls `each` with the number of each element and what `of` returns for it.
+    fn visit<T: Send>(&self, of: impl Fn(&Batch, usize) -> T + Sync, mut each: impl FnMut(usize, T)) {
         let of_batch = |batch: &Batch| -> Vec<T> { (0..batch.numbers().len()).map(|lane| of(batch, lane)).collect() };
-        let found: Vec<Vec<T>> = self.batches.par_iter().map(of_batch).collect();
-        for (batch, values) in self.batches.iter().zip(found) {
-            for (&number, value) in batch.numbers().iter().zip(values) {
-                out[number as usize] = value;
-            }
-        }
+        visit(&self.batches, of_batch, |batch, values| {
+            batch.numbers().iter().zip(values).for_each(|(&number, value)| each(number as usize, value));
+        });
     }
 }
 
@@ -126,13 +128,13 @@ impl ElementBlock for Tetrahedra {
         self.write(|batch, lane| batch.determinant(lane, d), out);
     }
 
-    fn write_stresses(&self, state: State<'_>, out: &mut [[Tensor; STRESS_POINTS]]) {
+    fn visit_stresses(&self, state: State<'_>, to: &mut VisitStresses<'_>) {
         let of = |batch: &Batch, lane: usize| {
             let section = &state.sections[batch.section];
             let gamma = state.scalings[batch.numbers()[lane] as usize].gamma;
             stress::at_points(section, stress_points(batch, lane, state).deformation(section, gamma))
         };
-        self.write(of, out);
+        self.visit(of, |number, stresses| to(number, &stresses));
     }
 
     fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>) {

@@ -319,7 +319,10 @@ impl Writer<'_> {
         for promise in self.options.promises {
             let value = promise.values.get(self.options.load_case);
             if let (Some(column), Some(&value)) = (columns.get(&promise.quantity), value) {
-                promises.extend(Value::try_from(Promise { quantity: column.clone(), values: vec![value] }).ok());
+                promises.extend(
+                    Value::try_from(Promise { quantity: column.clone(), values: vec![value], max: None, min: None })
+                        .ok(),
+                );
             }
         }
         quantities.extend(self.resultants());

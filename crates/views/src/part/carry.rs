@@ -25,16 +25,26 @@ pub(super) struct Carried {
 const SCARCE: f64 = 0.01;
 
 /// Gives each surface and set of a body its name in the mesh file: `{body}_{name}`, or the name
-/// itself if it already starts with `{body}_`.
-pub(super) fn name_groups(body: &str, faces: &mut [NamedFace]) {
+/// itself if it already starts with `{body}_`. A name that a table of the case defines is not used again;
+/// a union of surfaces needs none, since its parts have theirs.
+pub(super) fn name_groups(case: &Case, body: &str, faces: &mut [NamedFace]) {
     let prefix = format!("{body}_");
-    let mut taken: BTreeSet<String> =
-        faces.iter().map(|face| face.name.clone()).filter(|name| name.starts_with(&prefix)).collect();
-    for face in faces.iter_mut().filter(|face| !face.name.starts_with(&prefix)) {
-        face.group = format!("{prefix}{}", face.name);
-        while !taken.insert(face.group.clone()) {
-            face.group += "_faces";
+    let unions = case.surfaces.iter().filter(|surface| !surface.of.is_empty());
+    let unions: BTreeSet<&String> = unions.map(|surface| &surface.name).collect();
+    let defined = case.surfaces.iter().map(|surface| &surface.name).chain(case.sets.iter().map(|set| &set.name));
+    let mut taken: BTreeSet<String> = defined.cloned().collect();
+    let stays = |face: &&mut NamedFace| face.name.starts_with(&prefix) && !taken.contains(&face.name);
+    let (kept, named): (Vec<_>, Vec<_>) = faces.iter_mut().filter(|face| !unions.contains(&face.name)).partition(stays);
+    for face in kept {
+        taken.insert(face.name.clone());
+        face.group = Some(face.name.clone());
+    }
+    for face in named {
+        let mut group = format!("{prefix}{}", face.name.strip_prefix(&prefix).unwrap_or(&face.name));
+        while !taken.insert(group.clone()) {
+            group += "_faces";
         }
+        face.group = Some(group);
     }
 }
 
@@ -80,14 +90,14 @@ pub(super) fn carried(
     gone.retain(|name| designed(name) && left(name).is_none());
     for surface in part.surfaces.iter_mut().filter(|surface| surface.of.is_empty()) {
         if let Some((body, face)) = left(&surface.name) {
-            let (name, body, within) = (surface.name.clone(), body.name.clone(), Some(face.group.clone()));
+            let (name, body, within) = (surface.name.clone(), body.name.clone(), face.group.clone());
             *surface = SurfaceSet { name, body: Some(body), within, ..SurfaceSet::default() };
         }
     }
     let whole = |name: &str| faces.whole.contains_key(name);
     for set in part.sets.iter_mut().filter(|set| whole(&set.name)) {
         if let Some((_, face)) = left(&set.name) {
-            let (name, within) = (set.name.clone(), Some(face.group.clone()));
+            let (name, within) = (set.name.clone(), face.group.clone());
             *set = NodeSet { name, within, ..NodeSet::default() };
         }
     }

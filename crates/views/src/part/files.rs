@@ -51,7 +51,7 @@ pub fn write_script(path: &Path, bodies: &[PartBody]) -> Result<(), OutputError>
     let of_body = |body: &PartBody| {
         let faces = body.faces.iter().filter(|face| !face.patches.is_empty());
         let groups: serde_json::Map<String, serde_json::Value> =
-            faces.map(|face| (face.group.clone(), json!(face.patches))).collect();
+            faces.filter_map(|face| Some((face.group.clone()?, json!(face.patches)))).collect();
         json!({
             "name": body.name, "surface": body.surface_file(), "mesh": body.mesh_file(), "size": body.size,
             "curved": body.curved_file(), "pieces": body.pieces, "cut": body.cut, "groups": groups,

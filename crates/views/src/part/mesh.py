@@ -152,8 +152,8 @@ def raise_flat(body):
     worst tetrahedron at a corner becomes better. Outer faces stay; other points of the surface hardly move."""
     held, free = set(), set()
     for _, surface in gmsh.model.getEntities(2):
-        tags = gmsh.model.mesh.getNodes(2, surface, includeBoundary=True)[0]
-        (free if surface in body["cut"] else held).update(tags)
+        corners = gmsh.model.mesh.getElements(2, surface)[2]  # with those on borders, which have no curves of their own
+        (free if surface in body["cut"] else held).update(tag for some in corners for tag in some)
     tags, flat, _ = gmsh.model.mesh.getNodes()
     points = {tag: [float(c) for c in flat[3 * place : 3 * place + 3]] for place, tag in enumerate(tags)}
     elements, around = [], {}

@@ -103,8 +103,8 @@ pub struct PartBody {
 pub struct NamedFace {
     /// Its name in the case.
     pub name: String,
-    /// Its name in the mesh file.
-    pub group: String,
+    /// Its name in the mesh file; `None` for a union of other surfaces.
+    pub group: Option<String>,
     /// Area on the part divided by area on the design domain, 0 … 1.
     pub share: f64,
     /// Relative difference of its area from that on the design's surface, on facets.
@@ -231,7 +231,7 @@ fn part_body(
     let mut fine = remeshed(&patched, size, |patch| !outer(patch), fixed);
     let flat = fine.clone();
     let moves = curved.lift(&mut fine, |t| outer(flat.patch[t]));
-    let mut found = named_faces(mesh, faces, &fine, &list, body);
+    let mut found = named_faces((case, mesh), faces, &fine, &list, body);
     compare::compare(&mut found, (mesh, body, faces), &patched, &flat);
     Ok(PartBody {
         faces: found,
@@ -292,7 +292,7 @@ fn element_size(mesh: &Mesh, body: usize) -> f64 {
 
 /// The surfaces and node sets of a body, and their patches.
 fn named_faces(
-    mesh: &Mesh,
+    (case, mesh): (&Case, &Mesh),
     faces: &NamedFaces,
     surface: &PatchedSurface,
     list: &[Patch],
@@ -311,14 +311,14 @@ fn named_faces(
         let own: Vec<usize> = (0..list.len()).filter(carries).collect();
         found.push(NamedFace {
             name: name.clone(),
-            group: name.clone(),
+            group: None,
             area_change: 0.0,
             distance: 0.0,
             share: (own.iter().fold(0.0, |sum, &k| sum + areas[k]) / whole).min(1.0),
             patches: own.iter().map(|&k| k as u32 + 1).collect(),
         });
     }
-    carry::name_groups(&mesh.bodies[body].name, &mut found);
+    carry::name_groups(case, &mesh.bodies[body].name, &mut found);
     found
 }
 

@@ -39,9 +39,9 @@ const FOLDED: f64 = -0.966;
 /// One minus the cosine of the largest angle between triangles in one plane (0.01°).
 const FLAT: f64 = 1e-8;
 
-/// Angle between two segments of a border between outer faces above which their common point is a
-/// corner (30°).
-const BEND: f64 = 0.866;
+/// Cosine of the angle between two segments of a border between outer faces above which their common point
+/// is a corner (5°). Points on straighter borders move along them, so that chords hardly change the faces.
+const BEND: f64 = 0.9962;
 
 /// A closed surface that is divided into patches.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -98,6 +98,28 @@ fn the_case_names_the_faces_of_the_mesh() {
     assert_eq!(case.bodies[1].shape.key(), "box", "a body that is not designed stays");
 }
 
+/// The mesh has no group of a name that a table of the case defines, so that the part can be read; a union
+/// is defined by its parts.
+#[test]
+fn groups_and_tables_have_different_names() {
+    let text = CASE
+        .replace("\"pad\"", "\"slab_pad\"")
+        .replace("[[contact]]", "[[surface]]\nname = \"slab_all\"\nof = [\"slab_pad\", \"slab_xmax\"]\n[[contact]]");
+    let text = text.replace("master = \"slab_pad\"", "master = \"slab_all\"");
+    let part = part_of(&text, |_| true).expect("a part");
+    let group = |name: &str| {
+        let face = part.bodies[0].faces.iter().find(|face| face.name == name).expect("the face");
+        face.group.as_deref()
+    };
+    assert_eq!(
+        [group("slab_pad"), group("slab_xmax"), group("slab_all")],
+        [Some("slab_pad_faces"), Some("slab_xmax"), None]
+    );
+    let [pad, all] = &part.case.surfaces[..] else { panic!("{:?}", part.case.surfaces) };
+    assert_eq!((pad.name.as_str(), pad.within.as_deref()), ("slab_pad", Some("slab_pad_faces")));
+    assert_eq!(all.of, ["slab_pad", "slab_xmax"]);
+}
+
 /// A set that nothing uses does not come along if the mesh of the part may have no nodes for it, nor do
 /// surfaces that refer to one without material; a quantity needs its set, and material there.
 #[test]

@@ -9,7 +9,7 @@ use super::named;
 use super::origin::Origin;
 use super::tables::{self, Table};
 use slipstick_case::check::{SectionSummary, sections};
-use slipstick_case::file::{Case, Dimension};
+use slipstick_case::file::{Bound, Case, Dimension};
 use slipstick_model::optimize::FEASIBLE;
 use slipstick_model::words::{quantity, vector};
 use slipstick_results::run::{Comparison, RESPONSES, ResultRecord, RunDirectory, RunError, comparisons, load_density};
@@ -141,15 +141,30 @@ fn promised(run: &RunDirectory, case: &Case) -> Result<Option<Table>, RunError> 
         columns.push("load case".into());
     }
     columns.extend(["design", "part", "deviation"].map(str::to_owned));
+    let bounded = found.iter().any(|of| !of.bounds.is_empty());
+    columns.extend(bounded.then(|| "bound".to_owned()));
     let row = |of: &Comparison| {
         let mut row: Vec<Value> = vec![of.quantity.as_str().into()];
         row.extend(cases.then(|| of.load_case.as_str().into()));
         let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
         row.extend([quantity(of.promised).into(), quantity(of.found).into(), deviation.into()]);
+        row.extend(bounded.then(|| verdicts(of).into()));
         row
     };
     let rows: Vec<Vec<Value>> = found.iter().map(row).collect();
     Ok((!rows.is_empty()).then_some(Table { columns, rows }))
+}
+
+/// The bounds that a design had to meet, and whether its part meets them.
+fn verdicts(of: &Comparison) -> String {
+    let verdict = |&bound: &Bound| {
+        let sign = if bound.violation(of.found).0 > FEASIBLE { "✗" } else { "✓" };
+        match bound {
+            Bound::AtMost(value) => format!("{sign} ≤ {}", quantity(value)),
+            Bound::AtLeast(value) => format!("{sign} ≥ {}", quantity(value)),
+        }
+    };
+    of.bounds.iter().map(verdict).collect::<Vec<_>>().join("; ")
 }
 
 /// Description and unit of an objective that is not that of the case, which the run records.

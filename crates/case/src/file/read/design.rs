@@ -354,7 +354,11 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
         .number("discreteness")
         .check(CaseCode::OutOfRange, share, "must lie between 0 and 1, bounds excluded", "for instance 0.05")
         .optional();
-    let schedule = table.table("schedule").map_or(Schedule::default(), |table| schedule(table, design, iterations));
+    let mut schedule = table.table("schedule").map_or(Schedule::default(), |table| schedule(table, design, iterations));
+    let projected = design.is_some_and(|design| design.projection.is_some());
+    if schedule.sharpness.is_empty() && projected && !table.reader.contains("design.projection.sharpness") {
+        schedule.sharpness = Projection::continuation(iterations);
+    }
     table.finish();
     Some(Optimizer {
         method,

@@ -22,8 +22,9 @@ pub(super) fn promises(root: &Table<'_>, cases: usize) -> Vec<Promise> {
                 "without [[load_case]] tables, give one value",
             )
             .required(Vec::new(), "the values at the end of each load case, for instance [12.5]");
+        let [max, min] = ["max", "min"].map(|key| table.number(key).optional());
         table.finish();
-        promises.push(Promise { quantity, values });
+        promises.push(Promise { quantity, values, max, min });
     }
     promises
 }

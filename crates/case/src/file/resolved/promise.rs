@@ -11,4 +11,10 @@ pub struct Promise {
     pub quantity: String,
     /// Its values, one for each load case, in the order of the case.
     pub values: Vec<f64>,
+    /// Bound of the design from above, in units of the quantity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// Bound of the design from below, in units of the quantity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
 }

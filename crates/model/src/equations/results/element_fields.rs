@@ -72,21 +72,21 @@ impl Design {
             true => solid.energies(d, step).map(Cow::Owned),
             false => Ok(Cow::Borrowed(&known.energies[..])),
         };
-        let (Ok(()), Ok(stresses), Ok(energies)) = (equilibrium, solid.cauchy_stresses(d, step), energies) else {
+        let (mut stress, mut sizes) = (vec![0.0; 6 * mesh.elements.len()], vec![0.0; mesh.elements.len()]);
+        let stresses = solid.visit_stresses(d, step, |element, of| {
+            let (scaling, points) = (&self.scalings[element], stress_points(&mesh.elements[element]));
+            let mean = |a: usize, b: usize| of[..points].iter().map(|s| s[a][b]).sum::<f64>() / points as f64;
+            let places = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+            stress[6 * element..][..6].copy_from_slice(&places.map(|(a, b)| scaling.factor * mean(a, b)));
+            sizes[element] = scaling.factor * of[..points].iter().map(von_mises).fold(0.0, f64::max);
+        });
+        let (Ok(()), Ok(()), Ok(energies)) = (equilibrium, stresses, energies) else {
             return ElementFields { determinants, ..ElementFields::default() };
         };
         let mut external = vec![0.0; d.len()];
         self.external_force(d, time, &mut external);
         let none = vec![0.0; d.len()];
         let contact_force = if known.contact.force.is_empty() { &none[..] } else { &known.contact.force[..] };
-        let (mut stress, mut sizes) = (Vec::new(), Vec::new());
-        for ((of, scaling), element) in stresses.iter().zip(&self.scalings).zip(&mesh.elements) {
-            let points = stress_points(element);
-            let mean = |a: usize, b: usize| of[..points].iter().map(|s| s[a][b]).sum::<f64>() / points as f64;
-            let places = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
-            stress.extend(places.map(|(a, b)| scaling.factor * mean(a, b)));
-            sizes.push(scaling.factor * of[..points].iter().map(von_mises).fold(0.0, f64::max));
-        }
         let density = |(energy, volume): (&f64, &f64)| if *volume > 0.0 { energy / volume } else { 0.0 };
         ElementFields {
             determinants,

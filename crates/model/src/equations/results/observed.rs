@@ -275,12 +275,13 @@ impl Design {
         let model = &*self.model;
         let stretches = model.stretches(time);
         let d = &state.unknowns[..model.displacement_count()];
-        let stresses = model
-            .solid
-            .cauchy_stresses(d, self.solid_step(model.solid_history(state), &stretches))
-            .map_err(crate::equations::inverted);
-        let stresses = model.share.agree(stresses)?;
-        let mut sizes: Vec<f64> = stresses.as_flattened().iter().map(von_mises).collect();
+        let mut sizes = vec![0.0; STRESS_POINTS * self.scalings.len()];
+        let step = self.solid_step(model.solid_history(state), &stretches);
+        let found = model.solid.visit_stresses(d, step, |element, stresses| {
+            let points = sizes[STRESS_POINTS * element..].iter_mut().zip(stresses);
+            points.for_each(|(size, stress)| *size = von_mises(stress));
+        });
+        model.share.agree(found.map_err(crate::equations::inverted))?;
         model.share.sum(&mut [&mut sizes]);
         Ok(sizes)
     }

@@ -149,3 +149,43 @@ fn faces_keep_their_areas_where_the_rim_of_the_material_is_curved() {
         assert_eq!((coarse.crossings(), open_edges(&coarse)), (0, 0));
     }
 }
+
+/// The round border between two faces in one plane stays: a polygon of 24 corners keeps them and its area,
+/// n/2 r² sin(2π/n), although the triangles become larger than its edges.
+#[test]
+fn round_borders_within_a_plane_stay() {
+    const N: u32 = 24;
+    let ring = |radius: f64, y: f64| {
+        (0..N).map(move |k| {
+            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(N);
+            [radius * angle.cos(), y, -radius * angle.sin()]
+        })
+    };
+    let points: Vec<[f64; 3]> = [[0.0, 1.0, 0.0], [0.0; 3]]
+        .into_iter()
+        .chain(ring(1.0, 1.0))
+        .chain(ring(2.0, 1.0))
+        .chain(ring(2.0, 0.0))
+        .collect();
+    let [inner, outer, below] = [2, 2 + N, 2 + 2 * N];
+    let (mut triangles, mut patch) = (Vec::new(), Vec::new());
+    for k in 0..N {
+        let next = (k + 1) % N;
+        let quad = |low: u32, high: u32| [[low + k, high + k, high + next], [low + k, high + next, low + next]];
+        triangles.push([0, inner + k, inner + next]);
+        triangles.extend(quad(inner, outer));
+        triangles.extend(quad(outer, below));
+        triangles.push([1, below + next, below + k]);
+        patch.extend([0, 1, 1, 2, 2, 3]);
+    }
+    let surface = PatchedSurface { points, triangles, patch };
+    assert!(surface.volume() > 0.0);
+    let fine = remeshed(&surface, 0.4, |_| false, |_| false);
+    let own = (0..fine.triangles.len()).filter(|&t| fine.patch[t] == 0);
+    let area: f64 = own.map(|t| 0.5 * norm(area(fine.corners(t)))).sum();
+    let n = f64::from(N);
+    let exact = 0.5 * n * (std::f64::consts::TAU / n).sin();
+    assert!((area / exact - 1.0).abs() < 1e-12, "{area} instead of {exact}");
+    assert!(ring(1.0, 1.0).all(|corner| fine.points.contains(&corner)));
+    assert_eq!(fine.crossings(), 0);
+}
