@@ -66,7 +66,7 @@ fn void_that_inverts_has_a_cure() {
 }
 
 /// The block with this density in its middle layer; everything else is solid.
-fn layered_with_cap(case: &Problem, middle: f64) -> ElementValues {
+fn layered_with_cap(case: &slipstick::problem::Problem, middle: f64) -> ElementValues {
     let centroids = case.mesh.centroids();
     let of = |c: &[f64; 3]| if (0.5..1.0).contains(&c[1]) { middle } else { 1.0 };
     centroids.iter().map(of).collect::<Vec<f64>>().into()
