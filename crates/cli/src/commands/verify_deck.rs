@@ -52,6 +52,7 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
         Failure::input(format!("{}: {error}", path.display()), "write the deck again with `slipstick export`")
     })?;
     let mut off = Vec::new();
+    let mut stiffness: Option<f64> = None;
     for deck in &record.decks {
         let values = calculix(context, args, deck)?;
         let rows = rows(deck, &solved(context, args, deck)?, &values);
@@ -65,16 +66,29 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
             return Err(Failure::Check { message, cure: cure.into() });
         }
         off.extend(rows.iter().filter(wrong).map(|row| row.compared.column.clone()));
+        let force = |row: &Row<'_>| !matches!(row.compared.source, Source::Displacement { .. });
+        if rows.iter().filter(wrong).any(force) {
+            stiffness = deck.contact_stiffness.into_iter().chain(stiffness).reduce(f64::max);
+        }
     }
     if off.is_empty() {
         return Ok(());
     }
     let message =
         format!("{} deviate by more than {} %: {}", off.len(), digits(100.0 * args.tolerance), off.join(", "));
-    let cure = "friction in CalculiX needs small increments: export with more load steps (`load_path.steps`); flat facets of \
-                linear elements overlap on curved fits: mesh these with second-order elements, or finer; compare the same \
-                stiffness with `--contact-stiffness`, or set --tolerance";
-    Err(Failure::Check { message, cure: cure.into() })
+    // contact that gives way is the first suspect, where there is contact
+    let firmer = stiffness.map_or(String::new(), |slope| {
+        format!(
+            "contact in CalculiX is a spring: export with `--contact-stiffness {:.0e}`, ten times its pressure per penetration, \
+             and look whether the forces change; ",
+            10.0 * slope
+        )
+    });
+    let cure = format!(
+        "{firmer}friction in CalculiX needs small increments: export with more load steps (`load_path.steps`); flat facets of \
+         linear elements overlap on curved fits: mesh these with second-order elements, or finer; or set --tolerance"
+    );
+    Err(Failure::Check { message, cure })
 }
 
 /// Runs CalculiX in the folder.

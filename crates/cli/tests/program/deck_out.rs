@@ -163,6 +163,148 @@ fn forces_on_curved_slaves_are_resultants() {
     }
 }
 
+/// A block with a law between two symmetry planes, under a cover that is pressed onto it by 0.05.
+fn quarter(law: &str, cover: &str, pressed: &str) -> String {
+    format!(
+        "[[body]]\nname = 'block'\nbox = {{ min = [0, 0, 0], max = [2, 1, 2], elements = [2, 1, 2] }}\n\
+         material = {{ {law} }}\n\
+         [[body]]\nname = 'cover'\nbox = {{ min = [0, 1, 0], max = [3, 2, 3], elements = [1, 1, 1] }}\n{cover}\n\
+         [[contact]]\nslave = 'block_ymax'\nmaster = 'cover_ymin'\nfriction = 0.3\nsurfaces = 'faceted'\n\
+         [[symmetry]]\nnormal = 'x'\n[[symmetry]]\nnormal = 'z'\n[[dirichlet]]\nset = 'block_ymin'\n\
+         [[dirichlet]]\n{pressed}\nmotion = [{{ t = 1, u = [0, -0.05, 0] }}]\n\
+         [load_path]\nsteps = 2\ntolerance = {{ relative = 1e-11 }}\n"
+    )
+}
+
+/// Rubber with a bulk modulus of 100 μ, and a law that is a thousand times stiffer.
+const RUBBER: &str = "mooney_rivlin = { c10 = 0.5, c01 = 0.0, bulk_modulus = 49.667 }";
+const HARDER: &str = "material = { mooney_rivlin = { c10 = 500.0, c01 = 0.0, bulk_modulus = 2000.0 } }";
+
+/// A rigid body that ends on symmetry planes moves in both: its reference node is held, but none of its nodes, which
+/// CalculiX refuses. The planes alone hold the body as a support of all its components does.
+#[test]
+fn rigid_bodies_on_symmetry_planes() {
+    let place = Place::new();
+    place.write("case.toml", &quarter(RUBBER, "rigid = {}", "set = 'cover'"));
+    place.good("export case.toml --deck deck");
+    let deck = place.read("deck/model.inp");
+    place.good("solve deck/case.toml -q");
+    place.write("free.toml", &quarter(RUBBER, "rigid = {}", "set = 'cover'\ncomponents = ['y']"));
+    place.good("export free.toml --deck free");
+    place.good("solve free/case.toml -q");
+    let (held, free) = (place.table("deck/case_solve/quantities.csv"), place.table("free/case_solve/quantities.csv"));
+    for name in ["reaction_cover_y", "block_ymax_normal_force", "block_ymax_friction_force"] {
+        let of = |table: &[Vec<String>]| {
+            let column = table[0].iter().position(|column| column == name).expect(name);
+            number(&table[table.len() - 1][column])
+        };
+        let (held, free) = (of(&held), of(&free));
+        assert!(held.abs() > 1.0 && (held - free).abs() < 1e-9 * held.abs(), "{name}: {held} {free}");
+    }
+    let (_, sets) = deck.split_once("*NSET, NSET=symmetry_x\n").expect("the set");
+    let nodes: Vec<u32> = sets
+        .lines()
+        .take_while(|line| !line.starts_with('*'))
+        .flat_map(|line| line.split(", "))
+        .map(|n| n.parse().expect("a number"))
+        .collect();
+    // the block has the first 18 nodes, six of which lie on the plane
+    assert!(nodes.len() == 6 && nodes.iter().all(|&node| node <= 18), "{nodes:?}");
+    if has_ccx() {
+        // the coarse mesh and two steps of friction differ sideways
+        verified(&place, "deck", "0.1");
+    }
+}
+
+/// Components that supports and planes share belong to the first support, in both programs: rows have the reactions of
+/// the case. Expected values: CalculiX 2.20, as in `calculix_agrees_without_contact`.
+#[test]
+fn reactions_where_supports_share_nodes() {
+    let text = "[[body]]\nname = 'block'\nbox = { min = [0, 0, 0], max = [2, 1, 1], elements = [4, 2, 2] }\n\
+                material = { linear_elastic = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }\n\
+                [[symmetry]]\nnormal = 'z'\n[[dirichlet]]\nset = 'block_xmin'\n\
+                [[dirichlet]]\nset = 'block_ymin'\ncomponents = ['y']\n\
+                [[dirichlet]]\nset = 'block_xmax'\ncomponents = ['x']\nmotion = [{ t = 1, u = [0.1, 0, 0] }]\n[load_path]\nsteps = 1\n\
+                [[quantity]]\nname = 'side'\nreaction = { set = 'block_ymin', component = 'y' }\n\
+                [[quantity]]\nname = 'plane'\nreaction = { set = 'block_zmin', component = 'z' }\n";
+    let place = Place::new();
+    place.write("case.toml", text);
+    place.good("export case.toml --deck deck");
+    place.good("solve case.toml -q");
+    place.good("solve deck/case.toml -q");
+    let (own, again) = (place.table("case_solve/quantities.csv"), place.table("deck/case_solve/quantities.csv"));
+    let last = |table: &[Vec<String>], name: &str| {
+        let column = table[0].iter().position(|column| column == name).expect(name);
+        number(&table[table.len() - 1][column])
+    };
+    let all = [("xmin", "x"), ("xmin", "y"), ("xmin", "z"), ("ymin", "y"), ("xmax", "x")];
+    let mut rows: Vec<(String, f64)> = all
+        .iter()
+        .map(|(set, c)| (format!("reaction_block_{set}_nodes_{c}"), last(&own, &format!("reaction_block_{set}_{c}"))))
+        .collect();
+    rows.extend(["side", "plane"].map(|name| (name.to_owned(), last(&own, name))));
+    for (name, expected) in &rows {
+        let here = last(&again, name);
+        assert!(expected.abs() > 0.1 && (here - expected).abs() < 1e-9 * 100.0, "{name}: {here} {expected}");
+    }
+    if has_ccx() {
+        let compared = verified(&place, "deck", "1e-3");
+        let compared = compared["compared"].as_array().expect("rows");
+        for (name, expected) in &rows {
+            let row = compared.iter().find(|row| row["quantity"] == name.as_str()).expect(name);
+            let there = row["ccx"].as_f64().expect("a number");
+            assert!((there - expected).abs() < 1e-3 * expected.abs().max(1.0), "{row} {expected}");
+        }
+    }
+}
+
+/// What `check` rejects is not written either, for the same reason.
+#[test]
+fn cases_that_cannot_be_built_are_no_decks() {
+    let place = Place::new();
+    let text = quarter(RUBBER, "rigid = {}", "set = 'cover'").replace("min = [0, 1, 0]", "min = [-1, 1, 0]");
+    place.write("case.toml", &text);
+    let why = ["bodies lie on both sides of the plane x = 0"];
+    place.bad("check case.toml", 2, &why);
+    place.bad("export case.toml --deck deck", 2, &why);
+    assert!(!place.path("deck").exists());
+}
+
+/// Hard contact of rubber, which CalculiX makes 25 per length here, half as stiff as the rubber is in compression:
+/// stiffer linear contact is written. Expected value: the normal force of the case, where contact does not give way.
+#[test]
+fn hard_contact_of_soft_bodies_is_written_as_stiff_contact() {
+    let place = Place::new();
+    let text = quarter(RUBBER, HARDER, "set = 'cover_ymax'");
+    place.write("case.toml", &text);
+    let written = place.good("export case.toml --deck deck");
+    assert!(written.err.contains("2.500e1") && written.err.contains("`--contact-stiffness`"), "{}", written.err);
+    assert!(place.read("deck/model.inp").contains("PRESSURE-OVERCLOSURE=LINEAR"));
+    place.good("solve case.toml -q");
+    let table = place.table("case_solve/quantities.csv");
+    let column = table[0].iter().position(|name| name == "block_ymax_normal_force").expect("the column");
+    let expected = number(&table[table.len() - 1][column]);
+    if has_ccx() {
+        let compared = verified(&place, "deck", "0.05");
+        let row = |row: &&Value| row["quantity"] == "block_ymax_normal_force";
+        let row = compared["compared"].as_array().expect("rows").iter().find(row).cloned().expect("compared");
+        let there = row["ccx"].as_f64().expect("a number");
+        assert!((there - expected).abs() < 0.02 * expected, "{row} {expected}");
+        place.bad(
+            "verify deck deck --tolerance 1e-9",
+            3,
+            &["help: contact in CalculiX is a spring: export with `--contact-stiffness"],
+        );
+    }
+    // stiff bodies with the same elements keep hard contact
+    place.write(
+        "case.toml",
+        &text.replace(RUBBER, "st_venant_kirchhoff = { youngs_modulus = 1000.0, poisson_ratio = 0.3 }"),
+    );
+    place.good("export case.toml --deck deck --force");
+    assert!(place.read("deck/model.inp").contains("PRESSURE-OVERCLOSURE=HARD"));
+}
+
 /// Load cases have a deck each; what a deck cannot hold is refused with the key.
 #[test]
 fn what_a_deck_cannot_hold() {

@@ -372,7 +372,7 @@ impl Writer<'_> {
     }
 
     /// The material with the factors of the load case on its modulus.
-    fn stiffened(&self, b: usize, material: Material) -> Material {
+    pub(super) fn stiffened(&self, b: usize, material: Material) -> Material {
         let Some(load_case) = self.case.load_cases.get(self.options.load_case) else { return material };
         let own = load_case.bodies.iter().find(|of| of.body == self.case.bodies[b].name);
         let factor = own.and_then(|of| of.modulus_factor).unwrap_or(1.0) * load_case.modulus_factor.unwrap_or(1.0);

@@ -96,7 +96,8 @@ impl Writer<'_> {
     pub(super) fn compared(&mut self, deck: &str, case: &str) -> DeckRecord {
         let (deck, case) = (deck.to_owned(), case.to_owned());
         let load_case = self.case.load_cases.get(self.options.load_case).map(|of| of.name.clone());
-        let mut record = DeckRecord { deck, case, load_case, compared: vec![], left_out: vec![] };
+        let mut record =
+            DeckRecord { deck, case, load_case, compared: vec![], left_out: vec![], contact_stiffness: self.slope };
         for quantity in &self.case.quantities {
             match self.source(quantity) {
                 Ok(source) => {
@@ -109,6 +110,9 @@ impl Writer<'_> {
         let mut seen = std::collections::BTreeSet::new();
         for motion in &self.case.dirichlet {
             for (set, unknowns) in self.held(&motion.set) {
+                // as in the columns of slipstick, a component that several supports prescribe belongs to the first
+                let rigid = self.mesh.rigid.iter().any(|rigid| self.names.bodies[rigid.body] == set);
+                let unknowns = if rigid { unknowns } else { self.owned(&set, unknowns) };
                 for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
                     let own: Vec<(u32, u8)> =
                         unknowns.iter().copied().filter(|(_, of)| usize::from(*of) == c).collect();
@@ -194,7 +198,7 @@ impl Writer<'_> {
     fn held(&mut self, set: &str) -> Vec<(String, Vec<(u32, u8)>)> {
         let prescribed = |nodes: &[u32], writer: &Self| -> Vec<(u32, u8)> {
             let all = nodes.iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
-            let own = all.filter(|key| writer.history.prescribed.contains(key));
+            let own = all.filter(|key| writer.history.holds(key));
             own.map(|(node, c)| (node + 1, c)).collect()
         };
         if let Some(reference) = self.mesh.reference_of(set) {
@@ -219,11 +223,23 @@ impl Writer<'_> {
         sets.into_iter().map(|name| (name.clone(), prescribed(&self.names.nodes[&name], self))).collect()
     }
 
+    /// Those of the unknowns, numbered from 1, that belong to a set of the deck and to none that it prescribes earlier.
+    fn owned(&self, set: &str, unknowns: Vec<(u32, u8)>) -> Vec<(u32, u8)> {
+        unknowns.into_iter().filter(|&(node, c)| self.history.owns(set, &(node - 1, c))).collect()
+    }
+
     /// How a quantity follows from the results of CalculiX, or why not.
     fn source(&mut self, quantity: &Quantity) -> Result<Source, &'static str> {
         Ok(match &quantity.kind {
             QuantityKind::Reaction(of) => {
-                let all: Vec<(u32, u8)> = self.held(&of.set).into_iter().flat_map(|(_, unknowns)| unknowns).collect();
+                let held = self.held(&of.set);
+                let own: Vec<(u32, u8)> =
+                    held.iter().flat_map(|(set, unknowns)| self.owned(set, unknowns.clone())).collect();
+                // a set that owns nothing has all that is prescribed at its nodes, as here
+                let all = match own.is_empty() {
+                    true => held.into_iter().flat_map(|(_, unknowns)| unknowns).collect(),
+                    false => own,
+                };
                 if all.is_empty() {
                     return Err("nothing is prescribed at its set, or it turns");
                 }
@@ -293,8 +309,12 @@ impl Writer<'_> {
         let mut columns: BTreeMap<String, String> = BTreeMap::new();
         for quantity in &self.case.quantities {
             let Ok(Value::Table(mut table)) = Value::try_from(quantity) else { continue };
-            let renamed =
-                table.get_mut(quantity.kind.key()).and_then(Value::as_table_mut).is_none_or(|own| self.renamed(own));
+            let support = self.support(&quantity.kind);
+            let renamed = match (table.get_mut(quantity.kind.key()).and_then(Value::as_table_mut), support) {
+                (Some(own), Some(set)) => own.insert("set".into(), set.into()).is_some(),
+                (Some(own), None) => self.renamed(own),
+                (None, _) => true,
+            };
             if renamed && !matches!(quantity.kind, QuantityKind::SpringForce(_)) {
                 columns.insert(quantity.name.clone(), quantity.name.clone());
                 quantities.push(Value::Table(table));
@@ -334,6 +354,19 @@ impl Writer<'_> {
         }
         text.push_str(&toml::to_string(&root).unwrap_or_default());
         (text, left_out)
+    }
+
+    /// The set of the deck that is the support of a reaction, if it is a set of one body.
+    fn support(&mut self, kind: &QuantityKind) -> Option<String> {
+        let QuantityKind::Reaction(of) = kind else { return None };
+        let held = self.case.dirichlet.iter().any(|motion| motion.set == of.set);
+        if !held || self.mesh.reference_of(&of.set).is_some() {
+            return None;
+        }
+        match &self.node_sets(&of.set)[..] {
+            [one] => Some(one.clone()),
+            _ => None,
+        }
     }
 
     /// Replaces names in the table of a quantity by those of the deck; whether all have one.

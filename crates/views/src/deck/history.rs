@@ -33,8 +33,10 @@ pub(super) struct History {
     lines: Vec<Line>,
     /// Text at the start of the step that begins after this load step.
     changes: BTreeMap<usize, String>,
-    /// Prescribed components of nodes.
-    pub prescribed: BTreeSet<(u32, u8)>,
+    /// Prescribed components of nodes, each with the position in `owners` of what prescribes it.
+    prescribed: BTreeMap<(u32, u8), u32>,
+    /// Sets and nodes in the order in which the deck first prescribes a component of them.
+    owners: Vec<String>,
     /// Conditions before the first step.
     pub initial: String,
 }
@@ -44,7 +46,29 @@ const STRAIGHT: f64 = 1e-10;
 
 impl History {
     pub fn new(steps: usize) -> Self {
-        Self { steps, lines: vec![], changes: BTreeMap::new(), prescribed: BTreeSet::new(), initial: String::new() }
+        let (prescribed, changes) = (BTreeMap::new(), BTreeMap::new());
+        Self { steps, lines: vec![], changes, prescribed, owners: vec![], initial: String::new() }
+    }
+
+    /// Whether a component of a node is prescribed.
+    pub fn holds(&self, key: &(u32, u8)) -> bool {
+        self.prescribed.contains_key(key)
+    }
+
+    /// Whether a component of a node belongs to a set: of all sets of the deck that prescribe it, to the first.
+    pub fn owns(&self, set: &str, key: &(u32, u8)) -> bool {
+        self.prescribed.get(key).is_some_and(|owner| self.owners[*owner as usize] == set)
+    }
+
+    fn own(&mut self, target: &str, keys: impl IntoIterator<Item = (u32, u8)>) {
+        let owner = self.owners.iter().position(|known| known == target).unwrap_or_else(|| {
+            self.owners.push(target.to_owned());
+            self.owners.len() - 1
+        });
+        for key in keys {
+            let first = self.prescribed.entry(key).or_insert(owner as u32);
+            *first = (*first).min(owner as u32);
+        }
     }
 
     /// Writes a text at the start of the step after load step `at`.
@@ -114,7 +138,6 @@ impl Writer<'_> {
                 );
             }
         }
-        self.symmetries();
         // what acts comes first, and other load cases hold what it leaves
         let (acting, resting): (Vec<_>, Vec<_>) =
             self.case.dirichlet.iter().enumerate().partition(|(_, of)| self.acts(of.load_case.as_ref()));
@@ -126,21 +149,40 @@ impl Writer<'_> {
         for (i, motion) in resting {
             self.motion(i, motion, 0.0);
         }
+        // as in the case, nodes that a support and a plane share belong to the support
+        self.symmetries();
     }
 
+    /// Nodes on the planes, and rigid bodies there, whose nodes CalculiX does not let anything else hold.
     fn symmetries(&mut self) {
-        let size =
-            self.mesh.bounding_box().map_or(1.0, |(low, high)| (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max));
+        let mesh = self.mesh;
+        let size = mesh
+            .bounding_box()
+            .map_or(1.0, |(low, high)| (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt());
+        let rests = vec![0.0; self.case.load_path.steps + 1];
         for (s, symmetry) in self.case.symmetries.iter().enumerate() {
             let axis = symmetry.normal.index();
-            let on = |node: &u32| {
-                self.body_of(*node).is_some()
-                    && (self.mesh.nodes[*node as usize][axis] - symmetry.at).abs() <= 1e-6 * size
-            };
-            let nodes: Vec<u32> = (0..self.mesh.nodes.len() as u32).filter(on).collect();
-            self.history.prescribed.extend(nodes.iter().map(|&node| (node, axis as u8)));
-            let set = self.new_set(&format!("symmetry_{}", ["x", "y", "z"][axis]), nodes);
-            let _ = writeln!(self.history.initial, "*BOUNDARY\n{set}, {0}, {0}", axis + 1);
+            let on = |node: &usize| (mesh.nodes[*node][axis] - symmetry.at).abs() <= 1e-6 * size;
+            let mut nodes: Vec<u32> = Vec::new();
+            for (b, body) in mesh.bodies.iter().enumerate() {
+                let Some(rigid) = mesh.rigid.iter().find(|rigid| rigid.body == b) else {
+                    nodes.extend(body.nodes.clone().filter(on).map(|node| node as u32));
+                    continue;
+                };
+                if !body.nodes.clone().any(|node| on(&node)) {
+                    continue;
+                }
+                // it moves in the plane and turns about its normal
+                let (reference, rotation) = (rigid.reference, rigid.rotation());
+                self.prescribe(&[reference], (reference + 1).to_string(), axis, axis + 1, rests.clone());
+                for c in (0..3).filter(|&c| c != axis) {
+                    self.prescribe(&[rotation], (rotation + 1).to_string(), c, c + 1, rests.clone());
+                }
+            }
+            if !nodes.is_empty() {
+                let set = self.new_set(&format!("symmetry_{}", ["x", "y", "z"][axis]), nodes.clone());
+                self.prescribe(&nodes, set, axis, axis + 1, rests.clone());
+            }
             if !self.case.contacts.is_empty() {
                 let message = "a deck holds the plane, but its contact does not know the mirror image";
                 self.warn(
@@ -219,10 +261,10 @@ impl Writer<'_> {
     fn prescribe(&mut self, nodes: &[u32], target: String, key: usize, component: usize, curve: Vec<f64>) {
         let keys: Vec<(u32, u8)> = nodes.iter().map(|&node| (node, key as u8)).collect();
         let rests = curve.iter().all(|value| *value == 0.0);
-        if rests && keys.iter().all(|key| self.history.prescribed.contains(key)) {
+        if rests && keys.iter().all(|key| self.history.holds(key)) {
             return;
         }
-        self.history.prescribed.extend(keys);
+        self.history.own(&target, keys);
         let _ = writeln!(self.history.initial, "*BOUNDARY\n{target}, {component}, {component}");
         if !rests {
             let head = format!("{target}, {component}, {component}");

@@ -9,6 +9,7 @@ use slipstick_mesh::facet_area;
 use slipstick_solid::spring::Acts;
 
 use super::Writer;
+use super::hardness::Moduli;
 use super::text::{number, numbers};
 
 /// Stiffness of contact where the case does not give one, over E/h of its bodies.
@@ -20,7 +21,8 @@ const REACH: f64 = 2.0;
 type SpringSection = ((u64, Option<usize>), Vec<(u32, Option<u32>)>);
 
 impl Writer<'_> {
-    pub(super) fn contact(&mut self) {
+    pub(super) fn contact(&mut self) -> Result<(), BuildError> {
+        let moduli = self.moduli()?;
         for (i, contact) in self.case.contacts.iter().enumerate() {
             let at = |key: &str| format!("contact[{i}].{key}");
             let (slave, master) = (self.surface(&contact.slave), self.surface(&contact.master));
@@ -51,7 +53,7 @@ impl Writer<'_> {
                 let _ = writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n{}", number(automatic));
                 let _ = writeln!(self.model, "*FRICTION\n0.5, {}", number(automatic));
             } else {
-                match normal {
+                match normal.or_else(|| self.hardened(contact, &moduli, &at)) {
                     Some(slope) => {
                         let _ =
                             writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
@@ -100,11 +102,29 @@ impl Writer<'_> {
             }
             self.active(contact, &slave, &master);
         }
+        Ok(())
+    }
+
+    /// The slope of contact that CalculiX would soften if it were hard.
+    fn hardened(&mut self, contact: &Contact, moduli: &Moduli, at: &dyn Fn(&str) -> String) -> Option<f64> {
+        let hard = self.hard(moduli);
+        let slope = self.firm(contact, moduli);
+        if let Some(slope) = slope {
+            let message = format!(
+                "hard contact in CalculiX has the pressure per penetration {hard:.3e}, which is soft for these bodies: \
+                 linear contact with {slope:.3e} is written"
+            );
+            self.warn(at("enforcement"), message, "`--contact-stiffness` sets another one");
+        }
+        let used = slope.unwrap_or(hard);
+        self.slope = Some(self.slope.map_or(used, |known| known.max(used)));
+        slope
     }
 
     /// The slopes of penalty, normal and tangential; none for hard contact.
     fn behavior(&mut self, contact: &Contact, automatic: f64, at: &dyn Fn(&str) -> String) -> [Option<f64>; 2] {
         if let Some(slope) = self.options.contact_stiffness {
+            self.slope = Some(slope);
             return [Some(slope); 2];
         }
         let Enforcement::Penalty { stiffness, scaling } = contact.enforcement else { return [None; 2] };
@@ -164,6 +184,12 @@ impl Writer<'_> {
         of.iter().map(|facet| facet_area(&self.mesh.facet_coordinates(facet))).collect()
     }
 
+    /// Root of the mean area of the facets. \[L\]
+    pub(super) fn facet_size(&self, surface: &str) -> f64 {
+        let areas = self.facet_areas(surface);
+        (areas.iter().sum::<f64>() / areas.len().max(1) as f64).sqrt()
+    }
+
     fn largest_facet(&self, contact: &Contact) -> f64 {
         let areas = [&contact.slave, &contact.master].map(|name| self.facet_areas(name)).concat();
         areas.into_iter().fold(0.0, f64::max).sqrt()
@@ -178,8 +204,7 @@ impl Writer<'_> {
             body.map_or(f64::INFINITY, |body| body.material.youngs_modulus())
         };
         let softer = modulus(&contact.slave).min(modulus(&contact.master));
-        let areas = self.facet_areas(&contact.slave);
-        let size = (areas.iter().sum::<f64>() / areas.len().max(1) as f64).sqrt();
+        let size = self.facet_size(&contact.slave);
         if softer.is_finite() && size > 0.0 { softer / size } else { 1.0 }
     }
 
@@ -236,7 +261,7 @@ impl Writer<'_> {
     pub(super) fn held_couplings(&mut self) {
         for (k, coupling) in self.case.couplings.iter().enumerate() {
             let nodes = self.mesh.set_nodes(&coupling.set).unwrap_or_default();
-            let held = |node: &u32| (0..3).any(|c| self.history.prescribed.contains(&(*node, c)));
+            let held = |node: &u32| (0..3).any(|c| self.history.holds(&(*node, c)));
             if nodes.iter().any(held) {
                 let message = "nodes of the face are held: CalculiX has no kinematic coupling of these, and counts the part \
                                of a force on them in no reaction";
@@ -329,7 +354,7 @@ impl Writer<'_> {
                 merged.retain(|(_, factor)| *factor != 0.0);
                 let free = |&(unknown, _): &(u32, f64)| {
                     let key = (unknown / 3, (unknown % 3) as u8);
-                    !self.history.prescribed.contains(&key) && !dependent.contains(&unknown) && !used.contains(&unknown)
+                    !self.history.holds(&key) && !dependent.contains(&unknown) && !used.contains(&unknown)
                 };
                 let reference = |node: u32| {
                     self.mesh.rigid.iter().any(|rigid| rigid.reference == node) || rotations.contains(&node)
@@ -339,10 +364,7 @@ impl Writer<'_> {
                     .position(|term| free(term) && !reference(term.0 / 3))
                     .or_else(|| merged.iter().position(free));
                 let Some(first) = first else {
-                    if merged
-                        .iter()
-                        .any(|(unknown, _)| !self.history.prescribed.contains(&(unknown / 3, (unknown % 3) as u8)))
-                    {
+                    if merged.iter().any(|(unknown, _)| !self.history.holds(&(unknown / 3, (unknown % 3) as u8))) {
                         let message = "no term is left that the equation could determine in CalculiX";
                         self.refuse(
                             format!("equation[{i}]"),

@@ -12,6 +12,7 @@
 
 mod bodies;
 mod compare;
+mod hardness;
 mod history;
 mod joints;
 mod reduce;
@@ -69,6 +70,10 @@ pub struct DeckRecord {
     pub compared: Vec<Compared>,
     /// Quantities that are not compared, with reasons.
     pub left_out: Vec<(String, String)>,
+    /// Largest pressure per penetration that CalculiX has where contact is hard in the case; `None`: no such contact.
+    /// \[F/L³\]
+    #[serde(default)]
+    pub contact_stiffness: Option<f64>,
 }
 
 /// What to write.
@@ -117,9 +122,10 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         next_element: mesh.elements.len() as u32,
         history: History::new(case.load_path.steps),
         external: vec![0.0; 3 * mesh.nodes.len()],
+        slope: None,
     };
     let mut text = writer.heading();
-    writer.contact();
+    writer.contact()?;
     writer.couplings();
     writer.springs()?;
     writer.motions();
@@ -156,6 +162,8 @@ struct Writer<'a> {
     history: History,
     /// Loads at the end of the path, at reference positions, three for each node. \[F\]
     external: Vec<f64>,
+    /// Largest pressure per penetration of contact that is hard in the case. \[F/L³\]
+    slope: Option<f64>,
 }
 
 impl Writer<'_> {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::json;
-use slipstick::build::build_mesh;
+use slipstick::build::build;
 use slipstick::case::{Case, Promise, Resolved};
 use slipstick::deck::{DeckOptions, DeckRecord, Note, deck, solid_part};
 use slipstick::mesh::Mesh;
@@ -27,7 +27,8 @@ pub(super) fn run(context: &Context, args: &Export, folder: &Path) -> Outcome {
     refuse(folder, args.force)?;
     let (resolved, mesh, promised) = if args.results.is_file() {
         let resolved = case_or_deck(&args.results, &[], &[]).map_err(|error| error.at(&args.results))?;
-        let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
+        // what `check` rejects is no deck either
+        let mesh = build(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?.mesh;
         let promised = resolved.case.promises.clone();
         (resolved, mesh, promised)
     } else {
