@@ -17,6 +17,7 @@ mod history;
 mod joints;
 mod reduce;
 mod results;
+mod symmetry;
 mod text;
 
 use serde::{Deserialize, Serialize};
