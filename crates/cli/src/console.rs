@@ -129,7 +129,7 @@ impl Console {
 
     /// The warnings that follow are about the result of an optimization.
     pub fn judges_result(&self) {
-        self.kept.borrow_mut().of_result = true;
+        self.kept.borrow_mut().judge_result();
     }
 
     fn keep(&self, message: &str, help: Option<&str>) {

@@ -14,7 +14,9 @@ pub struct KeptWarnings {
     /// The run, opened to be read: its lock belongs to the command.
     run: Option<RunDirectory>,
     /// Whether warnings are about the result.
-    pub of_result: bool,
+    of_result: bool,
+    /// Whether the file has other warnings than `all`: a resumed run changes no file before it goes on.
+    outdated: bool,
 }
 
 impl KeptWarnings {
@@ -29,7 +31,21 @@ impl KeptWarnings {
             self.all.extend((!self.has(&warning.message)).then_some(warning));
         }
         // also if none is left, because the earlier part had some of its result
-        if known || !self.all.is_empty() {
+        self.outdated = known || !self.all.is_empty();
+        if !resumed {
+            self.update();
+        }
+    }
+
+    /// The warnings that follow are about the result.
+    pub fn judge_result(&mut self) {
+        self.of_result = true;
+        self.update();
+    }
+
+    /// Writes the warnings of a resumed run that are not written yet.
+    pub fn update(&mut self) {
+        if std::mem::take(&mut self.outdated) {
             self.write();
         }
     }
@@ -41,6 +57,7 @@ impl KeptWarnings {
         }
         let (message, help) = (message.to_owned(), help.filter(|help| !help.is_empty()).map(str::to_owned));
         self.all.push(RunWarning { message, help, of_result: self.of_result });
+        self.outdated = false;
         self.write();
     }
 

@@ -83,12 +83,8 @@ mod tests {
     /// A path with these values of `external_work` and `energy_balance` at the ends of steps, each with the number of
     /// its load case.
     fn path(states: &[(usize, f64, f64)]) -> Quantities {
-        let name = |name: &str| QuantityName {
-            subject: Subject::Whole,
-            what: name.into(),
-            name: name.into(),
-            unit: "F L",
-        };
+        let name =
+            |name: &str| QuantityName { subject: Subject::Whole, what: name.into(), name: name.into(), unit: "F L" };
         let row = |(step, &(case, work, balance)): (usize, &(usize, f64, f64))| QuantityRow {
             step,
             time: LoadTime { case, t: 1.0 },

@@ -9,6 +9,7 @@ use slipstick::overlaps::overlaps;
 use slipstick::path::{MarchEvent, MarchObserver};
 use slipstick::quantities::Recording;
 use slipstick::run::{Comparison, PathWriter, Run, RunDirectory, comparisons, write_densities, write_path};
+use slipstick::words::quantity;
 use slipstick_service::check::volume_fraction;
 
 use crate::args::Solve;
@@ -94,8 +95,8 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
 /// A bound as text.
 fn written(bound: Bound) -> String {
     match bound {
-        Bound::AtMost(value) => format!("≤ {}", digits(value)),
-        Bound::AtLeast(value) => format!("≥ {}", digits(value)),
+        Bound::AtMost(value) => format!("≤ {}", quantity(value)),
+        Bound::AtLeast(value) => format!("≥ {}", quantity(value)),
     }
 }
 

@@ -217,12 +217,25 @@ mod tests {
     fn deviations_have_a_sensible_scale() {
         let of = |quantity: &str, promised: f64, found: f64, scale: f64| {
             let (quantity, load_case) = (quantity.to_owned(), String::new());
-            Comparison { quantity, load_case, promised, found, scale }.deviation()
+            Comparison { quantity, load_case, promised, found, scale, bounds: Vec::new() }.deviation()
         };
         assert_eq!(of("reaction_low_y", -100.0, -105.0, 100.0).map(|d| (1e9 * d).round()), Some(5e7));
         assert_eq!(of("reaction_low_x", 1e-15, -0.5, 100.0).map(|d| (1e9 * d).round()), Some(-5e6));
         assert_eq!(of("lift", 1e-15, -4.95e-3, 0.0), None);
         assert_eq!(of("lift", 0.0, 1.0, 0.0), None);
         assert_eq!(of("lift", 2.0, 1.0, 0.0), Some(-0.5));
+    }
+
+    /// The largest violation counts, relative to its bound; 0.1 % count as met.
+    #[test]
+    fn bounds_of_the_design_hold_for_the_part() {
+        let of = |found: f64, bounds: Vec<Bound>| {
+            let (quantity, load_case) = ("stress".to_owned(), String::new());
+            Comparison { quantity, load_case, promised: 35.0, found, scale: 0.0, bounds }.violation()
+        };
+        let (most, least) = (Bound::AtMost(40.0), Bound::AtLeast(20.0));
+        assert_eq!(of(44.0, vec![least, most]), Some((most, 0.1)));
+        assert_eq!(of(15.0, vec![least, most]), Some((least, 0.25)));
+        assert_eq!([of(40.03, vec![most]), of(30.0, vec![least, most]), of(99.0, vec![])], [None, None, None]);
     }
 }

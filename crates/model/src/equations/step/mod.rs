@@ -370,7 +370,7 @@ impl Design {
             displacement: self.model.distance_from_rest(y).max(floors.displacement),
             multiplier: traction.max(floors.multiplier),
             position,
-            rigidity: floors.stiffness * position,
+            rigidity: floors.stiffness * position + self.model.bolts().rigidity(y),
         }
     }
 }

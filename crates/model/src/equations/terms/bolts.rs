@@ -130,6 +130,15 @@ impl Bolts {
         self.all.iter().flat_map(|bolt| &bolt.preload).map(|point| point.force.abs()).fold(0.0, f64::max)
     }
 
+    /// Force Σ k |δ| of the bolts that keep their length, whose round-off remains in their equations; not so large that
+    /// a tension could lack a millionth of the largest preload. \[F\]
+    pub(in crate::equations) fn rigidity(&self, y: &[f64]) -> f64 {
+        const SHARE: f64 = 1e-6;
+        let keeping = self.all.iter().filter(|bolt| bolt.keeps == Keeps::Length);
+        let sum: f64 = keeping.map(|bolt| bolt.kept_stiffness() * y[bolt.unknown as usize].abs()).sum();
+        sum.min(SHARE / f64::EPSILON * self.largest())
+    }
+
     /// δ_n−1 of each bolt that keeps its length in a step.
     pub(in crate::equations) fn kept(&self, before: &[f64], span: Span) -> Vec<Option<f64>> {
         let of = |bolt: &Bolt| bolt.is_kept(span.from).then(|| before[bolt.unknown as usize]);
