@@ -185,7 +185,7 @@ fn table_of_memory() {
                 runs.push(run("augmented, filter", AUGMENTED, Some(radius), NOTHING_KEPT));
                 runs.push(run("Lagrange, filter, kept factors", LAGRANGE, Some(radius), ""));
             }
-            rows += &measure(&runs, 0.2).iter().map(Row::line).collect::<String>();
+            rows += &measure(&runs, 0.15).iter().map(Row::line).collect::<String>();
         }
     }
     publish("memory", &rows);
