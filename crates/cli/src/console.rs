@@ -127,6 +127,11 @@ impl Console {
         self.kept.borrow_mut().begin(run, resumed);
     }
 
+    /// A run goes on: its results are no longer those of an earlier part.
+    pub fn goes_on(&self) {
+        self.kept.borrow_mut().update();
+    }
+
     /// The warnings that follow are about the result of an optimization.
     pub fn judges_result(&self) {
         self.kept.borrow_mut().judge_result();

@@ -43,7 +43,7 @@ impl KeptWarnings {
         self.update();
     }
 
-    /// Writes the warnings of a resumed run that are not written yet.
+    /// Writes the warnings of a resumed run that are not written yet: it goes on.
     pub fn update(&mut self) {
         if std::mem::take(&mut self.outdated) {
             self.write();

@@ -200,6 +200,7 @@ impl DriveObserver for Watch<'_> {
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
         let DesignEvaluated { record, ref notice, seconds, ref crushed, rescued, divided, ref loose } = *design;
+        self.console.goes_on();
         // Repeated only if it differs from that of the previous design.
         self.console.notice(notice.as_ref().filter(|notice| Some(*notice) != self.notice.as_ref()));
         self.notice.clone_from(notice);

@@ -47,7 +47,7 @@ pub use optimizer::{
     Functions, Gcmma, Judgement, KktResidual, Method, Mma, MmaError, MmaParameters, MmaStep, Optimizer, Scaling,
     kkt_residual,
 };
-pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure};
+pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure, extreme_of};
 pub use response::{Bound, Constraint, Curve, ObservedSteps, OverLoadCases, Reduction, Response, Term};
 pub use schedule::{Schedule, Steps};
 pub use ties::{Motion, Places, TieError, Ties};

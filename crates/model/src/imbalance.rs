@@ -42,8 +42,8 @@ impl fmt::Display for Imbalance {
 impl Imbalance {
     /// The remedy.
     pub fn help(&self) -> String {
-        "forces that rise by much within a load step make its work inaccurate, not the state: use more load steps \
-         (`load_path.steps`) if you need `external_work`"
+        "work is summed over load steps, and forces change much within them; the states are not affected: use more load \
+         steps (`load_path.steps`) if you need `external_work`"
             .into()
     }
 

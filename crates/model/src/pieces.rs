@@ -8,7 +8,7 @@ use slipstick_design::ElementValues;
 use crate::crushed::VOID;
 use crate::problem::Problem;
 
-/// Material that touches neither a support nor a contact surface, nor anything that does.
+/// Material that neither a support nor contact holds, nor anything that it hangs together with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoosePieces {
     /// Number of pieces.
@@ -24,13 +24,13 @@ pub struct LoosePieces {
 impl fmt::Display for LoosePieces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { pieces, elements, body, at: [x, y, z] } = self;
-        let (subject, touch) = match pieces {
-            1 => ("one piece".to_owned(), "touches"),
-            _ => (format!("{pieces} pieces"), "touch"),
+        let subject = match pieces {
+            1 => "one piece".to_owned(),
+            _ => format!("{pieces} pieces"),
         };
         write!(
             f,
-            "{subject} of the design {touch} neither a support nor a contact surface; the largest, of {elements} \
+            "neither a support nor contact holds {subject} of the design; the largest, of {elements} \
              element{} of body `{body}`, is at ({x:.4}, {y:.4}, {z:.4})",
             if *elements == 1 { "" } else { "s" }
         )
@@ -46,8 +46,8 @@ pub const CURE: &str = "only void holds them: a part made of this design would f
 const SOLID: f64 = 0.5;
 
 impl Problem {
-    /// Pieces of designed bodies that touch neither a support (a symmetry plane is none) nor a contact
-    /// surface. A piece consists of elements that are not void and share nodes or are joined, by a tie, a
+    /// Pieces of designed bodies that touch neither a support (a symmetry plane is none) nor a surface that is
+    /// in contact without being tied. A piece consists of elements that are not void and share nodes or are joined, by a tie, a
     /// bolt or a linear equation, and includes at least one of material: a tie to a body that nothing holds
     /// holds nothing. `None` if there is none.
     pub fn loose_pieces(&self, density: &ElementValues) -> Option<LoosePieces> {

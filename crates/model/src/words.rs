@@ -1,5 +1,6 @@
 //! Counts and numbers as text for display.
 
+use slipstick_design::Bound;
 use std::borrow::Cow;
 use std::fmt::Write;
 
@@ -26,6 +27,14 @@ pub fn quantity(value: f64) -> String {
     match value.abs() {
         size if size != 0.0 && !(1e-4..1e6).contains(&size) => format!("{value:e}"),
         _ => value.to_string(),
+    }
+}
+
+/// A bound: `≤ 20`, `≥ 0.5`.
+pub fn bound(of: Bound) -> String {
+    match of {
+        Bound::AtMost(value) => format!("≤ {}", quantity(value)),
+        Bound::AtLeast(value) => format!("≥ {}", quantity(value)),
     }
 }
 

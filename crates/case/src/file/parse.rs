@@ -31,6 +31,11 @@ impl Resolved {
         for (key, last) in schedule.map(|schedule| schedule.late(iterations)).unwrap_or_default() {
             let (message, help) = read::late(last, iterations);
             let path = format!("optimizer.schedule.{key}");
+            // the default schedule belongs to the iterations of the case
+            let help = match self.source_map.contains(&path) {
+                true => help,
+                false => "set `optimizer.iterations` instead, to which the default schedule belongs",
+            };
             let warning = self.source_map.diagnostic(Severity::Warning, &path, CaseCode::LateSchedule, message, help);
             self.warnings.push(warning);
         }

@@ -92,6 +92,28 @@ fn mma_is_adaptive_unless_it_is_tuned() {
     assert!(!adaptive(&text.replace(limit, "method = \"gcmma\"")));
 }
 
+/// A projection whose sharpness is not given becomes sharper over the iterations of the case: after 30, 45 and 60 % of
+/// them. A given sharpness, a given schedule and a few iterations leave it as it is. If `--iterations` cuts the default
+/// schedule off, the help names the key that it belongs to.
+#[test]
+fn projections_are_continued_by_default() {
+    let text = template("half-ball").expect("a template").text;
+    let line = |key: &str| text.lines().find(|line| line.starts_with(key)).expect("the line");
+    let bare = text.replace(line("schedule ="), "").replace(line("iterations ="), "iterations = 40");
+    let entries = |text: &str| parse(text).case.optimizer.expect("given").schedule.sharpness.entries().to_vec();
+    assert_eq!(entries(&bare), [(0, 1.0), (12, 2.0), (18, 4.0), (24, 8.0)]);
+    assert_eq!(entries(&bare.replace("iterations = 40", "iterations = 10")), [(0, 1.0), (3, 2.0), (5, 4.0), (6, 8.0)]);
+    assert_eq!(entries(&bare.replace("iterations = 40", "iterations = 9")), []);
+    assert_eq!(entries(&bare.replace(line("projection ="), "projection = { sharpness = 8 }")), []);
+    assert_eq!(entries(&bare.replace(line("projection ="), "")), []);
+    let given = bare.replace("iterations = 40", "iterations = 40\nschedule = { sharpness = [[0, 3]] }");
+    assert_eq!(entries(&given), [(0, 3.0)]);
+    let mut resolved = parse(&bare);
+    resolved.expect_iterations(20);
+    let [warning] = &resolved.warnings[..] else { panic!("{:?}", resolved.warnings) };
+    assert!(warning.help().starts_with("set `optimizer.iterations` instead"), "{}", warning.help());
+}
+
 #[test]
 fn energy_interpolation_is_off_unless_asked_for() {
     let text = template("half-ball").expect("a template").text;

@@ -119,7 +119,8 @@ fn warn_of_violation(context: &Context, optimization: &Optimization, record: &It
     let Some(MostViolated { name, value, of_extreme, violation }) = optimization.most_violated(record) else { return };
     let value = digits(value);
     // the column of the value, so that it is not mistaken for the smooth one
-    let what = if of_extreme { format!("the extreme `{name}_extreme`") } else { format!("`{name}`") };
+    let what =
+        if of_extreme { format!("the extreme `{}`", slipstick::design::extreme_of(name)) } else { format!("`{name}`") };
     context.console.warning(&if record.violation > FEASIBLE {
         format!(
             "the design violates its constraints: the largest relative violation is {violation:.3} ({what} is {value}; \

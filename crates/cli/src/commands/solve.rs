@@ -9,7 +9,7 @@ use slipstick::overlaps::overlaps;
 use slipstick::path::{MarchEvent, MarchObserver};
 use slipstick::quantities::Recording;
 use slipstick::run::{Comparison, PathWriter, Run, RunDirectory, comparisons, write_densities, write_path};
-use slipstick::words::quantity;
+use slipstick::words::{self, quantity};
 use slipstick_service::check::volume_fraction;
 
 use crate::args::Solve;
@@ -57,7 +57,7 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
         let name = if of.load_case.is_empty() { String::new() } else { format!(" in {}", of.load_case) };
         let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
         let beyond = if of.violation().is_some() { ", violated" } else { "" };
-        let bounds: Vec<String> = of.bounds.iter().map(|&bound| written(bound)).collect();
+        let bounds: Vec<String> = of.bounds.iter().map(|&bound| words::bound(bound)).collect();
         let bounds = if bounds.is_empty() { String::new() } else { bounds.join(", ") + beyond };
         vec![format!("{}{name}", of.quantity), digits(of.promised), digits(of.found), deviation, bounds]
     };
@@ -79,25 +79,21 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
     for of in &found {
         let Some((bound, by)) = of.violation() else { continue };
         let place = if of.load_case.is_empty() { String::new() } else { format!(" in `{}`", of.load_case) };
+        // beyond zero, the distance itself counts
+        let by = match bound {
+            Bound::AtMost(0.0) | Bound::AtLeast(0.0) => quantity(by),
+            _ => format!("{:.1} %", 100.0 * by),
+        };
         context.console.warning(&format!(
-            "the part violates a bound that the design had to meet{place}: `{}` is {}, {:.1} % beyond {} (design: {}); \
+            "the part violates a bound that the design had to meet{place}: `{}` is {}, {by} beyond {} (design: {}); \
              give the bound that much margin and optimize again, or compare on a finer mesh",
             of.quantity,
             digits(of.found),
-            100.0 * by,
-            written(bound),
+            words::bound(bound),
             digits(of.promised)
         ));
     }
     Ok(())
-}
-
-/// A bound as text.
-fn written(bound: Bound) -> String {
-    match bound {
-        Bound::AtMost(value) => format!("≤ {}", quantity(value)),
-        Bound::AtLeast(value) => format!("≥ {}", quantity(value)),
-    }
 }
 
 /// The weighted parts of the load cases in the objective, as text; empty if there is only one load

@@ -15,10 +15,15 @@ pub struct Extreme<Q> {
 }
 
 impl<Q: Quantity + 'static> Extreme<Q> {
-    /// The extreme for which a quantity stands: `NAME_extreme`.
+    /// The extreme for which a quantity stands: [`extreme_of`].
     pub(super) fn of(of: Q, value: fn(&Q, &StateView) -> f64) -> Arc<dyn Quantity> {
-        Arc::new(Self { name: format!("{}_extreme", of.name()), of, value })
+        Arc::new(Self { name: extreme_of(of.name()), of, value })
     }
+}
+
+/// The column of the extreme for which a quantity of this name stands.
+pub fn extreme_of(name: &str) -> String {
+    format!("{name}_extreme")
 }
 
 impl<Q> fmt::Debug for Extreme<Q> {

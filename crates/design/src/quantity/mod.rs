@@ -55,7 +55,7 @@ pub use contact_share::ContactShare;
 pub use dimension::Dimension;
 pub use displacement::Displacement;
 pub use external_work::ExternalWork;
-pub use extreme::Extreme;
+pub use extreme::{Extreme, extreme_of};
 pub use friction_work::FrictionWork;
 pub use gap::{Gap, GapMeasure};
 pub use patch::Patch;

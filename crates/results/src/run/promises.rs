@@ -3,7 +3,7 @@
 use std::fs;
 
 use slipstick_case::file::{Case, Promise};
-use slipstick_design::Bound;
+use slipstick_design::{Bound, extreme_of};
 use slipstick_model::optimize::FEASIBLE;
 
 use super::{ExitState, RunDirectory, RunError, RunRecord};
@@ -84,7 +84,7 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     };
     // a bounded smooth measure is followed by the extreme for which it stands
     let bounded = |name: &String| case.constraints.iter().any(|of| of.quantity == *name);
-    let with_extreme = |name: &String| [Some(name.clone()), bounded(name).then(|| extreme(name))];
+    let with_extreme = |name: &String| [Some(name.clone()), bounded(name).then(|| extreme_of(name))];
     let quantities = case.quantities.iter().flat_map(|quantity| with_extreme(&quantity.name));
     let mut names: Vec<String> = quantities.flatten().collect();
     for contact in &case.contacts {
@@ -122,18 +122,14 @@ fn of_contact(rest: &str) -> bool {
     rest.strip_prefix('_').is_some_and(|what| OF_PAIR.contains(&what))
 }
 
-/// The column of the extreme for which a smooth measure stands.
-fn extreme(name: &str) -> String {
-    format!("{name}_extreme")
-}
-
 /// Adds the bounds of the design that hold at the ends of load cases. Those of a smooth measure are bounds on the
-/// extreme for which it stands.
+/// extreme for which it stands, unless they are for the measure itself.
 fn add_bounds(promises: &mut [Promise], case: &Case) {
     let steps = case.load_path.steps;
     for constraint in case.constraints.iter().filter(|constraint| constraint.steps.contains(steps, steps)) {
-        let of = [extreme(&constraint.quantity), constraint.quantity.clone()];
-        let found = of.iter().find_map(|name| promises.iter().position(|promise| promise.quantity == *name));
+        let extreme = constraint.corrected.then(|| extreme_of(&constraint.quantity));
+        let of = [extreme, Some(constraint.quantity.clone())];
+        let found = of.iter().flatten().find_map(|name| promises.iter().position(|promise| promise.quantity == *name));
         let Some(promise) = found.map(|number| &mut promises[number]) else { continue };
         let tighter = |known: Option<f64>, new: Option<f64>, pick: fn(f64, f64) -> f64| match (known, new) {
             (Some(known), Some(new)) => Some(pick(known, new)),
@@ -237,5 +233,25 @@ mod tests {
         assert_eq!(of(44.0, vec![least, most]), Some((most, 0.1)));
         assert_eq!(of(15.0, vec![least, most]), Some((least, 0.25)));
         assert_eq!([of(40.03, vec![most]), of(30.0, vec![least, most]), of(99.0, vec![])], [None, None, None]);
+    }
+
+    /// The bound on a smooth measure is one on its extreme, unless it is for the measure itself; one that does not hold
+    /// at the last load step is none.
+    #[test]
+    fn bounds_belong_to_extremes() {
+        let text = slipstick_case::file::template("half-ball").expect("a template").text;
+        let quantity =
+            "[[quantity]]\nname = \"peak\"\ncontact_pressure = { slave = \"ball_dome\", measure = \"peak\" }\n";
+        let bounds = |constraint: &str| {
+            let text = format!("{text}\n{quantity}[[constraint]]\nquantity = \"peak\"\nmax = 40\n{constraint}\n");
+            let case = slipstick_case::file::parse_case(&text, "case.toml").expect("a case").case;
+            let promise = |name: &str| Promise { quantity: name.into(), values: vec![30.0], max: None, min: None };
+            let mut promises = ["peak", "peak_extreme"].map(promise);
+            add_bounds(&mut promises, &case);
+            promises.map(|promise| promise.max)
+        };
+        assert_eq!(bounds(""), [None, Some(40.0)]);
+        assert_eq!(bounds("corrected = false"), [Some(40.0), None]);
+        assert_eq!(bounds("steps = [1]"), [None, None]);
     }
 }

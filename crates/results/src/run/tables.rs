@@ -87,7 +87,7 @@ fn columns(FunctionNames { parts, constraints, extremes }: &FunctionNames) -> Ve
     let multipliers = parts().chain(constraints.iter().cloned()).map(|name| format!("multiplier_{name}"));
     let first = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
     let extremes = extremes.iter().filter_map(|&number| constraints.get(number));
-    let extremes = extremes.map(|name| format!("{name}_extreme"));
+    let extremes = extremes.map(|name| slipstick_design::extreme_of(name));
     first.chain(values).chain(extremes).chain(multipliers).chain([SECONDS.to_owned()]).collect()
 }
 

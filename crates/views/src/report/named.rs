@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 use serde_json::Value;
-use slipstick_case::file::{Bound, Case, Constraint, Dimension, NamedBound};
+use slipstick_case::file::{Bound, Case, Constraint, Dimension, NamedBound, extreme_of};
 use slipstick_model::optimize::FEASIBLE;
-use slipstick_model::words::quantity;
+use slipstick_model::words::{self, quantity};
 
 use super::summary::in_unit;
 use super::tables::Table;
@@ -28,17 +28,9 @@ struct Line {
 
 impl Line {
     fn of(bound: Bound) -> Self {
-        let (value, sign) = match bound {
-            Bound::AtMost(value) => (value, "≤"),
-            Bound::AtLeast(value) => (value, "≥"),
-        };
-        Self { value, text: format!("{sign} {}", quantity(value)) }
+        let (Bound::AtMost(value) | Bound::AtLeast(value)) = bound;
+        Self { value, text: words::bound(bound) }
     }
-}
-
-/// The name that stands for the true extreme of a smooth quantity.
-fn extreme(name: &str) -> String {
-    format!("{name}_extreme")
 }
 
 fn unit(case: &Case, name: &str) -> String {
@@ -117,7 +109,7 @@ pub(super) fn values(case: &Case, table: &Table) -> Option<Table> {
     columns.extend((!bounds.is_empty()).then(|| "bound".into()));
     let mut rows: Vec<Vec<Value>> = Vec::new();
     for named in &case.quantities {
-        let shown = [named.name.clone(), extreme(&named.name)];
+        let shown = [named.name.clone(), extreme_of(&named.name)];
         for (column, name) in shown.iter().filter_map(|name| Some((column(name)?, name))) {
             let own = *name == named.name;
             let once = !named.kind.depends_on_state();
@@ -144,7 +136,8 @@ pub(super) fn values(case: &Case, table: &Table) -> Option<Table> {
                     let value = |of: &NamedBound| {
                         let number = first + of.step;
                         let smooth = at(column, number)?;
-                        let itself = self::column(table, &extreme(&named.name)).and_then(|column| at(column, number));
+                        let itself =
+                            self::column(table, &extreme_of(&named.name)).and_then(|column| at(column, number));
                         let correction = itself.map_or(0.0, |itself| of.bound.correction(smooth, itself));
                         Some(Judged { value: smooth + correction, of_extreme: correction != 0.0 })
                     };

@@ -11,7 +11,7 @@ use super::tables::{self, Table};
 use slipstick_case::check::{SectionSummary, sections};
 use slipstick_case::file::{Bound, Case, Dimension};
 use slipstick_model::optimize::FEASIBLE;
-use slipstick_model::words::{quantity, vector};
+use slipstick_model::words::{self, quantity, vector};
 use slipstick_results::run::{Comparison, RESPONSES, ResultRecord, RunDirectory, RunError, comparisons, load_density};
 
 /// The numbers at the top of the page.
@@ -159,10 +159,7 @@ fn promised(run: &RunDirectory, case: &Case) -> Result<Option<Table>, RunError> 
 fn verdicts(of: &Comparison) -> String {
     let verdict = |&bound: &Bound| {
         let sign = if bound.violation(of.found).0 > FEASIBLE { "✗" } else { "✓" };
-        match bound {
-            Bound::AtMost(value) => format!("{sign} ≤ {}", quantity(value)),
-            Bound::AtLeast(value) => format!("{sign} ≥ {}", quantity(value)),
-        }
+        format!("{sign} {}", words::bound(bound))
     };
     of.bounds.iter().map(verdict).collect::<Vec<_>>().join("; ")
 }

@@ -1,6 +1,6 @@
 //! The single bounds that the `[[constraint]]` tables of a case amount to.
 
-pub use slipstick_design::Bound;
+pub use slipstick_design::{Bound, extreme_of};
 
 use super::Case;
 

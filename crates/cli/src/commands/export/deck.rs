@@ -27,7 +27,7 @@ pub(super) fn run(context: &Context, args: &Export, folder: &Path) -> Outcome {
     refuse(folder, args.force)?;
     let (resolved, mesh, promised) = if args.results.is_file() {
         let resolved = case_or_deck(&args.results, &[], &[]).map_err(|error| error.at(&args.results))?;
-        // what `check` rejects is no deck either
+        // builds the whole problem, so that the errors of `check` come before anything is written
         let mesh = build(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?.mesh;
         let promised = resolved.case.promises.clone();
         (resolved, mesh, promised)
