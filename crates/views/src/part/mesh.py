@@ -5,8 +5,9 @@
     python3 mesh.py                  # hexahedra, four in each tetrahedron
     python3 mesh.py --tetrahedra     # linear tetrahedra: faster to solve, but too stiff
 
-The surfaces stay as they are, and new points of curved faces lie on the true curve, so contact faces, supports and loads keep their places and names. For
-a finer or coarser mesh, run `slipstick export --case` with another --size.
+The surfaces stay as they are, and new points of curved faces lie on the true curve, so contact
+faces, supports and loads keep their places and names. For a finer or coarser mesh, run
+`slipstick export --case` with another --size.
 """
 import json
 import os
@@ -15,7 +16,7 @@ import sys
 import gmsh
 
 # For each body: its surface, the points of its curved faces between those of the surface, the mesh
-# to write, the length of the edges, the surfaces around each piece of material, those inside the design
+# to write, the length of the edges (mean and longest), the surfaces around each piece of material, those inside the design
 # domain, and the surfaces of each named face.
 BODIES = []
 
@@ -36,7 +37,7 @@ def load(body):
     gmsh.model.addPhysicalGroup(3, volumes, name=body["name"])
     for name, surfaces in body["groups"].items():
         gmsh.model.addPhysicalGroup(2, surfaces, name=name)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", body["size"])
+    gmsh.option.setNumber("Mesh.MeshSizeMax", body["longest"])
 
 
 def fill(body):
@@ -162,17 +163,26 @@ def raise_flat(body):
     for own in elements:
         for tag in own:
             around.setdefault(tag, []).append(own)
+    sizes = {}  # edges are as long as the mean, or shorter where the mesh is finer
+
+    def size_at(tag):
+        if tag not in sizes:
+            ends = {other for own in around[tag] for other in own if other != tag}
+            lengths = [sum((a - b) ** 2 for a, b in zip(points[tag], points[other])) ** 0.5 for other in ends]
+            sizes[tag] = min(body["size"], sum(lengths) / len(lengths))
+        return sizes[tag]
 
     def quality(own):
         return tetrahedron_quality(*(points[tag] for tag in own))
 
     def better_place(tag):
         now, best, place = points[tag], 1.01 * min(map(quality, around[tag])) + 1e-9, None
+        size = size_at(tag)
         for reach in REACHES:
             for way in WAYS:
-                to = [c + reach * body["size"] * w for c, w in zip(now, way)]
+                to = [c + reach * size * w for c, w in zip(now, way)]
                 off = sum((a - b) ** 2 for a, b in zip(to, origin.get(tag, now))) ** 0.5
-                if tag in free and off > FREEDOM * body["size"]:
+                if tag in free and off > FREEDOM * size:
                     continue
                 points[tag] = to
                 found = min(map(quality, around[tag]))

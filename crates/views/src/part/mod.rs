@@ -17,6 +17,7 @@ mod compare;
 mod curved;
 mod error;
 mod files;
+mod lengths;
 mod patches;
 mod pieces;
 mod remesh;
@@ -35,6 +36,7 @@ use slipstick_mesh::Mesh;
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
 use curved::Curved;
+use lengths::Lengths;
 use patches::{NamedFaces, Patch, patches};
 use pieces::pieces;
 use remesh::{PatchedSurface, remeshed};
@@ -76,8 +78,12 @@ pub struct Scarce {
 pub struct PartBody {
     /// Its name.
     pub name: String,
-    /// Edge length of its triangles. \[L\]
+    /// Edge length of its triangles, as a mean over the elements of the design. \[L\]
     pub size: f64,
+    /// Edge length of its longest triangles. \[L\]
+    pub longest: f64,
+    /// About how many tetrahedra fill it.
+    pub tetrahedra: usize,
     /// Volume that its surface encloses. \[L³\]
     pub volume: f64,
     /// Pieces that are left out because no support holds them and no contact pair needs them, the
@@ -144,8 +150,8 @@ impl PartBody {
     }
 }
 
-/// Prepares the part for a design. `size` is the edge length \[L\]; its default, for each body, is
-/// the mean shortest edge of the body's elements. Without it, a body that is solid everywhere keeps
+/// Prepares the part for a design. `size` is the edge length \[L\]; by default, edges are
+/// as long as the shortest edges of the design's elements there. Without it, a body that is solid everywhere keeps
 /// its mesh.
 ///
 /// # Errors
@@ -170,7 +176,9 @@ pub fn part(
         if size.is_none() && !own.triangles.is_empty() && own.outer.iter().all(|&outer| outer) {
             whole.push(mesh.bodies[body].name.clone());
         } else {
-            bodies.push(part_body(case, mesh, &faces, &own, body, size)?);
+            let solid: Vec<usize> =
+                mesh.bodies[body].elements.clone().filter(|&e| density[e] >= export.threshold).collect();
+            bodies.push(part_body(case, mesh, &faces, &own, (body, &solid), size)?);
         }
     }
     let carried = carry::carried(case, mesh, &faces, &bodies, &|e| density[e] >= export.threshold)?;
@@ -191,7 +199,7 @@ fn part_body(
     mesh: &Mesh,
     faces: &NamedFaces,
     surface: &TriangleSurface,
-    body: usize,
+    (body, solid): (usize, &[usize]),
     size: Option<f64>,
 ) -> Result<PartBody, PartError> {
     let name = mesh.bodies[body].name.clone();
@@ -212,7 +220,7 @@ fn part_body(
         kept = pieces(surface, held);
         left_out = names(&kept.loose_labels);
     }
-    let size = size.unwrap_or_else(|| element_size(mesh, body));
+    let lengths = size.map_or_else(|| Lengths::of_elements(mesh, body, 1.0), Lengths::Uniform);
     let (patched, list) = patches(&kept.surface);
     let mut around = vec![Vec::new(); kept.piece.iter().max().map_or(0, |&most| most as usize + 1)];
     for (&piece, &patch) in kept.piece.iter().zip(&patched.patch) {
@@ -228,7 +236,7 @@ fn part_body(
     let outer = |patch: u32| list[patch as usize].outer;
     let cut = (0..list.len() as u32).filter(|&patch| !outer(patch)).map(|patch| patch + 1).collect();
     let fixed = |point| nodes.contains(&curved::bits(point));
-    let mut fine = remeshed(&patched, size, |patch| !outer(patch), fixed);
+    let mut fine = remeshed(&patched, &lengths, |patch| !outer(patch), fixed);
     let flat = fine.clone();
     let moves = curved.lift(&mut fine, |t| outer(flat.patch[t]));
     let mut found = named_faces((case, mesh), faces, &fine, &list, body);
@@ -239,7 +247,9 @@ fn part_body(
         moves,
         cut,
         name,
-        size,
+        size: lengths.mean(),
+        longest: lengths.longest(),
+        tetrahedra: (fine.volume() * lengths.tetrahedra(mesh, solid)).round() as usize,
         volume: fine.volume(),
         loose: kept.loose,
         left_out,
@@ -262,8 +272,12 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
             continue;
         }
         let (patched, list) = patches(&own);
-        let fine =
-            remeshed(&patched, MEASURED * element_size(mesh, body), |patch| !list[patch as usize].outer, |_| false);
+        let fine = remeshed(
+            &patched,
+            &Lengths::of_elements(mesh, body, MEASURED),
+            |patch| !list[patch as usize].outer,
+            |_| false,
+        );
         let first = all.points.len() as u32;
         all.points.extend(fine.points);
         all.triangles.extend(fine.triangles.iter().map(|t| t.map(|n| first + n)));
@@ -272,22 +286,6 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
         all.bodies.extend(fine.patch.iter().map(|_| body as u32));
     }
     all
-}
-
-/// Mean shortest edge of the elements of a body. \[L\]
-fn element_size(mesh: &Mesh, body: usize) -> f64 {
-    let elements = mesh.bodies[body].elements.clone();
-    let shortest = |e: usize| {
-        let element = &mesh.elements[e];
-        let sides = (0..element.sides()).map(|side| element.side(side));
-        let lengths = sides.flat_map(|side| {
-            let at = |k: usize| mesh.nodes[side[k % side.len()] as usize];
-            (0..side.len()).map(|k| crate::vector::norm(crate::vector::subtract(at(k + 1), at(k)))).collect::<Vec<_>>()
-        });
-        lengths.fold(f64::INFINITY, f64::min)
-    };
-    let count = elements.len() as f64;
-    elements.map(shortest).sum::<f64>() / count
 }
 
 /// The surfaces and node sets of a body, and their patches.

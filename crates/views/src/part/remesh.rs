@@ -1,4 +1,4 @@
-//! Makes the triangles of a surface equilateral and equal in size, and keeps its patches.
+//! Makes the triangles of a surface equilateral, with edges of given lengths, and keeps its patches.
 //!
 //! The corners where patches meet stay in place, bit for bit. Points on the border between two
 //! patches move along this border; all other points move within their patch. Each pass splits long
@@ -17,11 +17,12 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::lengths::Lengths;
 use crate::closest::{ClosestPoint, Simplex};
 use crate::crossings::{self, Near, cross};
 use crate::vector::{self, area, dot, norm, subtract, unit, unit_normal};
 
-/// Edges longer than `LONGEST` or shorter than `SHORTEST` times the mesh size are split or
+/// Edges longer than `LONGEST` or shorter than `SHORTEST` times the wanted length are split or
 /// collapsed.
 const LONGEST: f64 = 4.0 / 3.0;
 const SHORTEST: f64 = 4.0 / 5.0;
@@ -87,8 +88,10 @@ enum Place {
 
 /// A surface during remeshing. The numbers of removed triangles and points are not reused.
 struct Remesh<'a> {
-    size: f64,
+    lengths: &'a Lengths,
     points: Vec<[f64; 3]>,
+    /// The wanted length of edges at each point. \[L\]
+    wanted: Vec<f64>,
     places: Vec<Place>,
     triangles: Vec<[u32; 3]>,
     patch: Vec<u32>,
@@ -106,12 +109,12 @@ struct Original {
     areas: BTreeMap<u32, f64>,
 }
 
-/// The surface with edges of about this length \[L\]; `free` returns whether a patch is not an
+/// The surface with edges of about these lengths; `free` returns whether a patch is not an
 /// outer face; bends of the borders of such patches are not corners. Points that `fixed` accepts stay,
 /// except beside the rim of the material on an outer face.
 pub(super) fn remeshed(
     surface: &PatchedSurface,
-    size: f64,
+    lengths: &Lengths,
     free: impl Fn(u32) -> bool,
     fixed: impl Fn([f64; 3]) -> bool,
 ) -> PatchedSurface {
@@ -132,8 +135,9 @@ pub(super) fn remeshed(
         }
     }
     let mut remesh = Remesh {
-        size,
+        lengths,
         points: surface.points.clone(),
+        wanted: surface.points.iter().map(|&point| lengths.at(point)).collect(),
         places,
         triangles: surface.triangles.clone(),
         patch: surface.patch.clone(),
@@ -147,6 +151,7 @@ pub(super) fn remeshed(
         remesh.collapse_short();
         remesh.flip();
         remesh.relax(true);
+        remesh.wanted = remesh.points.iter().map(|&point| lengths.at(point)).collect();
     }
     remesh.flip();
     remesh.restore_areas(&free);
@@ -229,6 +234,11 @@ impl Original {
 }
 
 impl Remesh<'_> {
+    /// The wanted length of the edge between two points. \[L\]
+    fn wanted(&self, [a, b]: [u32; 2]) -> f64 {
+        0.5 * (self.wanted[a as usize] + self.wanted[b as usize])
+    }
+
     fn length(&self, a: u32, b: u32) -> f64 {
         norm(subtract(self.points[b as usize], self.points[a as usize]))
     }

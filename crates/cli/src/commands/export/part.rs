@@ -154,9 +154,16 @@ fn of_body(body: &PartBody) -> Value {
         })
         .collect();
     json!({
-        "name": body.name, "size": body.size, "triangles": body.triangles(), "volume": body.volume,
+        "name": body.name, "size": body.size, "longest": body.longest, "triangles": body.triangles(),
+        "tetrahedra": body.tetrahedra, "volume": body.volume,
         "crossings": body.crossings, "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
     })
+}
+
+/// A count with its two leading digits.
+fn rounded(count: usize) -> usize {
+    let unit = 10usize.pow(count.checked_ilog10().unwrap_or(0).saturating_sub(1));
+    (count + unit / 2) / unit * unit
 }
 
 fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
@@ -168,6 +175,11 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         let (name, size, volume) = (&body.name, digits(body.size), digits(body.volume));
         let triangles = counted(body.triangles(), "triangle");
         console.text(&format!("part {name}: {triangles} with edges of {size}; volume {volume}"));
+        console.text(&format!(
+            "mesh.py fills it with about {} hexahedra, or {} tetrahedra (--tetrahedra); a larger --size gives fewer",
+            rounded(4 * body.tetrahedra),
+            rounded(body.tetrahedra)
+        ));
         let row = |face: &NamedFace| {
             let solid = format!("{:.1} %", 100.0 * face.share);
             match face.patches.is_empty() {

@@ -3,7 +3,7 @@
 use std::collections::BinaryHeap;
 
 use super::{LONGEST, Place, Remesh, SHORTEST, TURN, shape};
-use crate::vector::{area, dot, norm, subtract};
+use crate::vector::{area, dot, norm};
 
 impl Remesh<'_> {
     /// Splits edges at their middle until none is too long, the longest first: in any other order,
@@ -12,7 +12,7 @@ impl Remesh<'_> {
         let long = |remesh: &Self, [a, b]: [u32; 2]| {
             let length = remesh.length(a, b);
             // lengths are positive, so their bits have the same order
-            (length > LONGEST * remesh.size).then_some((length.to_bits(), [a, b]))
+            (length > LONGEST * remesh.wanted([a, b])).then_some((length.to_bits(), [a, b]))
         };
         let mut open: BinaryHeap<(u64, [u32; 2])> =
             self.edges().into_iter().filter_map(|edge| long(self, edge)).collect();
@@ -34,7 +34,9 @@ impl Remesh<'_> {
         };
         let (from, to) = (self.points[a as usize], self.points[b as usize]);
         let middle = self.points.len() as u32;
-        self.points.push(std::array::from_fn(|c| from[c] + 0.5 * (to[c] - from[c])));
+        let point = std::array::from_fn(|c| from[c] + 0.5 * (to[c] - from[c]));
+        self.points.push(point);
+        self.wanted.push(self.lengths.at(point));
         self.places.push(place);
         self.around.push(Vec::new());
         for t in pair {
@@ -56,11 +58,12 @@ impl Remesh<'_> {
     /// Collapses short edges where this keeps patches, borders and orientation, and crosses nothing.
     pub(super) fn collapse_short(&mut self) {
         let mut edges: Vec<(f64, [u32; 2])> = self.edges().into_iter().map(|e| (self.length(e[0], e[1]), e)).collect();
-        edges.retain(|(length, _)| *length < SHORTEST * self.size);
+        edges.retain(|(length, edge)| *length < SHORTEST * self.wanted(*edge));
         edges.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         for (_, [a, b]) in edges {
             // the edge may have changed since
-            if self.at_edge(a, b).is_some() && self.length(a, b) < SHORTEST * self.size && !self.try_collapse(a, b) {
+            let short = self.at_edge(a, b).is_some() && self.length(a, b) < SHORTEST * self.wanted([a, b]);
+            if short && !self.try_collapse(a, b) {
                 self.try_collapse(b, a);
             }
         }
@@ -96,9 +99,8 @@ impl Remesh<'_> {
             let (normal, quality) = shape(self.corners(t));
             let moved = corners.map(|n| if n == gone { target } else { self.points[n as usize] });
             let (now, then) = shape(moved);
-            let long = corners
-                .iter()
-                .any(|&n| n != gone && norm(subtract(self.points[n as usize], target)) > LONGEST * self.size);
+            let mut ends = corners.iter().filter(|&&n| n != gone && n != kept);
+            let long = ends.any(|&n| self.length(n, kept) > LONGEST * self.wanted([n, kept]));
             let degenerate = then < 0.1 && then < quality;
             // slivers have no reliable normal
             if long || degenerate || quality > 0.01 && dot(normal, now) < TURN {

@@ -35,7 +35,7 @@ fn a_block_keeps_its_faces() {
     let size = [3.0, 1.0, 2.0];
     let surface = block(size, [6, 2, 4]);
     for edge in [0.12, 0.3] {
-        let fine = remeshed(&surface, edge, |_| false, |_| false);
+        let fine = remeshed(&surface, &Lengths::Uniform(edge), |_| false, |_| false);
         assert_eq!(open_edges(&fine), 0);
         assert!((fine.volume() / 6.0 - 1.0).abs() < 1e-12, "{}", fine.volume());
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
@@ -75,7 +75,7 @@ fn a_ball_stays_round() {
     surface.patch = (0..surface.triangles.len())
         .map(|t| if surface.corners(t).iter().map(|p| p[1]).sum::<f64>() > 0.0 { 1 } else { 2 })
         .collect();
-    let fine = remeshed(&surface, 0.15, |_| true, |_| false);
+    let fine = remeshed(&surface, &Lengths::Uniform(0.15), |_| true, |_| false);
     assert_eq!(open_edges(&fine), 0);
     // points on chords: each edge of length h lies up to h²/8 below the sphere
     let ratio = fine.volume() / surface.volume();
@@ -87,6 +87,43 @@ fn a_ball_stays_round() {
     assert!(worst > 0.4, "{worst}");
     let on_border = |a: u32, b: u32| fine.points[a as usize][1].abs().max(fine.points[b as usize][1].abs());
     assert!(borders(&fine).keys().all(|&[a, b]| on_border(a, b) < 0.2));
+}
+
+/// Without a given length, edges follow the elements: a block whose elements are eight times as long at one end gets
+/// short edges at the other end only, and faces and volume stay.
+#[test]
+fn edges_follow_the_elements() {
+    let (elements, grading) = ([10, 4, 4], [8.0, 1.0, 1.0]);
+    let shape_of = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.0], elements, grading };
+    let mesh = box_mesh("block", &shape_of).expect("a box");
+    let lengths = Lengths::of_elements(&mesh, 0, 1.0);
+    // sizes grow by 8^(1/9) from element to element: the first is 2 (q − 1)/(q^10 − 1)
+    let ratio = 8f64.powf(1.0 / 9.0);
+    let first = 2.0 * (ratio - 1.0) / (ratio.powi(10) - 1.0);
+    let (short, long) = (lengths.at([0.0; 3]), lengths.at([2.0, 0.5, 0.5]));
+    assert!((first..1.5 * first).contains(&short), "{short} {first}");
+    assert!((long / 0.25 - 1.0).abs() < 0.05, "{long}");
+    let surface = block([2.0, 1.0, 1.0], elements);
+    let fine = remeshed(&surface, &lengths, |_| false, |_| false);
+    assert_eq!((open_edges(&fine), fine.crossings()), (0, 0));
+    assert!((fine.volume() / 2.0 - 1.0).abs() < 1e-12, "{}", fine.volume());
+    let mean_edge = |inside: &dyn Fn(f64) -> bool| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for corners in (0..fine.triangles.len()).map(|t| fine.corners(t)).filter(|c| c.iter().all(|p| inside(p[0]))) {
+            (0..3).for_each(|k| sum += norm(subtract(corners[(k + 1) % 3], corners[k])));
+            count += 3.0;
+        }
+        sum / count
+    };
+    let ends = [mean_edge(&|x| x < 0.3), mean_edge(&|x| x > 1.5)];
+    assert!((ends[0] / short - 1.0).abs() < 0.25 && (ends[1] / long - 1.0).abs() < 0.25, "{ends:?} {short} {long}");
+    let everywhere_short = remeshed(&surface, &Lengths::Uniform(short), |_| false, |_| false);
+    assert!(2 * fine.triangles.len() < everywhere_short.triangles.len(), "{}", fine.triangles.len());
+    // the estimate of tetrahedra: volume over that of a regular one, where lengths are the same
+    let all: Vec<usize> = (0..mesh.elements.len()).collect();
+    let one = 0.25f64.powi(3) * 2f64.sqrt() / 12.0;
+    assert!((Lengths::Uniform(0.25).tetrahedra(&mesh, &all) * one - 1.0).abs() < 1e-12);
+    assert!(lengths.tetrahedra(&mesh, &all) * one > 1.0);
 }
 
 /// Random densities give surfaces with members, slots and skins thinner than the edges: without a check
@@ -108,7 +145,7 @@ fn remeshed_surfaces_do_not_cross_themselves() {
         let surface = PatchedSurface { points: surface.points, triangles: surface.triangles, patch };
         assert_eq!(surface.crossings(), 0);
         for edge in [0.25, 0.6] {
-            let fine = remeshed(&surface, edge, |patch| patch == 0, |_| false);
+            let fine = remeshed(&surface, &Lengths::Uniform(edge), |patch| patch == 0, |_| false);
             assert_eq!((fine.crossings(), open_edges(&fine)), (0, 0), "{edge}");
             assert!(fine.triangles.len() > 300, "{}", fine.triangles.len());
         }
@@ -119,7 +156,10 @@ fn remeshed_surfaces_do_not_cross_themselves() {
 #[test]
 fn results_are_reproducible() {
     let surface = block([2.0, 1.0, 1.0], [4, 2, 2]);
-    assert_eq!(remeshed(&surface, 0.2, |_| false, |_| false), remeshed(&surface, 0.2, |_| false, |_| false));
+    assert_eq!(
+        remeshed(&surface, &Lengths::Uniform(0.2), |_| false, |_| false),
+        remeshed(&surface, &Lengths::Uniform(0.2), |_| false, |_| false)
+    );
 }
 
 /// The rim of material on a face, a convex and a concave arc by hand: a quarter disc of radius 1 at a corner of a
@@ -143,7 +183,7 @@ fn faces_keep_their_areas_where_the_rim_of_the_material_is_curved() {
         let surface = labelled_surface(&mesh, &density, &options, &labels).expect("a surface").surface;
         let patch = surface.labels.clone();
         let surface = PatchedSurface { points: surface.points, triangles: surface.triangles, patch };
-        let coarse = remeshed(&surface, 0.45, |patch| patch == 0, |_| false);
+        let coarse = remeshed(&surface, &Lengths::Uniform(0.45), |patch| patch == 0, |_| false);
         let (before, after) = (on_top(&surface), on_top(&coarse));
         assert!((after / before - 1.0).abs() < 2e-3, "{after} of {before}");
         assert_eq!((coarse.crossings(), open_edges(&coarse)), (0, 0));
@@ -180,7 +220,7 @@ fn round_borders_within_a_plane_stay() {
     }
     let surface = PatchedSurface { points, triangles, patch };
     assert!(surface.volume() > 0.0);
-    let fine = remeshed(&surface, 0.4, |_| false, |_| false);
+    let fine = remeshed(&surface, &Lengths::Uniform(0.4), |_| false, |_| false);
     let own = (0..fine.triangles.len()).filter(|&t| fine.patch[t] == 0);
     let area: f64 = own.map(|t| 0.5 * norm(area(fine.corners(t)))).sum();
     let n = f64::from(N);
