@@ -20,7 +20,7 @@ use crate::file::Case;
 use serde::Serialize;
 use slipstick_path::StateError;
 
-use bodies::{bodies, held_by_ties};
+use bodies::{bodies, held_by_ties, poor_elements};
 use contacts::contacts;
 
 pub use adjusted::Adjustment;
@@ -40,6 +40,8 @@ pub enum NoticeKind {
     Disconnected,
     /// Quadrilaterals meet triangles within a body, and their displacements do not conform.
     Divided,
+    /// Elements of a body are almost flat.
+    PoorElements,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
     /// A node lies below the other surface at the start, while the mean gap there is open.
@@ -201,6 +203,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
             });
         }
     }
+    notices.extend(poor_elements(&problem.mesh));
     notices.extend(connection::notices(case, &problem.mesh, &fixed));
     notices.extend(problem.analysis.model().idle_loads().into_iter().map(|load| Notice {
         kind: NoticeKind::IdleLoad,

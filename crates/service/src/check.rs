@@ -160,6 +160,7 @@ fn diagnostics(
             NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
             NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
             NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
+            NoticeKind::PoorElements => (CaseCode::PoorElements, Severity::Warning),
             NoticeKind::PenetratingStart | NoticeKind::OpenOverlap => (CaseCode::PenetratingStart, Severity::Warning),
             NoticeKind::TiedApart => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use nalgebra::DMatrix;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Body, Mesh};
+use slipstick_model::words::{counted, quantity};
 
-use super::BodySummary;
+use super::{BodySummary, Notice, NoticeKind};
 use crate::file::{Case, Contact};
 
 /// Figures about every body.
@@ -26,6 +27,35 @@ pub(super) fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
             },
         })
         .collect()
+}
+
+/// Quality below which an element counts as almost flat.
+const POOR: f64 = 0.05;
+
+/// A notice for each deformable body with almost flat elements.
+pub(super) fn poor_elements(mesh: &Mesh) -> Vec<Notice> {
+    let qualities = mesh.element_qualities();
+    let deformable = mesh.bodies.iter().enumerate().filter(|(b, _)| mesh.rigid.iter().all(|rigid| rigid.body != *b));
+    let of_body = |(b, body): (usize, &Body)| {
+        let poor: Vec<usize> = body.elements.clone().filter(|&e| qualities[e] < POOR).collect();
+        let worst = *poor.iter().min_by(|&&d, &&e| qualities[d].total_cmp(&qualities[e]))?;
+        let [x, y, z] = mesh.centroid(worst).map(quantity);
+        Some(Notice {
+            kind: NoticeKind::PoorElements,
+            path: format!("body[{b}]"),
+            message: format!(
+                "body `{}` has {} with a quality below {POOR}; the worst, {:.2}, at [{x}, {y}, {z}]",
+                body.name,
+                counted(poor.len(), "element"),
+                qualities[worst],
+            ),
+            help:
+                "almost flat elements are too stiff, and turn inside out at small deformations: improve the mesh (in \
+                   Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and faces of the model"
+                    .into(),
+        })
+    };
+    deformable.filter_map(of_body).collect()
 }
 
 /// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no

@@ -187,6 +187,11 @@ impl CaseCode {
                  With `first_order = true` in the body's `mesh`, second-order elements are read without their mid-side \
                  nodes."
             }
+            PoorElements => {
+                "Almost flat elements are too stiff, turn inside out at small deformations, and slow down iterative \
+                 solvers. Improve the mesh (in Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and \
+                 faces of the model; `slipstick check` names the worst element."
+            }
             Disconnected => "Merge coincident nodes in the mesher, or define each part as a separate body.",
             TooLarge => {
                 "Use fewer elements or a machine with more memory; `slipstick check` predicts how much memory a run \
