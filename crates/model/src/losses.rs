@@ -4,8 +4,9 @@
 //! −ζ_nj δg̃_j + ζ_τj·δũ_τj of it. The two are equal if the forces act along the derivatives of gap and slip;
 //! at edges that dig in, and on coarse curved surfaces, they do not, and the difference is lost or gained
 //! without a mechanism. Smaller load steps do not change it. Both are integrated by the trapezoidal rule over
-//! the accepted (sub-)steps, so that coarse steps change both alike. A node that faces no master at one end of
-//! a step does not count in that step.
+//! the accepted (sub-)steps, so that coarse steps change both alike. In the step in which a node closes or opens, the
+//! rule takes half its last force times the way that it was apart; that is no loss. A node that faces no master at one
+//! end of a step does not count in that step.
 //! Test: `an_edge_that_digs_in_loses_work` (tests/suite/losses.rs).
 
 use slipstick_path::LoadTime;
@@ -13,7 +14,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::equations::{ContactModel, ContactResults, ModelInterface};
+use crate::equations::{ContactModel, ContactResults, ModelInterface, NodalContact};
 use crate::words::quantity;
 
 /// Fraction of the work of loads, supports and offsets above which lost work is reported.
@@ -158,5 +159,16 @@ fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt
     };
     let mean = |c: usize| 0.5 * (old.multiplier[c] + new.multiplier[c]);
     let slipped = mean(1) * new.weighted_slip[0] + mean(2) * new.weighted_slip[1];
-    0.5 * taken + mean(0) * (opened(now) - opened(before)) - slipped
+    // −∫ζ_n dg̃, but for the way of a node that is open at one end of the step
+    let apart = |at: &NodalContact| if at.multiplier[0] == 0.0 { at.weighted_gap.max(0.0) } else { 0.0 };
+    let way = mean(0) * (apart(new) - apart(old));
+    let rest = 0.5 * taken - slipped + mean(0) * (opened(now) - opened(before)) - way;
+    reduced(rest, way)
+}
+
+/// A loss less the work of the trapezoidal rule over the way that a node was apart in the step in which it closes
+/// (negative) or opens, as far as it is that work: a node that a kink of the other side passes is closed or opened by
+/// sliding, without such a way.
+fn reduced(loss: f64, way: f64) -> f64 {
+    if loss * way < 0.0 { loss.signum() * (loss.abs() - way.abs()).max(0.0) } else { loss }
 }
