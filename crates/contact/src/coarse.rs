@@ -1,4 +1,5 @@
-//! Curved slave surfaces of few facets, and those that end at an edge on an inclined surface.
+//! Surfaces at the start of the path: curved ones of few facets, those that end at an edge on an inclined surface, and
+//! those that lie on each other.
 
 use crate::ContactInterface;
 use crate::kinematics::frame::RingCorner;
@@ -56,6 +57,31 @@ impl ContactInterface {
         })
     }
 }
+
+impl ContactInterface {
+    /// Whether slave and master lie on each other at the start, as a block on a slab: some slave node faces the master
+    /// at a distance of less than a hundredth of the size of its facets, or below it, and is parallel to it within 2°.
+    /// `touched` is this interface [with normals that follow the master](Self::with_touched_flat_edges); `coordinates`
+    /// are those of the start, 3 per node.
+    ///
+    /// Test: `a_block_that_rests_on_a_slab_is_seated`.
+    pub fn is_seated(&self, touched: &Self, coordinates: &[f64]) -> bool {
+        let rows = |interface: &Self| {
+            let mut rows = Vec::new();
+            let evaluated = interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows);
+            evaluated.map(|()| rows)
+        };
+        let (Ok(own), Ok(touched)) = (rows(self), rows(touched)) else { return false };
+        own.iter().zip(&touched).any(|(own, touched)| {
+            let parallel = own.frame.vector(0).angle(&touched.frame.vector(0)) < INCLINED;
+            let size = own.area.sqrt();
+            own.area > 0.0 && parallel && own.gap() < SEATED * size * own.area
+        })
+    }
+}
+
+/// Distance at which surfaces lie on each other, relative to the size of the facets.
+const SEATED: f64 = 0.01;
 
 /// Angle between a slave surface at its edge and the master from which on they are inclined. \[rad\]
 const INCLINED: f64 = std::f64::consts::PI / 90.0;

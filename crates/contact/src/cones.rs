@@ -12,12 +12,23 @@ const CONVEX: f64 = 1e-3;
 
 /// Angle between facets of one patch above which one averaged normal does not represent them. Below it, the
 /// averaged normal is within the widening of the cone. \[rad\]
-const KINK: f64 = std::f64::consts::PI / 18.0;
+pub(crate) const KINK: f64 = std::f64::consts::PI / 18.0;
 
-/// Gives the slave nodes their cones: the facets of `boundary` around each, divided into smooth
+/// Angle between facets of one patch from which on its averaged normal is off by more than 15°. \[rad\]
+pub(crate) const SHARP_KINK: f64 = std::f64::consts::PI / 6.0;
+
+/// Which slave nodes get cones.
+pub(crate) struct Wanted<'a> {
+    /// Those at kinks within a patch too, if its facets meet at more than this angle. \[rad\]
+    pub kinks: Option<f64>,
+    /// Only these.
+    pub at: &'a dyn Fn(&SlaveNode) -> bool,
+}
+
+/// Gives the slave nodes that are `wanted` their cones: the facets of `boundary` around each, divided into smooth
 /// patches. Patches that the node's own patch meets at a re-entrant edge do not count, since only
-/// both of them together could touch there. With `kinks`, where the own patch is convex and bent by more than
-/// [`KINK`] between facets, the parts on both sides span the cone too: it is a kink of flat facets, or a curved
+/// both of them together could touch there. With kinks, where the own patch is convex and bent by more than
+/// the given angle between facets, the parts on both sides span the cone too: it is a kink of flat facets, or a curved
 /// surface of so few facets that the face which touches it chooses the direction within their normals.
 /// `coordinates`: 3 per node, of the reference configuration.
 pub(crate) fn add(
@@ -26,7 +37,7 @@ pub(crate) fn add(
     boundary: &[FacetNodes],
     coordinates: &[f64],
     feature_angle: f64,
-    kinks: bool,
+    wanted: &Wanted<'_>,
 ) {
     let on_slave: HashSet<Vec<u32>> = slave_facets.iter().map(sorted).collect();
     // slave facets first, so that they have the numbers that slave nodes know
@@ -41,7 +52,7 @@ pub(crate) fn add(
             }
         }
     }
-    for slave in slave_nodes {
+    for slave in slave_nodes.iter_mut().filter(|slave| (wanted.at)(slave)) {
         let own: Vector3<f64> = slave.facets.iter().map(|&(facet, _)| normals[facet as usize]).sum();
         let falls_away = |patch: &Vec<(u32, u8)>| {
             let slope = |&(facet, corner): &(u32, u8)| slope(&facets[facet as usize], corner, coordinates).dot(&own);
@@ -50,8 +61,9 @@ pub(crate) fn add(
         let all = patches(around[&slave.node].clone(), &normals, feature_angle);
         let others = all.into_iter().filter(|patch| patch.iter().all(|facet| !slave.facets.contains(facet)));
         let mut others: Vec<Vec<(u32, u8)>> = others.filter(falls_away).collect();
-        let parts = patches(slave.facets.clone(), &normals, KINK.min(feature_angle));
-        if kinks && parts.len() > 1 && parts.iter().all(falls_away) {
+        let kink = wanted.kinks.unwrap_or(feature_angle).min(feature_angle);
+        let parts = patches(slave.facets.clone(), &normals, kink);
+        if wanted.kinks.is_some() && parts.len() > 1 && parts.iter().all(falls_away) {
             others.extend(parts);
         }
         if others.is_empty() && !slave.sharp {

@@ -1,6 +1,6 @@
 //! A contact interface: slave and master surfaces, and the evaluation of all its nodes.
 
-use crate::cones;
+use crate::cones::{self, Wanted};
 use crate::kinematics::cell_rule::CellPoint;
 use crate::kinematics::coupling::{FacetCoupling, Settings};
 use crate::kinematics::height::{CurvedFacet, FacetHeight};
@@ -202,17 +202,27 @@ impl ContactInterface {
     /// in their plane. The same holds where slave facets meet at more than 10°, but less than the feature angle.
     /// Elsewhere the averaged normals remain. `coordinates` and `feature_angle` as in [`Self::new`].
     pub fn with_touched_normals(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
-        self.with_cones(boundary, coordinates, feature_angle, true)
+        self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks: Some(cones::KINK), at: &|_| true })
+    }
+
+    /// The same, but only where the slave surface ends at an edge, or has a kink of more than 30°, where the averaged
+    /// normal is off by more than 15°; and only if no facet there stands for a curved surface ([`Self::with_heights`]).
+    /// Edges that the surface surrounds follow the master anyway.
+    pub fn with_touched_flat_edges(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
+        let curved: Vec<bool> = self.heights()[0].iter().map(Option::is_some).collect();
+        let is_curved = |facet: u32| curved.get(facet as usize).copied().unwrap_or(false);
+        let flat = |slave: &SlaveNode| !slave.sharp && !slave.facets.iter().any(|&(facet, _)| is_curved(facet));
+        self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks: Some(cones::SHARP_KINK), at: &flat })
     }
 
     /// The same at edges of the slave's bodies only, and not where facets of a smooth patch meet: between two
     /// polygons, facets of the master would determine the normals no better than averages do.
     pub fn with_touched_edges(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
-        self.with_cones(boundary, coordinates, feature_angle, false)
+        self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks: None, at: &|_| true })
     }
 
-    fn with_cones(mut self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64, kinks: bool) -> Self {
-        cones::add(&mut self.slave_nodes, &self.slave_facets, boundary, coordinates, feature_angle, kinks);
+    fn with_cones(mut self, boundary: &[FacetNodes], x: &[f64], feature_angle: f64, wanted: &Wanted<'_>) -> Self {
+        cones::add(&mut self.slave_nodes, &self.slave_facets, boundary, x, feature_angle, wanted);
         self.sharp = following(&self.slave_nodes, self.slave_facets.len());
         self
     }

@@ -238,6 +238,28 @@ fn normals_at_edges_are_those_of_the_face_that_is_touched() {
     }
 }
 
+/// A block that rests on a slab, overlaps it or starts just above it lies on it; one that starts higher, or on its edge,
+/// does not.
+#[test]
+fn a_block_that_rests_on_a_slab_is_seated() {
+    let is_seated = |up: f64, degrees: f64| {
+        let mut mesh = mesh();
+        let (turn, corner) =
+            (Rotation3::from_axis_angle(&Vector3::z_axis(), degrees.to_radians()), Vector3::new(1.25, 0.5, 1.17));
+        for x in &mut mesh.nodes[mesh.bodies[1].nodes.clone()] {
+            *x = (corner + turn * (Vector3::from(*x) - corner) + Vector3::y() * up).into();
+        }
+        let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let boundary: Vec<FacetNodes> = mesh.boundary(1).facets.iter().map(|facet| facet.nodes).collect();
+        let averaged = interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard);
+        let edges = averaged.clone().with_touched_flat_edges(&boundary, &x, std::f64::consts::FRAC_PI_4);
+        averaged.is_seated(&edges, &x)
+    };
+    // facets of 0.4 × 0.4
+    assert!(is_seated(0.0, 0.0) && is_seated(-0.05, 0.0) && is_seated(0.001, 0.0) && is_seated(0.0, 0.1));
+    assert!(!is_seated(0.01, 0.0) && !is_seated(0.0, -10.0) && !is_seated(2.0, 0.0));
+}
+
 /// A ridge that is less sharp than the feature angle, and rotated: its normal is that of the slab while
 /// one of its sides does not lie on the slab; also if its facets stand for a curved surface.
 #[test]

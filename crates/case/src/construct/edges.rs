@@ -1,5 +1,7 @@
 //! The normals of contact pairs at the edges of bodies.
 
+use std::collections::HashSet;
+
 use crate::file;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::MultiplierShape;
@@ -8,10 +10,11 @@ use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
 /// Cosine of the angle between a facet's normal and an axis below which they are perpendicular.
 const PERPENDICULAR: f64 = 0.03;
 
-/// The interface with the normals that the pair asks for; by default those of the master if the slave is a
-/// curved surface of few facets, or at edges on an inclined curved surface, where multipliers have dual shapes
-/// by default; otherwise averaged ones. `points`: positions of the contact surfaces'
-/// corners; `fixed`: prescribed displacements, three per node.
+/// The interface with the normals that the pair asks for. By default, a curved slave surface of few facets has those of
+/// the master; pairs of curved surfaces that are inclined to each other have those of the master at edges of the slave's
+/// body, and dual multiplier shapes; other pairs have those of the master where a flat slave surface ends at an edge or has a sharp kink,
+/// unless the bodies lie on each other at the start. A body in contact with itself has averaged normals. `points`: positions of
+/// the contact surfaces' corners; `fixed`: prescribed displacements, three per node.
 ///
 /// Facets on symmetry planes are inside the whole body, and facets that are held along their normal
 /// may be, as the faces of a strip in plane strain: what lies in such a plane is not an edge.
@@ -24,20 +27,13 @@ pub(super) fn with_normals(
     fixed: &[bool],
 ) -> ContactInterface {
     let feature_angle = contact.feature_angle.to_radians();
-    let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
-    let touched = match contact.normals {
-        Some(normals) => normals == file::Normals::Touched,
-        None => !interface.is_with_itself() && interface.is_coarse(points.as_flattened(), feature_angle),
-    };
-    let may_be_inclined = contact.normals.is_none() && both_curved && !interface.is_with_itself();
-    if !touched && !may_be_inclined {
+    let asked = contact.normals == Some(file::Normals::Touched);
+    if !asked && (contact.normals.is_some() || interface.is_with_itself()) {
         return interface;
     }
-    let slave = interface.slave_facets().iter().flat_map(|facet| facet.iter());
-    let nodes: std::collections::HashSet<u32> = slave.copied().collect();
-    let of_slave = |body: &usize| mesh.bodies[*body].nodes.clone().any(|node| nodes.contains(&(node as u32)));
+    let [slaves, masters] = [interface.slave_facets(), interface.master_facets()].map(|facets| bodies_of(facets, mesh));
     let mut boundary: Vec<FacetNodes> = Vec::new();
-    for body in (0..mesh.bodies.len()).filter(of_slave) {
+    for &body in &slaves {
         let rigid = mesh.rigid.iter().any(|rigid| rigid.body == body);
         let held = |facet: &FacetNodes| {
             let area = facet_area_vector(&facet.corners(points));
@@ -49,13 +45,29 @@ pub(super) fn with_normals(
         };
         boundary.extend(mesh.boundary(body).facets.iter().map(|facet| facet.nodes).filter(|facet| !held(facet)));
     }
-    if touched {
-        return interface.with_touched_normals(&boundary, points.as_flattened(), feature_angle);
+    let points = points.as_flattened();
+    if asked || interface.is_coarse(points, feature_angle) {
+        return interface.with_touched_normals(&boundary, points, feature_angle);
     }
-    let at_edges = interface.clone().with_touched_edges(&boundary, points.as_flattened(), feature_angle);
-    match (interface.is_inclined(&at_edges, points.as_flattened()), contact.multiplier_shape) {
-        (true, None) => at_edges.with_shape(MultiplierShape::Dual),
-        (true, Some(_)) => at_edges,
-        (false, _) => interface,
+    if interface.heights().iter().all(|side| side.iter().any(Option::is_some)) {
+        let at_edges = interface.clone().with_touched_edges(&boundary, points, feature_angle);
+        if interface.is_inclined(&at_edges, points) {
+            return match contact.multiplier_shape {
+                None => at_edges.with_shape(MultiplierShape::Dual),
+                Some(_) => at_edges,
+            };
+        }
     }
+    if slaves.iter().any(|body| masters.contains(body)) {
+        return interface;
+    }
+    let at_edges = interface.clone().with_touched_flat_edges(&boundary, points, feature_angle);
+    if interface.is_seated(&at_edges, points) { interface } else { at_edges }
+}
+
+/// The bodies with nodes of these facets.
+fn bodies_of(facets: &[FacetNodes], mesh: &Mesh) -> Vec<usize> {
+    let nodes: HashSet<u32> = facets.iter().flat_map(|facet| facet.iter()).copied().collect();
+    let has_some = |body: &usize| mesh.bodies[*body].nodes.clone().any(|node| nodes.contains(&(node as u32)));
+    (0..mesh.bodies.len()).filter(has_some).collect()
 }

@@ -30,6 +30,7 @@ fn frictionless_contact_at_a_kink_takes_no_work() {
         let taken = [touched[0], averaged[0], face[0]].map(|taken| 100.0 * taken);
         let apart = [touched, averaged].map(|kink| 100.0 * (kink[1] / face[1] - 1.0));
         println!("{shape}: taken {taken:.2?} %, deflections {apart:.2?} % apart");
+        assert_eq!(chamfered(pair, shape, ""), touched, "the default");
         assert!(touched[0].abs() < 1e-3 && face[0].abs() < 1e-3, "{shape}: {touched:?} {face:?}");
         assert!(averaged[0] > 7e-3, "{shape}: {averaged:?}");
         // the mean gap at the kink, and with it the deflection, depends on the shapes
