@@ -60,7 +60,7 @@ impl ContactInterface {
 
 impl ContactInterface {
     /// Whether slave and master lie on each other at the start, as a block on a slab: some slave node faces the master
-    /// at a distance of less than a hundredth of the size of its facets, or below it, and is parallel to it within 2°.
+    /// at a distance of less than a tenth of the size of its facets, or below it, and is parallel to it within 5°.
     /// `touched` is this interface [with normals that follow the master](Self::with_touched_flat_edges); `coordinates`
     /// are those of the start, 3 per node.
     ///
@@ -73,7 +73,7 @@ impl ContactInterface {
         };
         let (Ok(own), Ok(touched)) = (rows(self), rows(touched)) else { return false };
         own.iter().zip(&touched).any(|(own, touched)| {
-            let parallel = own.frame.vector(0).angle(&touched.frame.vector(0)) < INCLINED;
+            let parallel = own.frame.vector(0).angle(&touched.frame.vector(0)) < PARALLEL;
             let size = own.area.sqrt();
             own.area > 0.0 && parallel && own.gap() < SEATED * size * own.area
         })
@@ -81,7 +81,10 @@ impl ContactInterface {
 }
 
 /// Distance at which surfaces lie on each other, relative to the size of the facets.
-const SEATED: f64 = 0.01;
+const SEATED: f64 = 0.1;
+
+/// Angle within which they are parallel then. \[rad\]
+const PARALLEL: f64 = std::f64::consts::PI / 36.0;
 
 /// Angle between a slave surface at its edge and the master from which on they are inclined. \[rad\]
 const INCLINED: f64 = std::f64::consts::PI / 90.0;

@@ -256,8 +256,8 @@ fn a_block_that_rests_on_a_slab_is_seated() {
         averaged.is_seated(&edges, &x)
     };
     // facets of 0.4 × 0.4
-    assert!(is_seated(0.0, 0.0) && is_seated(-0.05, 0.0) && is_seated(0.001, 0.0) && is_seated(0.0, 0.1));
-    assert!(!is_seated(0.01, 0.0) && !is_seated(0.0, -10.0) && !is_seated(2.0, 0.0));
+    assert!(is_seated(0.0, 0.0) && is_seated(-0.05, 0.0) && is_seated(0.01, 0.0) && is_seated(0.0, 1.0));
+    assert!(!is_seated(0.1, 0.0) && !is_seated(0.0, -10.0) && !is_seated(2.0, 0.0));
 }
 
 /// A ridge that is less sharp than the feature angle, and rotated: its normal is that of the slab while

@@ -7,7 +7,8 @@
 //! the accepted (sub-)steps, so that coarse steps change both alike. In the step in which a node closes or opens, the
 //! rule takes half its last force times the way that it was apart; that is no loss. A node that faces no master at one
 //! end of a step does not count in that step.
-//! Test: `an_edge_that_digs_in_loses_work` (tests/suite/losses.rs).
+//! Tests: `an_edge_that_digs_in_loses_work`, `nodes_that_a_kink_closes_and_opens_lose_nothing_by_it`
+//! (tests/suite/losses.rs).
 
 use slipstick_path::LoadTime;
 use std::fmt;

@@ -169,7 +169,7 @@ def raise_flat(body):
         if tag not in sizes:
             ends = {other for own in around[tag] for other in own if other != tag}
             lengths = [sum((a - b) ** 2 for a, b in zip(points[tag], points[other])) ** 0.5 for other in ends]
-            sizes[tag] = min(body["size"], sum(lengths) / len(lengths))
+            sizes[tag] = min(body["size"], max(lengths))
         return sizes[tag]
 
     def quality(own):
