@@ -40,7 +40,7 @@ pub enum NoticeKind {
     Disconnected,
     /// Quadrilaterals meet triangles within a body, and their displacements do not conform.
     Divided,
-    /// Elements of a body are almost flat.
+    /// Elements of a body are almost degenerate.
     PoorElements,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,

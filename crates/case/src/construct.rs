@@ -347,8 +347,10 @@ fn build_interfaces(
         let interface = interface_of(case, contact, i, mesh, &points, mirrored, reach)?;
         let interface = match contact.tied {
             true => interface,
-            false => edges::with_normals(interface, contact, mesh, &points, mirrored, fixed)
-                .with_trusted_depth(1.5 * approach + largest_offset + adjust),
+            false => {
+                let interface = interface.with_trusted_depth(1.5 * approach + largest_offset + adjust);
+                edges::with_normals(interface, contact, mesh, &points, mirrored, fixed)
+            }
         };
         let slants = match contact.offset.is_empty() {
             true => Vec::new(),

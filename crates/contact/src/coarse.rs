@@ -59,28 +59,28 @@ impl ContactInterface {
 }
 
 impl ContactInterface {
-    /// Whether slave and master lie on each other at the start, as a block on a slab: some slave node faces the master
-    /// at a distance of less than a tenth of the size of its facets, or below it, and is parallel to it within 5°.
-    /// `touched` is this interface [with normals that follow the master](Self::with_touched_flat_edges); `coordinates`
-    /// are those of the start, 3 per node.
+    /// Whether slave and master lie on each other at the start, as a block on a slab: some slave node faces the master at
+    /// a distance of less than a tenth of the square root of the area around it, or is below it, and its averaged normal
+    /// is opposite to the master's within 5°. `coordinates` are those of the start, 3 per node. Surfaces whose rows
+    /// cannot be evaluated count as seated.
     ///
     /// Test: `a_block_that_rests_on_a_slab_is_seated`.
-    pub fn is_seated(&self, touched: &Self, coordinates: &[f64]) -> bool {
+    pub fn is_seated(&self, coordinates: &[f64]) -> bool {
         let rows = |interface: &Self| {
             let mut rows = Vec::new();
             let evaluated = interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows);
             evaluated.map(|()| rows)
         };
-        let (Ok(own), Ok(touched)) = (rows(self), rows(touched)) else { return false };
-        own.iter().zip(&touched).any(|(own, touched)| {
-            let parallel = own.frame.vector(0).angle(&touched.frame.vector(0)) < PARALLEL;
-            let size = own.area.sqrt();
-            own.area > 0.0 && parallel && own.gap() < SEATED * size * own.area
+        let [averaged, masters] = [false, true].map(|sharp| rows(&self.clone().with_frames(sharp)));
+        let (Ok(averaged), Ok(masters)) = (averaged, masters) else { return true };
+        averaged.iter().zip(&masters).any(|(own, master)| {
+            let parallel = own.frame.vector(0).angle(&master.frame.vector(0)) < PARALLEL;
+            own.area > 0.0 && parallel && own.gap() < SEATED * own.area.sqrt() * own.area
         })
     }
 }
 
-/// Distance at which surfaces lie on each other, relative to the size of the facets.
+/// Distance at which surfaces lie on each other, relative to the square root of the area around a node.
 const SEATED: f64 = 0.1;
 
 /// Angle within which they are parallel then. \[rad\]

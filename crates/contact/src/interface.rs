@@ -205,20 +205,32 @@ impl ContactInterface {
         self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks: Some(cones::KINK), at: &|_| true })
     }
 
-    /// The same, but only where the slave surface ends at an edge, or has a kink of more than 30°, where the averaged
-    /// normal is off by more than 15°; and only if no facet there stands for a curved surface ([`Self::with_heights`]).
+    /// As [`Self::with_touched_normals`], but only where the slave surface ends at an edge, or has a kink of more than 30°, where the averaged
+    /// normal is off by more than 15° (none if the feature angle is 180°); and only if no facet there stands for a curved surface ([`Self::with_heights`]).
     /// Edges that the surface surrounds follow the master anyway.
     pub fn with_touched_flat_edges(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
         let curved: Vec<bool> = self.heights()[0].iter().map(Option::is_some).collect();
         let is_curved = |facet: u32| curved.get(facet as usize).copied().unwrap_or(false);
         let flat = |slave: &SlaveNode| !slave.sharp && !slave.facets.iter().any(|&(facet, _)| is_curved(facet));
-        self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks: Some(cones::SHARP_KINK), at: &flat })
+        // 180°: no edge of the surface counts
+        let kinks = (feature_angle < std::f64::consts::PI).then_some(cones::SHARP_KINK);
+        self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks, at: &flat })
     }
 
-    /// The same at edges of the slave's bodies only, and not where facets of a smooth patch meet: between two
+    /// As [`Self::with_touched_normals`], but at edges of the slave's bodies only, and not where facets of a smooth patch meet: between two
     /// polygons, facets of the master would determine the normals no better than averages do.
     pub fn with_touched_edges(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
         self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks: None, at: &|_| true })
+    }
+
+    /// The same interface with the master's normals at all slave nodes, or with averaged ones.
+    pub(crate) fn with_frames(mut self, of_master: bool) -> Self {
+        for slave in &mut self.slave_nodes {
+            slave.sharp = of_master;
+            slave.cone.clear();
+        }
+        self.sharp = following(&self.slave_nodes, self.slave_facets.len());
+        self
     }
 
     fn with_cones(mut self, boundary: &[FacetNodes], x: &[f64], feature_angle: f64, wanted: &Wanted<'_>) -> Self {

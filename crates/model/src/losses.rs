@@ -10,6 +10,7 @@
 //! Tests: `an_edge_that_digs_in_loses_work`, `nodes_that_a_kink_closes_and_opens_lose_nothing_by_it`
 //! (tests/suite/losses.rs).
 
+use slipstick_contact::friction::Status;
 use slipstick_path::LoadTime;
 use std::fmt;
 
@@ -161,7 +162,7 @@ fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt
     let mean = |c: usize| 0.5 * (old.multiplier[c] + new.multiplier[c]);
     let slipped = mean(1) * new.weighted_slip[0] + mean(2) * new.weighted_slip[1];
     // −∫ζ_n dg̃, but for the way of a node that is open at one end of the step
-    let apart = |at: &NodalContact| if at.multiplier[0] == 0.0 { at.weighted_gap.max(0.0) } else { 0.0 };
+    let apart = |at: &NodalContact| if at.status == Status::Inactive { at.weighted_gap.max(0.0) } else { 0.0 };
     let way = mean(0) * (apart(new) - apart(old));
     let rest = 0.5 * taken - slipped + mean(0) * (opened(now) - opened(before)) - way;
     reduced(rest, way)

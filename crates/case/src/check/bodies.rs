@@ -29,10 +29,10 @@ pub(super) fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
         .collect()
 }
 
-/// Quality below which an element counts as almost flat.
+/// Quality below which an element counts as almost degenerate.
 const POOR: f64 = 0.05;
 
-/// A notice for each deformable body with almost flat elements.
+/// A notice for each deformable body with almost degenerate elements.
 pub(super) fn poor_elements(mesh: &Mesh) -> Vec<Notice> {
     let qualities = mesh.element_qualities();
     let deformable = mesh.bodies.iter().enumerate().filter(|(b, _)| mesh.rigid.iter().all(|rigid| rigid.body != *b));
@@ -44,13 +44,13 @@ pub(super) fn poor_elements(mesh: &Mesh) -> Vec<Notice> {
             kind: NoticeKind::PoorElements,
             path: format!("body[{b}]"),
             message: format!(
-                "body `{}` has {} with a quality below {POOR}; the worst, {:.2}, at [{x}, {y}, {z}]",
+                "body `{}` has {} with a quality below {POOR}; the worst, {}, is at [{x}, {y}, {z}]",
                 body.name,
                 counted(poor.len(), "element"),
-                qualities[worst],
+                quantity(qualities[worst]),
             ),
             help:
-                "almost flat elements are too stiff, and turn inside out at small deformations: improve the mesh (in \
+                "almost degenerate elements are too stiff, and turn inside out at small deformations: improve the mesh (in \
                    Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and faces of the model"
                     .into(),
         })
@@ -160,4 +160,30 @@ fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed:
         }
     }
     gram
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_mesh::{BoxShape, box_mesh};
+
+    /// A unit cube whose corner (1, 1, 1) moves to (p, p, p). There, the edges are (−p, 1 − p, 1 − p) and permutations,
+    /// with the determinant 2 − 3 p up to its sign; for p = 0.675, the quality is 0.025 / 0.8167³ = 0.0459. Rigid bodies
+    /// may have any shape.
+    #[test]
+    fn almost_degenerate_elements_are_told() {
+        let cube = |p: f64| {
+            let shape = BoxShape { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
+            let mut mesh = box_mesh("cube", &shape).expect("a box");
+            let corner = mesh.nodes.iter_mut().find(|x| **x == [1.0; 3]).expect("the corner");
+            *corner = [p; 3];
+            mesh
+        };
+        assert_eq!(poor_elements(&cube(0.69)), []);
+        let notices = poor_elements(&cube(0.675));
+        let [notice] = &notices[..] else { panic!("{notices:?}") };
+        assert_eq!((notice.kind, notice.path.as_str()), (NoticeKind::PoorElements, "body[0]"));
+        let start = "body `cube` has 1 element with a quality below 0.05; the worst, 0.0459";
+        assert!(notice.message.starts_with(start), "{notice:?}");
+    }
 }

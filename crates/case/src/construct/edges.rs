@@ -10,11 +10,15 @@ use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
 /// Cosine of the angle between a facet's normal and an axis below which they are perpendicular.
 const PERPENDICULAR: f64 = 0.03;
 
-/// The interface with the normals that the pair asks for. By default, a curved slave surface of few facets has those of
-/// the master; pairs of curved surfaces that are inclined to each other have those of the master at edges of the slave's
-/// body, and dual multiplier shapes; other pairs have those of the master where a flat slave surface ends at an edge or has a sharp kink,
-/// unless the bodies lie on each other at the start. A body in contact with itself has averaged normals. `points`: positions of
-/// the contact surfaces' corners; `fixed`: prescribed displacements, three per node.
+/// The interface with the normals that the pair asks for. By default, the first of these that holds:
+///
+/// 1. A surface in contact with itself has averaged normals.
+/// 2. A curved slave surface of few facets has those of the master within the cones of its nodes.
+/// 3. Curved surfaces that are inclined to each other have the master's at edges of the slave's body, and dual shapes.
+/// 4. Surfaces that lie on each other in the mesh have averaged normals.
+/// 5. A flat slave surface has the master's where it ends at an edge or has a sharp kink.
+///
+/// `points`: positions of the contact surfaces' corners; `fixed`: prescribed displacements, three per node.
 ///
 /// Facets on symmetry planes are inside the whole body, and facets that are held along their normal
 /// may be, as the faces of a strip in plane strain: what lies in such a plane is not an edge.
@@ -31,9 +35,15 @@ pub(super) fn with_normals(
     if !asked && (contact.normals.is_some() || interface.is_with_itself()) {
         return interface;
     }
-    let [slaves, masters] = [interface.slave_facets(), interface.master_facets()].map(|facets| bodies_of(facets, mesh));
+    let x = points.as_flattened();
+    let all_touched = asked || interface.is_coarse(x, feature_angle);
+    let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
+    let seated = interface.is_seated(x);
+    if !all_touched && !both_curved && seated {
+        return interface;
+    }
     let mut boundary: Vec<FacetNodes> = Vec::new();
-    for &body in &slaves {
+    for body in bodies_of(interface.slave_facets(), mesh) {
         let rigid = mesh.rigid.iter().any(|rigid| rigid.body == body);
         let held = |facet: &FacetNodes| {
             let area = facet_area_vector(&facet.corners(points));
@@ -45,24 +55,19 @@ pub(super) fn with_normals(
         };
         boundary.extend(mesh.boundary(body).facets.iter().map(|facet| facet.nodes).filter(|facet| !held(facet)));
     }
-    let points = points.as_flattened();
-    if asked || interface.is_coarse(points, feature_angle) {
-        return interface.with_touched_normals(&boundary, points, feature_angle);
+    if all_touched {
+        return interface.with_touched_normals(&boundary, x, feature_angle);
     }
-    if interface.heights().iter().all(|side| side.iter().any(Option::is_some)) {
-        let at_edges = interface.clone().with_touched_edges(&boundary, points, feature_angle);
-        if interface.is_inclined(&at_edges, points) {
+    if both_curved {
+        let at_edges = interface.clone().with_touched_edges(&boundary, x, feature_angle);
+        if interface.is_inclined(&at_edges, x) {
             return match contact.multiplier_shape {
                 None => at_edges.with_shape(MultiplierShape::Dual),
                 Some(_) => at_edges,
             };
         }
     }
-    if slaves.iter().any(|body| masters.contains(body)) {
-        return interface;
-    }
-    let at_edges = interface.clone().with_touched_flat_edges(&boundary, points, feature_angle);
-    if interface.is_seated(&at_edges, points) { interface } else { at_edges }
+    if seated { interface } else { interface.with_touched_flat_edges(&boundary, x, feature_angle) }
 }
 
 /// The bodies with nodes of these facets.

@@ -148,7 +148,7 @@ case_codes! {
     /// A body consists of parts that are not connected, or has coincident nodes that are not merged
     /// (warning).
     Disconnected => "disconnected",
-    /// Elements of a body are almost flat (warning).
+    /// Elements of a body are almost degenerate (warning).
     PoorElements => "poor_elements",
     /// The case needs more memory than the machine has.
     TooLarge => "too_large",

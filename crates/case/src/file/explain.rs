@@ -188,7 +188,7 @@ impl CaseCode {
                  nodes."
             }
             PoorElements => {
-                "Almost flat elements are too stiff, turn inside out at small deformations, and slow down iterative \
+                "Almost degenerate elements are too stiff, turn inside out at small deformations, and slow down iterative \
                  solvers. Improve the mesh (in Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and \
                  faces of the model; `slipstick check` names the worst element."
             }

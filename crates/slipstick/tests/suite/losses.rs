@@ -47,8 +47,8 @@ fn an_edge_that_digs_in_loses_work() {
 }
 
 /// A rigid roller of 16 facets slides over a soft slab without friction: its kinks close and open the nodes of the slab,
-/// which slide past them instead of moving along their normals. What contact is said to add is what the energies have too
-/// much; the rule of the trapezium over the gaps of these nodes would be 14 % off.
+/// which slide past them instead of moving along their normals. What contact is said to add is what the energies gain; the
+/// trapezoidal rule over the gaps of these nodes would be 14 % off.
 #[test]
 fn nodes_that_a_kink_closes_and_opens_lose_nothing_by_it() {
     let text = "[[body]]\nname = 'low'\nbox = { min = [0, 0, 0], max = [6, 1, 0.5], elements = [30, 4, 1] }\n\

@@ -22,10 +22,10 @@ pub(super) enum Lengths {
 }
 
 impl Lengths {
-    /// The shortest edges of the elements of a body, averaged between neighbours; `scale` times as long.
-    pub fn of_elements(mesh: &Mesh, body: usize, scale: f64) -> Self {
+    /// The shortest edges of the elements of a body, averaged between neighbours.
+    pub fn of_elements(mesh: &Mesh, body: usize) -> Self {
         let elements = mesh.bodies[body].elements.clone();
-        let mut shortest: Vec<f64> = elements.clone().map(|e| scale * shortest_edge(mesh, e)).collect();
+        let mut shortest: Vec<f64> = elements.clone().map(|e| shortest_edge(mesh, e)).collect();
         let mean = shortest.iter().sum::<f64>() / shortest.len() as f64;
         let close = |length: &f64| (length / mean - 1.0).abs() < 1e-9;
         if shortest.iter().all(close) {
@@ -53,7 +53,8 @@ impl Lengths {
         let simplices = numbers.iter().map(|node| Simplex { corners: [point(node); 3], normal: [0.0; 3] });
         Self::AtNodes {
             nodes: ClosestPoint::new(simplices.collect()),
-            lengths: at.iter().map(|(node, &length)| (bits(point(node)), length)).collect(),
+            // in ascending order, so that coincident nodes leave the same one in every run
+            lengths: numbers.iter().map(|node| (bits(point(node)), at[node])).collect(),
             mean,
         }
     }

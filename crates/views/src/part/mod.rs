@@ -220,7 +220,7 @@ fn part_body(
         kept = pieces(surface, held);
         left_out = names(&kept.loose_labels);
     }
-    let lengths = size.map_or_else(|| Lengths::of_elements(mesh, body, 1.0), Lengths::Uniform);
+    let lengths = size.map_or_else(|| Lengths::of_elements(mesh, body), Lengths::Uniform);
     let (patched, list) = patches(&kept.surface);
     let mut around = vec![Vec::new(); kept.piece.iter().max().map_or(0, |&most| most as usize + 1)];
     for (&piece, &patch) in kept.piece.iter().zip(&patched.patch) {
@@ -271,10 +271,11 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
         if own.triangles.is_empty() {
             continue;
         }
+        let lengths = Lengths::of_elements(mesh, body);
         let (patched, list) = patches(&own);
         let fine = remeshed(
             &patched,
-            &Lengths::of_elements(mesh, body, MEASURED),
+            &Lengths::Uniform(MEASURED * lengths.mean()),
             |patch| !list[patch as usize].outer,
             |_| false,
         );

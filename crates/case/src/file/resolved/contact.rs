@@ -56,8 +56,10 @@ pub struct Contact {
     /// do. \[L\]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjust: Option<f64>,
-    /// The direction of contact forces where the slave surface meets an edge of its body; `None`:
-    /// averaged normals, or those of the master where the slave is a curved surface of few facets.
+    /// The direction of contact forces where the slave surface meets an edge of its body; `None`: that of
+    /// the master where a flat slave surface ends at an edge, unless the bodies lie on each other in the
+    /// mesh, where the slave is a curved surface of few facets, and at edges on inclined curved surfaces;
+    /// otherwise averaged normals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normals: Option<Normals>,
     /// How the contact conditions are enforced.

@@ -96,7 +96,7 @@ fn edges_follow_the_elements() {
     let (elements, grading) = ([10, 4, 4], [8.0, 1.0, 1.0]);
     let shape_of = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.0], elements, grading };
     let mesh = box_mesh("block", &shape_of).expect("a box");
-    let lengths = Lengths::of_elements(&mesh, 0, 1.0);
+    let lengths = Lengths::of_elements(&mesh, 0);
     // sizes grow by 8^(1/9) from element to element: the first is 2 (q − 1)/(q^10 − 1)
     let ratio = 8f64.powf(1.0 / 9.0);
     let first = 2.0 * (ratio - 1.0) / (ratio.powi(10) - 1.0);
