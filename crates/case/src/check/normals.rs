@@ -106,8 +106,8 @@ impl Averaged {
                 degrees(angle),
             ),
             help: format!(
-                "refine the mesh if the surface is curved there; set `feature_angle` below {} if there is an edge, or \
-                 `normals = \"touched\"`; or exchange slave and master",
+                "refine the mesh if the surface is curved there; set `feature_angle` below {} if there is an edge; or \
+                 exchange slave and master",
                 degrees(2.0 * angle)
             ),
         }

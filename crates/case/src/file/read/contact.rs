@@ -114,7 +114,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
             CaseCode::OutOfRange,
             |&angle| angle > 0.0 && angle <= 180.0,
             "must be greater than 0 and at most 180 degrees",
-            "with 180, normals are averaged over all edges of the surface, however sharp",
+            "with 180, normals are averaged over all edges, however sharp",
         )
         .or(Contact::FEATURE_ANGLE);
     let edge_cover = table
