@@ -5,8 +5,8 @@
 //! at edges that dig in, and on coarse curved surfaces, they do not, and the difference is lost or gained
 //! without a mechanism. Smaller load steps do not change it. Both are integrated by the trapezoidal rule over
 //! the accepted (sub-)steps, so that coarse steps change both alike. In the step in which a node closes or opens, the
-//! rule takes half its last force times the way that it was apart; that is no loss. A node that faces no master at one
-//! end of a step does not count in that step.
+//! rule counts half of the node's force times its gap; this is not a loss. A node that faces no master at one end of a
+//! step does not count in that step.
 //! Tests: `an_edge_that_digs_in_loses_work`, `nodes_that_a_kink_closes_and_opens_lose_nothing_by_it`
 //! (tests/suite/losses.rs).
 
@@ -161,16 +161,16 @@ fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt
     };
     let mean = |c: usize| 0.5 * (old.multiplier[c] + new.multiplier[c]);
     let slipped = mean(1) * new.weighted_slip[0] + mean(2) * new.weighted_slip[1];
-    // −∫ζ_n dg̃, but for the way of a node that is open at one end of the step
-    let apart = |at: &NodalContact| if at.status == Status::Inactive { at.weighted_gap.max(0.0) } else { 0.0 };
-    let way = mean(0) * (apart(new) - apart(old));
-    let rest = 0.5 * taken - slipped + mean(0) * (opened(now) - opened(before)) - way;
-    reduced(rest, way)
+    // the gap of a node that is open at one end of the step counts apart
+    let open = |at: &NodalContact| if at.status == Status::Inactive { at.weighted_gap.max(0.0) } else { 0.0 };
+    let gap = mean(0) * (open(new) - open(old));
+    let rest = 0.5 * taken - slipped + mean(0) * (opened(now) - opened(before)) - gap;
+    reduced(rest, gap)
 }
 
-/// A loss less the work of the trapezoidal rule over the way that a node was apart in the step in which it closes
-/// (negative) or opens, as far as it is that work: a node that a kink of the other side passes is closed or opened by
-/// sliding, without such a way.
-fn reduced(loss: f64, way: f64) -> f64 {
-    if loss * way < 0.0 { loss.signum() * (loss.abs() - way.abs()).max(0.0) } else { loss }
+/// A loss without what the trapezoidal rule counts for the gap of a node that closes (negative) or opens, `gap`; if
+/// the node has not moved along its normal, because a kink of the other side closes or opens it by sliding, the loss
+/// contains nothing of that and stays.
+fn reduced(loss: f64, gap: f64) -> f64 {
+    if loss * gap < 0.0 { loss.signum() * (loss.abs() - gap.abs()).max(0.0) } else { loss }
 }

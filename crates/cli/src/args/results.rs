@@ -64,7 +64,7 @@ pub struct Export {
     /// elements (it needs `pip install gmsh`), and a case that analyses them under the same loads
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "body")]
     pub case: Option<PathBuf>,
-    /// Length of the edges of the part's mesh [default: as the shortest edges of the design's elements there; a body that is solid everywhere keeps its mesh]
+    /// Length of the edges of the part's mesh [default: that of the shortest edges of the design's elements nearby; a body that is solid everywhere keeps its mesh]
     #[arg(long, value_name = "LENGTH", requires = "case", value_parser = length, allow_negative_numbers = true)]
     pub size: Option<f64>,
     /// Measure the thinnest member and the narrowest gap, and keep them for the report

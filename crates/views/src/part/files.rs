@@ -54,7 +54,7 @@ pub fn write_script(path: &Path, bodies: &[PartBody]) -> Result<(), OutputError>
             faces.filter_map(|face| Some((face.group.clone()?, json!(face.patches)))).collect();
         json!({
             "name": body.name, "surface": body.surface_file(), "mesh": body.mesh_file(), "size": body.size,
-            "longest": body.longest,
+            "longest": body.edges[1],
             "curved": body.curved_file(), "pieces": body.pieces, "cut": body.cut, "groups": groups,
         })
     };

@@ -1,4 +1,4 @@
-//! How long the edges of a part are to be: as long as those of the design's elements, or one length.
+//! Target lengths of the edges of a part: those of the design's elements nearby, or one length.
 
 use std::collections::HashMap;
 
@@ -82,11 +82,14 @@ impl Lengths {
         if volume > 0.0 { count / volume } else { 1.0 / one(self.mean()) }
     }
 
-    /// The longest. \[L\]
-    pub fn longest(&self) -> f64 {
+    /// The shortest and the longest. \[L\]
+    pub fn range(&self) -> [f64; 2] {
         match self {
-            Self::Uniform(length) => *length,
-            Self::AtNodes { lengths, .. } => lengths.values().copied().fold(0.0, f64::max),
+            Self::Uniform(length) => [*length; 2],
+            Self::AtNodes { lengths, .. } => {
+                let wider = |[low, high]: [f64; 2], &length: &f64| [low.min(length), high.max(length)];
+                lengths.values().fold([f64::INFINITY, 0.0], wider)
+            }
         }
     }
 

@@ -163,9 +163,12 @@ def raise_flat(body):
     for own in elements:
         for tag in own:
             around.setdefault(tag, []).append(own)
-    sizes = {}  # edges are as long as the mean, or shorter where the mesh is finer
+    uniform = body["longest"] <= body["size"]
+    sizes = {}  # length of the edges at a corner: the mean one, or less where the mesh is finer
 
     def size_at(tag):
+        if uniform:
+            return body["size"]
         if tag not in sizes:
             ends = {other for own in around[tag] for other in own if other != tag}
             lengths = [sum((a - b) ** 2 for a, b in zip(points[tag], points[other])) ** 0.5 for other in ends]

@@ -78,10 +78,10 @@ pub struct Scarce {
 pub struct PartBody {
     /// Its name.
     pub name: String,
-    /// Edge length of its triangles, as a mean over the elements of the design. \[L\]
+    /// Target length of its edges, as a mean over the elements of the body. \[L\]
     pub size: f64,
-    /// Edge length of its longest triangles. \[L\]
-    pub longest: f64,
+    /// The shortest and the longest target length of an edge. \[L\]
+    pub edges: [f64; 2],
     /// About how many tetrahedra fill it.
     pub tetrahedra: usize,
     /// Volume that its surface encloses. \[L³\]
@@ -248,7 +248,7 @@ fn part_body(
         cut,
         name,
         size: lengths.mean(),
-        longest: lengths.longest(),
+        edges: lengths.range(),
         tetrahedra: (fine.volume() * lengths.tetrahedra(mesh, solid)).round() as usize,
         volume: fine.volume(),
         loose: kept.loose,

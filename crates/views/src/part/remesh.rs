@@ -22,7 +22,7 @@ use crate::closest::{ClosestPoint, Simplex};
 use crate::crossings::{self, Near, cross};
 use crate::vector::{self, area, dot, norm, subtract, unit, unit_normal};
 
-/// Edges longer than `LONGEST` or shorter than `SHORTEST` times the wanted length are split or
+/// Edges longer than `LONGEST` or shorter than `SHORTEST` times the target length are split or
 /// collapsed.
 const LONGEST: f64 = 4.0 / 3.0;
 const SHORTEST: f64 = 4.0 / 5.0;
@@ -90,8 +90,8 @@ enum Place {
 struct Remesh<'a> {
     lengths: &'a Lengths,
     points: Vec<[f64; 3]>,
-    /// The wanted length of edges at each point. \[L\]
-    wanted: Vec<f64>,
+    /// The target length at each point. \[L\]
+    target: Vec<f64>,
     places: Vec<Place>,
     triangles: Vec<[u32; 3]>,
     patch: Vec<u32>,
@@ -137,7 +137,7 @@ pub(super) fn remeshed(
     let mut remesh = Remesh {
         lengths,
         points: surface.points.clone(),
-        wanted: surface.points.iter().map(|&point| lengths.at(point)).collect(),
+        target: surface.points.iter().map(|&point| lengths.at(point)).collect(),
         places,
         triangles: surface.triangles.clone(),
         patch: surface.patch.clone(),
@@ -151,7 +151,7 @@ pub(super) fn remeshed(
         remesh.collapse_short();
         remesh.flip();
         remesh.relax(true);
-        remesh.wanted = remesh.points.iter().map(|&point| lengths.at(point)).collect();
+        remesh.target = remesh.points.iter().map(|&point| lengths.at(point)).collect();
     }
     remesh.flip();
     remesh.restore_areas(&free);
@@ -234,9 +234,9 @@ impl Original {
 }
 
 impl Remesh<'_> {
-    /// The wanted length of the edge between two points. \[L\]
-    fn wanted(&self, [a, b]: [u32; 2]) -> f64 {
-        0.5 * (self.wanted[a as usize] + self.wanted[b as usize])
+    /// The target length of the edge between two points. \[L\]
+    fn target(&self, [a, b]: [u32; 2]) -> f64 {
+        0.5 * (self.target[a as usize] + self.target[b as usize])
     }
 
     fn length(&self, a: u32, b: u32) -> f64 {

@@ -154,7 +154,7 @@ fn of_body(body: &PartBody) -> Value {
         })
         .collect();
     json!({
-        "name": body.name, "size": body.size, "longest": body.longest, "triangles": body.triangles(),
+        "name": body.name, "size": body.size, "edges": body.edges, "triangles": body.triangles(),
         "tetrahedra": body.tetrahedra, "volume": body.volume,
         "crossings": body.crossings, "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
     })
@@ -172,9 +172,13 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         console.text(&format!("part {name}: solid everywhere, so it keeps its mesh (--size remeshes it)"));
     }
     for body in &part.bodies {
-        let (name, size, volume) = (&body.name, digits(body.size), digits(body.volume));
+        let (name, volume) = (&body.name, digits(body.volume));
+        let edges = match body.edges {
+            [shortest, longest] if shortest < longest => format!("{} to {}", digits(shortest), digits(longest)),
+            _ => digits(body.size),
+        };
         let triangles = counted(body.triangles(), "triangle");
-        console.text(&format!("part {name}: {triangles} with edges of {size}; volume {volume}"));
+        console.text(&format!("part {name}: {triangles} with edges of {edges}; volume {volume}"));
         console.text(&format!(
             "mesh.py fills it with about {} hexahedra, or {} tetrahedra (--tetrahedra); a larger --size gives fewer",
             rounded(4 * body.tetrahedra),

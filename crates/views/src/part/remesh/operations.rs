@@ -12,7 +12,7 @@ impl Remesh<'_> {
         let long = |remesh: &Self, [a, b]: [u32; 2]| {
             let length = remesh.length(a, b);
             // lengths are positive, so their bits have the same order
-            (length > LONGEST * remesh.wanted([a, b])).then_some((length.to_bits(), [a, b]))
+            (length > LONGEST * remesh.target([a, b])).then_some((length.to_bits(), [a, b]))
         };
         let mut open: BinaryHeap<(u64, [u32; 2])> =
             self.edges().into_iter().filter_map(|edge| long(self, edge)).collect();
@@ -36,7 +36,7 @@ impl Remesh<'_> {
         let middle = self.points.len() as u32;
         let point = std::array::from_fn(|c| from[c] + 0.5 * (to[c] - from[c]));
         self.points.push(point);
-        self.wanted.push(self.lengths.at(point));
+        self.target.push(self.lengths.at(point));
         self.places.push(place);
         self.around.push(Vec::new());
         for t in pair {
@@ -58,11 +58,11 @@ impl Remesh<'_> {
     /// Collapses short edges where this keeps patches, borders and orientation, and crosses nothing.
     pub(super) fn collapse_short(&mut self) {
         let mut edges: Vec<(f64, [u32; 2])> = self.edges().into_iter().map(|e| (self.length(e[0], e[1]), e)).collect();
-        edges.retain(|(length, edge)| *length < SHORTEST * self.wanted(*edge));
+        edges.retain(|(length, edge)| *length < SHORTEST * self.target(*edge));
         edges.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         for (_, [a, b]) in edges {
             // the edge may have changed since
-            let short = self.at_edge(a, b).is_some() && self.length(a, b) < SHORTEST * self.wanted([a, b]);
+            let short = self.at_edge(a, b).is_some() && self.length(a, b) < SHORTEST * self.target([a, b]);
             if short && !self.try_collapse(a, b) {
                 self.try_collapse(b, a);
             }
@@ -100,7 +100,7 @@ impl Remesh<'_> {
             let moved = corners.map(|n| if n == gone { target } else { self.points[n as usize] });
             let (now, then) = shape(moved);
             let mut ends = corners.iter().filter(|&&n| n != gone && n != kept);
-            let long = ends.any(|&n| self.length(n, kept) > LONGEST * self.wanted([n, kept]));
+            let long = ends.any(|&n| self.length(n, kept) > LONGEST * self.target([n, kept]));
             let degenerate = then < 0.1 && then < quality;
             // slivers have no reliable normal
             if long || degenerate || quality > 0.01 && dot(normal, now) < TURN {

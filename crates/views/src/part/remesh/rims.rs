@@ -15,10 +15,10 @@ const ROUNDS: usize = 8;
 /// Relative difference of areas that is left.
 const CLOSE: f64 = 1e-3;
 
-/// Largest move of a round, relative to the wanted length of edges; rims that need more get more points first.
+/// Largest move of a round, relative to the target length; rims that need more get more points first.
 const STEP: f64 = 0.1;
 
-/// Shortest edge of a rim that gets a point in its middle, relative to the wanted length of edges.
+/// Shortest edge of a rim that gets a point in its middle, relative to the target length.
 const DIVIDED: f64 = 0.4;
 
 impl Remesh<'_> {
@@ -30,7 +30,7 @@ impl Remesh<'_> {
             if round == 0 {
                 let few = |(patch, missing): (&u32, &f64)| {
                     let points = rims.get(patch).into_iter().flatten();
-                    let reached: f64 = points.map(|(n, way)| self.wanted[*n as usize] * norm(*way)).sum();
+                    let reached: f64 = points.map(|(n, way)| self.target[*n as usize] * norm(*way)).sum();
                     (missing.abs() > STEP * reached).then_some(*patch)
                 };
                 let few: BTreeSet<u32> = missing.iter().filter_map(few).collect();
@@ -49,7 +49,7 @@ impl Remesh<'_> {
                     continue;
                 }
                 for &(n, way) in points {
-                    let most = STEP * self.wanted[n as usize];
+                    let most = STEP * self.target[n as usize];
                     let by = (missing / length).clamp(-most, most);
                     let (x, way) = (self.points[n as usize], unit(way));
                     self.try_move(n, std::array::from_fn(|c| x[c] + by * way[c]));
@@ -107,7 +107,7 @@ impl Remesh<'_> {
             let Some(pair) = self.at_edge(a, b) else { continue };
             let [p, q] = pair.map(|t| self.patch[t as usize]);
             let on_rim = free(p) != free(q) && (patches.contains(&p) || patches.contains(&q));
-            if on_rim && self.length(a, b) > DIVIDED * self.wanted([a, b]) {
+            if on_rim && self.length(a, b) > DIVIDED * self.target([a, b]) {
                 self.split(a, b, pair);
             }
         }

@@ -123,7 +123,11 @@ fn edges_follow_the_elements() {
     let all: Vec<usize> = (0..mesh.elements.len()).collect();
     let one = 0.25f64.powi(3) * 2f64.sqrt() / 12.0;
     assert!((Lengths::Uniform(0.25).tetrahedra(&mesh, &all) * one - 1.0).abs() < 1e-12);
-    assert!(lengths.tetrahedra(&mesh, &all) * one > 1.0);
+    // between those of the longest and of the shortest edges everywhere
+    let [shortest, longest] = lengths.range();
+    let estimate = lengths.tetrahedra(&mesh, &all);
+    let of_length = |length: f64| 2f64.sqrt() * 6.0 / length.powi(3);
+    assert!((of_length(longest)..of_length(shortest)).contains(&estimate), "{estimate} {shortest} {longest}");
 }
 
 /// Random densities give surfaces with members, slots and skins thinner than the edges: without a check
@@ -156,10 +160,13 @@ fn remeshed_surfaces_do_not_cross_themselves() {
 #[test]
 fn results_are_reproducible() {
     let surface = block([2.0, 1.0, 1.0], [4, 2, 2]);
-    assert_eq!(
-        remeshed(&surface, &Lengths::Uniform(0.2), |_| false, |_| false),
-        remeshed(&surface, &Lengths::Uniform(0.2), |_| false, |_| false)
-    );
+    let (elements, grading) = ([8, 4, 4], [4.0, 1.0, 1.0]);
+    let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.0], elements, grading };
+    let mesh = box_mesh("block", &shape).expect("a box");
+    let lengths = || [Lengths::Uniform(0.2), Lengths::of_elements(&mesh, 0)];
+    for (one, other) in lengths().iter().zip(&lengths()) {
+        assert_eq!(remeshed(&surface, one, |_| false, |_| false), remeshed(&surface, other, |_| false, |_| false));
+    }
 }
 
 /// The rim of material on a face, a convex and a concave arc by hand: a quarter disc of radius 1 at a corner of a
