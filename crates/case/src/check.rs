@@ -20,7 +20,7 @@ use crate::file::Case;
 use serde::Serialize;
 use slipstick_path::StateError;
 
-use bodies::{bodies, held_by_ties, poor_elements};
+use bodies::{bodies, held_by_ties, poor_elements, straight_middles};
 use contacts::contacts;
 
 pub use adjusted::Adjustment;
@@ -42,6 +42,8 @@ pub enum NoticeKind {
     Divided,
     /// Elements of a body are almost degenerate.
     PoorElements,
+    /// Mid-side nodes of a body do not lie on the smooth surface of its faces.
+    StraightMiddles,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
     /// A node lies below the other surface at the start, while the mean gap there is open.
@@ -204,6 +206,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         }
     }
     notices.extend(poor_elements(&problem.mesh));
+    notices.extend(straight_middles(case, &problem.mesh));
     notices.extend(connection::notices(case, &problem.mesh, &fixed));
     notices.extend(problem.analysis.model().idle_loads().into_iter().map(|load| Notice {
         kind: NoticeKind::IdleLoad,

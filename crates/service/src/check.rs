@@ -161,6 +161,7 @@ fn diagnostics(
             NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
             NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
             NoticeKind::PoorElements => (CaseCode::PoorElements, Severity::Warning),
+            NoticeKind::StraightMiddles => (CaseCode::StraightMiddles, Severity::Warning),
             NoticeKind::PenetratingStart | NoticeKind::OpenOverlap => (CaseCode::PenetratingStart, Severity::Warning),
             NoticeKind::TiedApart => (CaseCode::NoContact, Severity::Warning),
             NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),

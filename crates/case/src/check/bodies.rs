@@ -7,7 +7,8 @@ use slipstick_mesh::{Body, Mesh};
 use slipstick_model::words::{counted, quantity};
 
 use super::{BodySummary, Notice, NoticeKind};
-use crate::file::{Case, Contact};
+use crate::construct::surfaces::curve_middles;
+use crate::file::{self, Case, Contact};
 
 /// Figures about every body.
 pub(super) fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
@@ -56,6 +57,28 @@ pub(super) fn poor_elements(mesh: &Mesh) -> Vec<Notice> {
         })
     };
     deformable.filter_map(of_body).collect()
+}
+
+/// A notice for each body whose mid-side nodes do not all lie on the smooth surface of its faces.
+pub(super) fn straight_middles(case: &Case, mesh: &Mesh) -> Vec<Notice> {
+    let of_body = |(b, body): (usize, &file::Body)| {
+        let mut mesh = mesh.clone();
+        let off = curve_middles(case, &mut mesh, b).unwrap_or_default();
+        let [x, y, z] = mesh.nodes[*off.first()? as usize].map(quantity);
+        Some(Notice {
+            kind: NoticeKind::StraightMiddles,
+            path: format!("body[{b}].order"),
+            message: format!(
+                "{} of body `{}` stay off the curved surface, or elements would fold; the first is at [{x}, {y}, {z}]",
+                counted(off.len(), "mid-side node"),
+                body.name,
+            ),
+            help: "refine the mesh there until the surface bends less within an element, or let the mesher make \
+                   quadratic elements (in Gmsh: `Mesh.ElementOrder = 2`, `Mesh.HighOrderOptimize`)"
+                .into(),
+        })
+    };
+    case.bodies.iter().enumerate().filter(|(_, body)| body.order == 2).filter_map(of_body).collect()
 }
 
 /// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no

@@ -2,7 +2,7 @@
 //! selects.
 
 use super::select::{nodes_of, select_facets, select_nodes};
-use super::{BuildError, bolts, ties};
+use super::{BuildError, bolts, surfaces, ties};
 use crate::file::{self, Case};
 use slipstick_mesh::{self as mesh, Mesh};
 use slipstick_model::words::counted;
@@ -47,6 +47,9 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
     for (s, set) in case.sets.iter().enumerate() {
         let selected = select_nodes(&all, set, &format!("set[{s}]"))?;
         all.node_sets.insert(set.name.clone(), selected);
+    }
+    for body in 0..case.bodies.len() {
+        surfaces::curve_middles(case, &mut all, body)?;
     }
     let defects = all.check();
     if let Some(first) = defects.first() {

@@ -8,7 +8,7 @@
 use super::symmetry::mirrored;
 use super::{facets_of, mesh, surfaces};
 use crate::file::{self, Case, Sides};
-use slipstick_mesh::{ContactMap, FacetNodes, Mesh, facet_area};
+use slipstick_mesh::{ContactMap, FacetHeights, FacetNodes, Mesh, facet_area};
 
 /// Ratio of the sizes of facets up to which they are similar.
 const SIMILAR: f64 = 1.5;
@@ -72,16 +72,28 @@ pub(crate) fn of(
         let node = *sides[i][0].first()? as usize;
         let body = mesh.bodies.iter().position(|body| body.nodes.contains(&node))?;
         let smooth = surfaces::smooth(case, contact, mesh, points, &near[i], mirrored);
-        let heights = smooth.iter().flat_map(|smooth| smooth.heights.iter().flatten().flatten());
+        let heights = smooth.iter().flat_map(|smooth| smooth.heights.iter().zip(&near[i]));
+        let bulges = heights.filter_map(|(heights, facet)| Some(bulge(heights.as_ref()?, facet.len())));
         let definition = case.bodies.get(body)?;
         Some(Side {
             size: median_size(&near[i], points),
-            convex: heights.sum::<f64>() > ROUND_OFF * median_size(&near[i], points),
+            convex: bulges.sum::<f64>() > ROUND_OFF * median_size(&near[i], points),
             rigid: definition.rigid.is_some(),
             modulus: definition.material.youngs_modulus(),
         })
     };
     Some([side(0)?, side(1)?])
+}
+
+/// Height of the smooth surface above the middle of a facet relative to the mean over its corners, which those of
+/// second-order elements do not share with the surface. \[L\]
+fn bulge(heights: &FacetHeights, corners: usize) -> f64 {
+    let mean = |points: &[usize]| points.iter().map(|&i| heights[i]).sum::<f64>() / points.len() as f64;
+    // rows of 5, 4, 3, 2 and 1 control points on a triangle, of 5 on a quadrilateral
+    match corners {
+        3 => mean(&[6, 7, 10]) - mean(&[0, 4, 14]),
+        _ => heights[12] - mean(&[0, 4, 20, 24]),
+    }
 }
 
 impl Side {

@@ -20,7 +20,7 @@ pub(crate) fn smooth(
     if contact.tied || contact.surfaces == file::Surfaces::Faceted {
         return None;
     }
-    let smooth = on_facets(case, contact.feature_angle, mesh, points, facets, mirrored);
+    let smooth = on_facets(case, contact.feature_angle, &mesh.nodes, points, facets, mirrored);
     (!smooth.patches.is_empty()).then_some(smooth)
 }
 
@@ -28,14 +28,27 @@ pub(crate) fn smooth(
 fn on_facets(
     case: &Case,
     feature_angle: f64,
-    mesh: &Mesh,
+    nodes: &[[f64; 3]],
     points: &[[f64; 3]],
     facets: &[FacetNodes],
     mirrored: &[[bool; 3]],
 ) -> SmoothSurface {
     let known: Vec<Shape> = case.bodies.iter().flat_map(shapes).collect();
     let mirrored = |node: u32| mirrored[node as usize];
-    smooth_surface(facets, &mesh.nodes, points, feature_angle.to_radians(), &known, mirrored)
+    smooth_surface(facets, nodes, points, feature_angle.to_radians(), &known, mirrored)
+}
+
+/// The feature angle \[°\] at which the outer faces of a body are divided into smooth surfaces: that of the body's first
+/// contact pair; `None` if one of its pairs asks for facets.
+fn feature_angle(case: &Case, mesh: &Mesh, body: usize) -> Option<f64> {
+    let nodes = &mesh.bodies[body].nodes;
+    let touches =
+        |name: &String| mesh.set_nodes(name).is_some_and(|set| set.iter().any(|&n| nodes.contains(&(n as usize))));
+    let mut pairs = case.contacts.iter().filter(|pair| !pair.tied && (touches(&pair.slave) || touches(&pair.master)));
+    if pairs.clone().any(|pair| pair.surfaces == file::Surfaces::Faceted) {
+        return None;
+    }
+    Some(pairs.next().map_or(file::Contact::FEATURE_ANGLE, |pair| pair.feature_angle))
 }
 
 /// The outer facets of a body, and the smooth surface for which they stand: with the feature angle of
@@ -45,19 +58,26 @@ fn on_facets(
 /// [`BuildError`] of a symmetry plane.
 pub fn smooth_faces(case: &Case, mesh: &Mesh, body: usize) -> Result<(Vec<FacetNodes>, SmoothSurface), BuildError> {
     let facets: Vec<FacetNodes> = mesh.boundary(body).facets.iter().map(|facet| facet.nodes).collect();
-    let nodes = &mesh.bodies[body].nodes;
-    let touches =
-        |name: &String| mesh.set_nodes(name).is_some_and(|set| set.iter().any(|&n| nodes.contains(&(n as usize))));
-    let mut pairs = case.contacts.iter().filter(|pair| !pair.tied && (touches(&pair.slave) || touches(&pair.master)));
     let mirrored = mirrored(case, mesh)?;
-    let smooth = match pairs.clone().any(|pair| pair.surfaces == file::Surfaces::Faceted) {
-        true => None,
-        false => {
-            let angle = pairs.next().map_or(file::Contact::FEATURE_ANGLE, |pair| pair.feature_angle);
-            Some(on_facets(case, angle, mesh, &mesh.nodes, &facets, &mirrored))
-        }
-    };
+    let smooth = feature_angle(case, mesh, body)
+        .map(|angle| on_facets(case, angle, &mesh.nodes, &mesh.nodes, &facets, &mirrored));
     Ok((facets, smooth.unwrap_or_default()))
+}
+
+/// Puts the mid-side nodes of a body whose mesh file has linear elements, but which is to have quadratic ones, onto the
+/// smooth surface for which the file's facets stand. Returns the nodes that do not reach it, because elements would
+/// fold.
+///
+/// # Errors
+/// [`BuildError`] of a symmetry plane.
+pub(crate) fn curve_middles(case: &Case, mesh: &mut Mesh, body: usize) -> Result<Vec<u32>, BuildError> {
+    let of = &case.bodies[body];
+    let raised = matches!(&of.shape, file::Shape::Mesh(file) if of.order == 2 && !file.mesh.has_second_order());
+    let Some(angle) = feature_angle(case, mesh, body).filter(|_| raised) else { return Ok(Vec::new()) };
+    let mirrored = mirrored(case, mesh)?;
+    let nodes = mesh.nodes.clone();
+    let smooth = |facets: &[FacetNodes]| on_facets(case, angle, &nodes, &nodes, facets, &mirrored);
+    Ok(mesh.curve_middles(body, smooth))
 }
 
 /// The heights of a smooth surface above its facets, whose corners have the positions `points`.

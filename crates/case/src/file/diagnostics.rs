@@ -150,6 +150,8 @@ case_codes! {
     Disconnected => "disconnected",
     /// Elements of a body are almost degenerate (warning).
     PoorElements => "poor_elements",
+    /// Mid-side nodes of a body do not lie on the smooth surface of its faces (warning).
+    StraightMiddles => "straight_middles",
     /// The case needs more memory than the machine has.
     TooLarge => "too_large",
     /// A set or surface that selects nothing.

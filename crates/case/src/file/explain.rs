@@ -192,6 +192,11 @@ impl CaseCode {
                  solvers. Improve the mesh (in Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and \
                  faces of the model; `slipstick check` names the worst element."
             }
+            StraightMiddles => {
+                "With `order = 2`, new nodes on curved faces lie on the smooth surface for which the facets of the mesh \
+                 file stand, unless elements would fold. Refine the mesh where the surface bends too much within an \
+                 element, or let the mesher make quadratic elements; `slipstick check` names the first node."
+            }
             Disconnected => "Merge coincident nodes in the mesher, or define each part as a separate body.",
             TooLarge => {
                 "Use fewer elements or a machine with more memory; `slipstick check` predicts how much memory a run \

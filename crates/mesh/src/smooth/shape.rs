@@ -206,10 +206,16 @@ impl Shape {
 const FEWEST_LINES: usize = 5;
 
 /// The simplest shape that passes within `tolerance` of all points, the nodes of a surface whose
-/// facets have the given centres and unit normals. \[L\]
+/// facets have the given centres and unit normals. \[L\] Only if it may be `doubly_curved`, it can be a
+/// sphere or a torus.
 ///
-/// Test: `shapes_are_found_from_their_nodes`.
-pub fn fit(points: &[Vector3<f64>], facets: &[(Vector3<f64>, Vector3<f64>)], tolerance: f64) -> Option<Shape> {
+/// Tests: `shapes_are_found_from_their_nodes`, `a_single_row_of_facets_is_no_sphere`.
+pub fn fit(
+    points: &[Vector3<f64>],
+    facets: &[(Vector3<f64>, Vector3<f64>)],
+    tolerance: f64,
+    doubly_curved: bool,
+) -> Option<Shape> {
     let centre = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let size = points.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
     if !(size > 0.0) {
@@ -217,7 +223,10 @@ pub fn fit(points: &[Vector3<f64>], facets: &[(Vector3<f64>, Vector3<f64>)], tol
     }
     let unit: Vec<Vector3<f64>> = points.iter().map(|x| (x - centre) / size).collect();
     let facets: Vec<_> = facets.iter().map(|(x, n)| ((x - centre) / size, *n)).collect();
-    for guess in [sphere as Guess, cylinder, cone, torus] {
+    for (guess, doubly) in [(sphere as Guess, true), (cylinder, false), (cone, false), (torus, true)] {
+        if doubly && !doubly_curved {
+            continue;
+        }
         let fitted = guess(&unit, &facets).and_then(|shape| shape.refined(&unit));
         // farther away than this, a surface is flat
         let sensible = fitted.filter(|shape| shape.parameters().iter().all(|p| p.abs() < 1e3));
@@ -359,7 +368,7 @@ mod tests {
         let tolerance = 1e-6;
         let found = |x: &dyn Fn(f64, f64) -> Vector3<f64>| {
             let (nodes, facets) = grid([6, 4], x);
-            fit(&nodes, &facets, tolerance)
+            fit(&nodes, &facets, tolerance, true)
         };
         let Some(Shape::Sphere { centre: c, radius }) =
             found(&|u, v| at(5.0 * (0.3 + v).sin(), 2.0 * u, 5.0 * (0.3 + v).cos()))

@@ -4,6 +4,7 @@ mod assembly;
 mod defects;
 mod generators;
 mod geometry;
+mod middles;
 mod search;
 mod selection;
 mod support;
