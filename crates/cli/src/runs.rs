@@ -1,5 +1,7 @@
 //! How runs start, and who watches them.
 
+use std::path::Component;
+
 use slipstick::build::Problem;
 use slipstick::run::{NewtonTable, Run, RunError, on_first};
 use slipstick_service::run;
@@ -40,6 +42,12 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
 pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outcome<Option<Run>> {
     context.parallel.first(|| {
         let path = setup.directory(out, command);
+        if !matches!(path.components().next_back(), Some(Component::Normal(_))) {
+            return Err(Failure::input(
+                format!("{} is no folder of its own: results would lie among other files", path.display()),
+                "name a folder for the results, for instance `--out results`",
+            ));
+        }
         // a run that may overwrite files must not remove the design that it starts from
         if setup.replaces_design(&path) {
             return Err(Failure::input(

@@ -57,7 +57,7 @@ impl Analysis {
     }
 
     /// The ends of the user's steps on [one axis](LoadTime::on_axis).
-    fn axis(&self) -> Vec<f64> {
+    pub fn axis(&self) -> Vec<f64> {
         self.times.iter().map(|time| time.on_axis()).collect()
     }
 

@@ -47,8 +47,9 @@ impl Imbalance {
             .into()
     }
 
-    /// That of the load case with the largest one. Work without these columns counts as zero.
-    pub(crate) fn of(found: &Quantities) -> Option<Self> {
+    /// That of the load case with the largest one that is more than `round_off` \[F L\]. Work without these columns
+    /// counts as zero.
+    pub(crate) fn of(found: &Quantities, round_off: f64) -> Option<Self> {
         let balance = found.get("energy_balance")?;
         let sources: Vec<Vec<f64>> =
             ["external_work", "offset_work", "thermal_work"].iter().filter_map(|name| found.get(name)).collect();
@@ -63,7 +64,7 @@ impl Imbalance {
             let added = |row: &usize| change(&balance, *row) * last.signum();
             let largest = own.clone().max_by(|a, b| added(a).total_cmp(&added(b)))?;
             let fraction = last.abs() / done;
-            (fraction > COUNTED_LOSS && fraction.is_finite()).then(|| Self {
+            (fraction > COUNTED_LOSS && fraction.is_finite() && last.abs() > round_off).then(|| Self {
                 balance: last,
                 fraction,
                 step: found.rows[largest].step,
@@ -102,7 +103,7 @@ mod tests {
     /// F s/2, friction takes F s, and F s/2 is missing; in the third step both are F s.
     #[test]
     fn a_jump_of_the_force_within_a_step_is_noticed() {
-        let found = Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 0.1, 0.0), (0, 0.6, -0.5), (0, 1.6, -0.5)]));
+        let found = Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 0.1, 0.0), (0, 0.6, -0.5), (0, 1.6, -0.5)]), 0.0);
         let expected = Imbalance { balance: -0.5, fraction: 0.5 / 1.6, step: 2, at_step: -0.5 };
         assert_eq!(found, Some(expected));
     }
@@ -111,11 +112,12 @@ mod tests {
     /// from its own start.
     #[test]
     fn the_worst_load_case_counts() {
-        assert_eq!(Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 1.0, 0.019)])), None);
-        assert!(Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 1.0, 0.021)])).is_some());
+        assert_eq!(Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 1.0, 0.019)]), 0.0), None);
+        assert!(Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 1.0, 0.021)]), 0.0).is_some());
+        assert_eq!(Imbalance::of(&path(&[(0, 0.0, 0.0), (0, 1.0, 0.021)]), 0.022), None);
         let cases = [(0, 0.0, 0.0), (0, 1.0, 0.03), (1, 2.0, 0.03), (1, 1.0, 0.3)];
-        let found = Imbalance::of(&path(&cases)).expect("an imbalance");
+        let found = Imbalance::of(&path(&cases), 0.0).expect("an imbalance");
         assert_eq!((found.balance, found.fraction, found.step), (0.3, 0.3 / 3.0, 3));
-        assert_eq!(Imbalance::of(&path(&[])), None);
+        assert_eq!(Imbalance::of(&path(&[]), 0.0), None);
     }
 }

@@ -40,7 +40,12 @@ fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool]) -> Option<Notice> {
     };
     let message =
         format!("body `{}` consists of {} parts that share no nodes; {free_ones}", mesh.bodies[body].name, parts.len());
-    Some(notice(body, message, "merge duplicate nodes in the mesher (Gmsh: Coherence Mesh), or make each part a body"))
+    Some(notice(
+        body,
+        message,
+        "merge duplicate nodes in the mesher (Gmsh: Coherence Mesh), or make each part a body, from a group of its own (Gmsh: \
+                a physical volume; Abaqus, CalculiX: an ELSET)",
+    ))
 }
 
 fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {

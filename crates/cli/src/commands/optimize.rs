@@ -50,7 +50,12 @@ pub fn drive(context: &Context, recorded: RecordedOptimization) -> Outcome {
         if let Some(quantities) = &quantities {
             print_quantities(context, quantities, &driven.optimization.problem);
         }
-        tell_result(context, &driven.optimization, run, quantities.as_ref().map(last_values));
+        tell_result(
+            context,
+            &driven.optimization,
+            run,
+            quantities.as_ref().map(|all| last_values(all, &driven.optimization.problem)),
+        );
     });
     driven.end(outcome)
 }

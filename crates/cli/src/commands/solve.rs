@@ -24,10 +24,11 @@ use crate::table::lines;
 use crate::watch::Watch;
 use slipstick_service::failure::Outcome;
 
-/// Values of the objective per load step; `None` for steps that it does not depend on.
+/// Values of the objective per load step; `None` for steps that it does not depend on, and if it is not a sum over steps.
 fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
     let steps = analysis.times.len();
-    let observes = |step: usize| analysis.objective.as_ref().is_some_and(|objective| objective.observes(step, steps));
+    let summed = analysis.objective.as_ref().filter(|objective| objective.adds_up());
+    let observes = |step: usize| summed.is_some_and(|objective| objective.observes(step, steps));
     (1..).zip(&forward.step_values).map(|(step, &value)| observes(step).then_some(value)).collect()
 }
 
@@ -96,16 +97,21 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
     Ok(())
 }
 
-/// The weighted parts of the load cases in the objective, as text; empty if there is only one load
-/// path.
+/// The values of the objective in the load cases, as text; empty if there is only one load path.
 fn shares(problem: &Problem, forward: &Forward) -> String {
     let names = &problem.load_cases;
-    if names.is_empty() {
+    let Some(objective) = problem.analysis.objective.as_ref().filter(|_| !names.is_empty()) else {
         return String::new();
-    }
-    let values = forward.step_values.chunks(forward.step_values.len() / names.len());
-    let share = |(name, values): (&String, &[f64])| format!("{name} {}", digits(values.iter().sum::<f64>()));
-    format!(": {}, with weights", names.iter().zip(values).map(share).collect::<Vec<_>>().join(", "))
+    };
+    let axis = problem.analysis.axis();
+    let values: Vec<(usize, f64)> = match objective.worst_of() {
+        // the parts whose largest counts
+        Some(cases) => cases.into_iter().zip(forward.parts.iter().copied()).collect(),
+        None => objective.in_each_load_case(&forward.quantities[0], &axis),
+    };
+    let weights = if objective.is_mean() { "" } else { ", with weights" };
+    let share = |(case, value): &(usize, f64)| Some(format!("{} {}", names.get(*case)?, digits(*value)));
+    format!(": {}{weights}", values.iter().filter_map(share).collect::<Vec<_>>().join(", "))
 }
 
 fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &ElementValues) -> Outcome {
@@ -149,7 +155,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
             "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
             "failed_iterations": forward.path.failed_iterations(),
             "increments": forward.path.increments(), "open": open, "stick": stick, "slip": slip,
-            "quantities": last_values(&quantities), "phases": phases(&problem.analysis.timings()),
+            "quantities": last_values(&quantities, problem), "phases": phases(&problem.analysis.timings()),
         }),
     );
     print_phases(context, "solution", &problem.analysis.timings());

@@ -272,11 +272,31 @@ impl Response {
         (value, slopes)
     }
 
+    /// The values of the load cases that count, with their numbers: with their weights, except for a
+    /// [mean](Self::is_mean), which weighs them itself.
+    pub fn in_each_load_case(&self, values: &[Vec<f64>], times: &[f64]) -> Vec<(usize, f64)> {
+        let of = |case: usize| {
+            let weight = if self.is_mean() { 1.0 } else { self.cases[case] };
+            (case, self.part(case, weight).reduce_sum(values, times).0)
+        };
+        self.counted().map(of).collect()
+    }
+
+    /// Whether it is a mean over the load cases, with or without deviations.
+    pub fn is_mean(&self) -> bool {
+        matches!(self.over, OverLoadCases::Mean | OverLoadCases::MeanPlusDeviations(_))
+    }
+
+    /// Whether it is the sum of its contributions at all steps of all load cases.
+    pub fn adds_up(&self) -> bool {
+        self.reduction == Reduction::Sum && self.over == OverLoadCases::Sum
+    }
+
     /// The contribution of each step to a sum; zero for other responses.
     pub fn step_values(&self, values: &[Vec<f64>]) -> Vec<f64> {
         let steps = values.first().map_or(0, Vec::len);
         let mut parts = vec![0.0; steps];
-        if self.reduction == Reduction::Sum && self.over == OverLoadCases::Sum {
+        if self.adds_up() {
             self.each(steps, |term, step| {
                 let weight = self.cases[self.place(step, steps).0] * self.terms[term].weight;
                 parts[step - 1] += weight * values[term][step - 1];

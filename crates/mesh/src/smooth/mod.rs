@@ -159,11 +159,7 @@ impl Facets<'_> {
         let nodes: Vec<_> = self.facets[facet as usize].iter().map(|&node| self.position(node)).collect();
         let (centre, size) = (nodes.iter().sum::<Vector3<f64>>() / nodes.len() as f64, self.size(facet));
         let on = shape.residual(&nodes) <= ROUND_OFF * (size + centre.norm());
-        let slope = Vector3::from_fn(|c, _| {
-            let step = Vector3::ith(c, 1e-3 * size);
-            shape.distance(&(centre + step)) - shape.distance(&(centre - step))
-        });
-        on && self.normals[facet as usize].dot(&slope).abs() > ALONG_SHAPE.cos() * slope.norm()
+        on && self.normals[facet as usize].dot(&shape.normal(&centre, 1e-3 * size)).abs() > ALONG_SHAPE.cos()
     }
 
     /// Adds the heights of facets that stand for a shape; `false` if one does not.

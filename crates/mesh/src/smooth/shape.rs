@@ -87,6 +87,16 @@ impl Shape {
         }
     }
 
+    /// Unit vector in which [`Self::distance`] grows at a point, by central differences over `step` \[L\]; zero where
+    /// it grows in no direction, as at a centre.
+    pub fn normal(&self, x: &Vector3<f64>, step: f64) -> Vector3<f64> {
+        let slope = |c: usize| {
+            let step = Vector3::ith(c, step);
+            self.distance(&(x + step)) - self.distance(&(x - step))
+        };
+        Vector3::from_fn(|c, _| slope(c)).try_normalize(0.0).unwrap_or_default()
+    }
+
     /// How far `x` is from the surface along the unit vector `along`, by the secant method; `None`
     /// if it is farther than `reach`.
     pub fn along(&self, x: &Vector3<f64>, along: &Vector3<f64>, reach: f64) -> Option<f64> {

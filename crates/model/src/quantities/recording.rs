@@ -94,7 +94,7 @@ impl<'a> Recording<'a> {
         let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
         let explained = !found.losses.is_empty() || !found.coarse_friction.is_empty() || found.released.is_some();
         if exact && !explained && model.viscosity().is_none() {
-            found.imbalance = Imbalance::of(&found);
+            found.imbalance = Imbalance::of(&found, round_off(model, &found));
         }
         found
     }
@@ -221,6 +221,17 @@ struct Last<'a> {
     heated: Vec<f64>,
     /// What quantities at the next state see of it.
     seen: PreviousData,
+}
+
+/// Energies below this are round-off: 1e-10 of what it takes to compress the smallest element of this rank by the largest
+/// prescribed motion. \[F L\]
+fn round_off(model: &ContactModel, found: &Quantities) -> f64 {
+    let times: Vec<LoadTime> = found.rows.iter().map(|row| row.time).collect();
+    let (solid, motion) = (model.solid(), model.prescribed().largest(&times));
+    let sizes = solid.element_volumes().into_iter().filter(|volume| *volume > 0.0);
+    let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
+    let size = sizes.reduce(f64::min).map_or(0.0, f64::cbrt);
+    1e-10 * modulus * size * motion * motion
 }
 
 /// The force against the offset of each pair, Σ s_j A_j ζ_nj, and the offset, at a pseudo-time.

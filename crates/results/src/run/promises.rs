@@ -19,8 +19,8 @@ pub struct Comparison {
     pub promised: f64,
     /// The value in this run.
     pub found: f64,
-    /// The largest value of its kind that the design promised, of forces, pressures or energies; 0
-    /// for a quantity of the case.
+    /// The largest value of its kind that the design promised in any load case: of forces, pressures or energies, or of
+    /// the case's quantities of the same kind.
     pub scale: f64,
     /// The bounds of the design on the quantity.
     pub bounds: Vec<Bound>,
@@ -172,6 +172,14 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
             |of: &&Comparison| of.kind() == Some(kind) && case.quantities.iter().all(|q| q.name != of.quantity);
         let scale = found.iter().filter(of_kind).map(|of| of.promised.abs()).fold(0.0, f64::max);
         found.iter_mut().filter(|of| of_kind(&&**of)).for_each(|of| of.scale = scale);
+    }
+    for quantity in &case.quantities {
+        let alike = |name: &String| {
+            let other = case.quantities.iter().find(|other| other.name == *name);
+            other.is_some_and(|other| std::mem::discriminant(&other.kind) == std::mem::discriminant(&quantity.kind))
+        };
+        let scale = found.iter().filter(|of| alike(&of.quantity)).map(|of| of.promised.abs()).fold(0.0, f64::max);
+        found.iter_mut().filter(|of| of.quantity == quantity.name).for_each(|of| of.scale = scale);
     }
     Ok(found)
 }

@@ -46,6 +46,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 mod threemf;
+mod walls;
 
 pub use error::ExportError;
 pub use files::{write_obj, write_stl, write_vtu};
@@ -60,6 +61,7 @@ pub use lattice::FaceLabels;
 
 use lattice::Lattice;
 use smooth::{Rules, smoothed};
+use walls::Walls;
 
 /// Options of the export of a design.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,7 +134,10 @@ pub fn labelled_surface(
     let lattice = Lattice::new(mesh, &bodies, density, labels);
     let rules = Rules { passes: options.smoothing, keep_outer: options.keep_surfaces };
     let crumb = CRUMB * lattice.mean_volume();
-    let at = |threshold: f64| smoothed(extract(&lattice, threshold, NEAREST).without_shells_below(crumb), &rules);
+    let mut walls = Walls::new(mesh, &bodies);
+    let mut at = |threshold: f64| {
+        smoothed(extract(&lattice, threshold, NEAREST).without_shells_below(crumb), &rules, &mut walls)
+    };
     if let Some(threshold) = options.threshold {
         let surface = at(threshold);
         if surface.triangles.is_empty() {

@@ -5,8 +5,8 @@
 //! ripple is zero in the mean over a few points, that of a member that shrinks is not. So the mean is
 //! taken back.
 
-use super::smooth::{Wall, stop};
 use super::surface::TriangleSurface;
+use super::walls::{Wall, stop};
 use crate::vector::{dot, norm, subtract, unit};
 
 /// Steps of averaging, each half way to the mean of the neighbours: ripples of up to four points fade

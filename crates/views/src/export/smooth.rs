@@ -5,15 +5,13 @@
 
 use super::restore::restore;
 use super::surface::TriangleSurface;
+use super::walls::{PLANE, Wall, Walls, stop};
 use crate::crossings::{Near, cross};
 use crate::vector::{dot, unit};
 
 /// Step towards the mean of the neighbours, and step away from it: ripples are damped by
 /// (1 − λk)(1 − μk); frequencies k below 1/λ + 1/μ = 0.11 (of at most 2) pass.
 const STEPS: [f64; 2] = [0.5, -0.53];
-
-/// Cosine of the largest angle between triangles of the same plane (about a hundredth of a degree).
-const PLANE: f64 = 1.0 - 1e-8;
 
 /// Smallest share of its move that a point keeps if its triangles would cross others.
 const LEAST: f64 = 0.125;
@@ -28,14 +26,14 @@ pub(super) struct Rules {
     pub keep_outer: bool,
 }
 
-/// The surface with moved points and the same triangles.
-pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules) -> TriangleSurface {
+/// The surface with moved points and the same triangles. If it keeps outer faces, no point crosses `walls`.
+pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules, walls: &mut Walls) -> TriangleSurface {
     if rules.passes == 0 || surface.triangles.is_empty() {
         return surface;
     }
     let before = surface.points.clone();
     let (mut neighbours, walls) =
-        if rules.keep_outer { kept(&surface) } else { (all(&surface), vec![Vec::new(); surface.points.len()]) };
+        if rules.keep_outer { kept(&surface, walls) } else { (all(&surface), vec![Vec::new(); surface.points.len()]) };
     loop {
         surface.points = moved(&before, &neighbours, &walls, rules.passes);
         restore(&mut surface, &before, &neighbours, &walls, rules.keep_outer);
@@ -113,14 +111,6 @@ fn moved(before: &[[f64; 3]], neighbours: &[Vec<u32>], walls: &[Vec<Wall>], pass
     points
 }
 
-/// Moves a point back from beyond the plane faces beside it.
-pub(super) fn stop(point: &mut [f64; 3], walls: &[Wall]) {
-    for (normal, level) in walls {
-        let beyond = (dot(*point, *normal) - level).max(0.0);
-        (0..3).for_each(|c| point[c] -= beyond * normal[c]);
-    }
-}
-
 /// Points of outer triangles whose orientation has flipped.
 fn turned_over(surface: &TriangleSurface, before: &[[f64; 3]], rules: &Rules) -> Vec<u32> {
     if !rules.keep_outer {
@@ -144,14 +134,10 @@ fn all(surface: &TriangleSurface) -> Vec<Vec<u32>> {
     neighbours
 }
 
-/// A plane outer face that interior points must not cross: its outward normal, and the product of
-/// the normal with its points. \[L\]
-pub(super) type Wall = ([f64; 3], f64);
-
 /// The neighbours that each point follows if outer faces are kept: all neighbours for points inside
 /// the body and within plane faces, the two adjacent points for points on the rim of the material
-/// on such a face, none elsewhere. Also, for interior points, the adjacent plane faces.
-fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
+/// on such a face, none elsewhere. Also the walls beside each point.
+fn kept(surface: &TriangleSurface, domain: &mut Walls) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
     let mut kinds = vec![Kind::default(); surface.points.len()];
     for (t, triangle) in surface.triangles.iter().enumerate() {
         let face = surface.outer[t].then(|| (unit(surface.area_vector(t)), surface.labels[t]));
@@ -174,14 +160,15 @@ fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
             rims[b as usize].push(a);
         }
     }
-    let wall = |&m: &u32| {
-        let Kind { plane, bent, .. } = kinds[m as usize];
-        plane.filter(|_| !bent).map(|(normal, _)| (normal, dot(normal, surface.points[m as usize])))
-    };
+    let mut body = vec![0; surface.points.len()];
+    for (triangle, &of) in surface.triangles.iter().zip(&surface.bodies) {
+        triangle.iter().for_each(|&n| body[n as usize] = of);
+    }
     let mut walls = vec![Vec::new(); surface.points.len()];
     for (n, kind) in kinds.iter().enumerate() {
+        walls[n] = domain.beside(surface.points[n], body[n], kind.plane.map(|(normal, _)| normal));
         match kind {
-            Kind { plane: None, .. } => walls[n] = neighbours[n].iter().filter_map(wall).collect(),
+            Kind { plane: None, .. } => {}
             Kind { bent: true, .. } => neighbours[n].clear(),
             Kind { plane: Some(_), inside: true, .. } if rims[n].len() == 2 => neighbours[n].clone_from(&rims[n]),
             Kind { plane: Some(_), inside: true, .. } => neighbours[n].clear(),

@@ -10,6 +10,7 @@ use slipstick_mesh::{
 use super::extract::extract;
 use super::lattice::Lattice;
 use super::smooth::{Rules, smoothed};
+use super::walls::Walls;
 use super::*;
 
 fn block(elements: [usize; 3]) -> Mesh {
@@ -78,6 +79,13 @@ fn assert_closed(surface: &TriangleSurface) {
     assert_eq!(around.len(), surface.points.len(), "a point without triangles");
 }
 
+/// The lowest and highest coordinates of a body.
+fn bounds(mesh: &Mesh, body: usize) -> [[f64; 3]; 2] {
+    let nodes = &mesh.nodes[mesh.bodies[body].nodes.clone()];
+    let of = |c: usize, pick: fn(f64, f64) -> f64| nodes.iter().map(|x| x[c]).reduce(pick).expect("nodes");
+    [std::array::from_fn(|c| of(c, f64::min)), std::array::from_fn(|c| of(c, f64::max))]
+}
+
 /// Random densities, either only 0 and 1 or any values, have the most intricate surfaces.
 #[test]
 fn any_densities_give_closed_surfaces() {
@@ -94,13 +102,20 @@ fn closed_surfaces(mesh: &Mesh) {
             density.iter_mut().for_each(|value| *value = value.round());
         }
         let lattice = Lattice::new(mesh, &bodies, &density, &FaceLabels::default());
+        let mut walls = Walls::new(mesh, &bodies);
         for threshold in [0.25, 0.45, 0.5, 0.6] {
             let raw = extract(&lattice, threshold, NEAREST);
             assert!(raw.triangles.len() > 200, "{}", raw.triangles.len());
             assert_closed(&raw);
             assert_eq!(raw.crossings(), 0);
             for keep_outer in [true, false] {
-                let smooth = smoothed(raw.clone(), &Rules { passes: 10, keep_outer });
+                let smooth = smoothed(raw.clone(), &Rules { passes: 10, keep_outer }, &mut walls);
+                let beyond = smooth.triangles.iter().zip(&smooth.bodies).any(|(triangle, &body)| {
+                    let [low, high] = bounds(mesh, body as usize);
+                    let outside = |x: [f64; 3]| (0..3).any(|c| x[c] < low[c] - 1e-9 || x[c] > high[c] + 1e-9);
+                    triangle.iter().any(|&n| outside(smooth.points[n as usize]))
+                });
+                assert!(!(keep_outer && beyond), "{} at {threshold}, seed {seed}", mesh.bodies[0].name);
                 assert_eq!(smooth.triangles, raw.triangles);
                 assert_eq!(smooth.crossings(), 0, "{} at {threshold}", mesh.bodies[0].name);
                 assert!(smooth.points.as_flattened().iter().all(|c| c.is_finite()));

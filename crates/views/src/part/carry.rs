@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use slipstick_case::file::{Case, MeshFile, NodeSet, Placement, Region, Shape, SurfaceSet};
+use slipstick_case::file::{Case, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SurfaceSet};
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
+use super::per_node::{self, PerNode};
 use super::{NamedFace, PartBody, PartError, Scarce, on_body};
 
 /// A case without a design, and its files and sets.
@@ -19,6 +20,8 @@ pub(super) struct Carried {
     /// Surfaces and sets that are left out: nothing uses them, and they may be empty.
     pub unused: Vec<String>,
     pub scarce: Vec<Scarce>,
+    /// Forces and springs that the design's case gives for each node.
+    pub per_node: Vec<PerNode>,
 }
 
 /// Share below which hardly anything of a face is left.
@@ -135,7 +138,10 @@ pub(super) fn carried(
             scarce.push(Scarce { name, used, share });
         }
     }
-    Ok(Carried { case: part, copies, reselected, unused, scarce })
+    let nearest: BTreeSet<String> =
+        part.sets.iter().filter(|set| set.nearest.is_some()).map(|set| set.name.clone()).collect();
+    let per_node = per_node::summed(&mut part, mesh, bodies, |name| nearest.contains(name))?;
+    Ok(Carried { case: part, copies, reselected, unused, scarce, per_node })
 }
 
 /// Removes the surfaces and sets that nothing uses and that may be empty on the part, themselves or
@@ -210,6 +216,18 @@ fn uses(case: &Case) -> Vec<(String, String)> {
     }
     for temperature in &case.temperatures {
         temperature.set.iter().for_each(|set| need(set, "a change of temperature".into()));
+    }
+    for spring in &case.springs {
+        need(&spring.set, format!("the spring `{}`", spring.name));
+        if let Some(SpringEnd::Set(to)) = &spring.to {
+            need(to, format!("the spring `{}`", spring.name));
+        }
+    }
+    for term in case.equations.iter().flat_map(|equation| &equation.terms) {
+        need(&term.set, "an equation".into());
+    }
+    for coupling in &case.couplings {
+        need(&coupling.set, format!("the coupling `{}`", coupling.name));
     }
     for surface in &case.surfaces {
         let parts = surface.within.iter().chain(&surface.of);

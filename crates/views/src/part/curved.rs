@@ -2,7 +2,7 @@
 //! domain stand.
 //!
 //! A point between the nodes of a curved face lies on a facet, below the true surface by up to the
-//! sagitta. It moves along the normal of this facet, onto the known shape or by the height of the
+//! sagitta. It moves along the normal of the known shape onto it, or along that of its facet by the height of the
 //! surface there ([`slipstick_mesh::smooth_surface`]). A point that also lies on flat faces moves
 //! within their planes.
 
@@ -112,11 +112,27 @@ impl<'a> Curved<'a> {
         distances.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, f)| f)
     }
 
+    /// The point of the facets that is nearest to one near a face which faces this way.
+    pub fn onto_facets(&mut self, x: [f64; 3], facing: [f64; 3]) -> Option<[f64; 3]> {
+        let facet = self.nearest(x, facing, false)?;
+        Some(self.on_facet(facet, x).1)
+    }
+
     /// The point of the smooth surface above a point on or near a curved facet; it stays in planes
     /// with the normals `walls`.
     fn lifted(&mut self, x: [f64; 3], facing: [f64; 3], walls: &[[f64; 3]]) -> Option<[f64; 3]> {
         let facet = self.nearest(x, facing, true)?;
-        let normal = self.normals[facet];
+        let (weights, on, _) = self.on_facet(facet, x);
+        let corners = self.facets[facet].iter().map(|&n| self.mesh.nodes[n as usize]);
+        let size = corners.map(|p| norm(subtract(p, on))).fold(0.0, f64::max);
+        // facets of tetrahedra are inclined to a shape: along their normals, a point would leave the end of a bore
+        let normal = match self.shapes[facet] {
+            Some(shape) => {
+                let normal: [f64; 3] = shape.normal(&x.into(), 1e-3 * size).into();
+                normal.map(|c| c * dot(normal, self.normals[facet]).signum())
+            }
+            None => self.normals[facet],
+        };
         let mut along = normal;
         let mut known: Vec<[f64; 3]> = Vec::new();
         for &wall in walls.iter().filter(|wall| dot(**wall, normal).abs() < TANGENT) {
@@ -130,15 +146,10 @@ impl<'a> Curved<'a> {
         if known.len() > 1 || steep < 0.3 {
             return None;
         }
-        let (shape, on, _) = self.on_facet(facet, x);
-        let height = self.heights[facet]?.value(self.facets[facet].len(), &shape);
+        let height = self.heights[facet]?.value(self.facets[facet].len(), &weights);
         let moved = |from: [f64; 3], by: f64| std::array::from_fn(|c| from[c] + by * along[c]);
         match self.shapes[facet] {
-            Some(shape) => {
-                let corners = self.facets[facet].iter().map(|&n| self.mesh.nodes[n as usize]);
-                let size = corners.map(|p| norm(subtract(p, on))).fold(0.0, f64::max);
-                Some(moved(x, shape.along(&x.into(), &along.into(), size)?))
-            }
+            Some(shape) => Some(moved(x, shape.along(&x.into(), &along.into(), size)?)),
             None => Some(moved(on, height / steep)),
         }
     }

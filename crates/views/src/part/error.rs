@@ -49,6 +49,12 @@ pub enum PartError {
         /// The set.
         part: String,
     },
+    /// An equation relates each node of a face to one of another, and the mesh of the part has others.
+    #[error("an equation relates each node of `{}` to one of `{}`, and the mesh of the part has other nodes there", names[0], names[1])]
+    NodeToNode {
+        /// The two surfaces or sets.
+        names: [String; 2],
+    },
     /// The smooth surface of the faces cannot be found.
     #[error(transparent)]
     Build(#[from] BuildError),
@@ -72,6 +78,9 @@ impl PartError {
                 .into(),
             Self::NotFaces { .. } => "select its nodes by position with a [[set]] in the case of the design".into(),
             Self::SectionOfFile { .. } => "give the region of the section as a box, a cylinder or a ball".into(),
+            Self::NodeToNode { .. } => {
+                "relate means (`mean = true`) or move the faces by a [[coupling]] in the case of the design".into()
+            }
             Self::Build(error) => error.help.clone(),
             Self::Export(error) => error.cure(),
         }

@@ -19,6 +19,7 @@ mod error;
 mod files;
 mod lengths;
 mod patches;
+mod per_node;
 mod pieces;
 mod remesh;
 #[cfg(test)]
@@ -26,13 +27,14 @@ mod tests;
 
 pub use error::PartError;
 pub use files::{SCRIPT, write_moves, write_script, write_surface};
+pub use per_node::PerNode;
 pub use pieces::LoosePiece;
 
 use std::collections::BTreeSet;
 
 use slipstick_case::construct::smooth_faces;
 use slipstick_case::file::Case;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Mesh, SmoothSurface};
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
 use curved::Curved;
@@ -58,6 +60,8 @@ pub struct Part {
     pub unused: Vec<String>,
     /// Faces that the case needs and of which hardly anything is left.
     pub scarce: Vec<Scarce>,
+    /// Forces and springs that the design's case gives for each node of a remeshed body.
+    pub per_node: Vec<PerNode>,
     /// The surface of the design, as exported.
     pub export: Export,
 }
@@ -89,6 +93,8 @@ pub struct PartBody {
     /// Pieces that are left out because no support holds them and no contact pair needs them, the
     /// largest first.
     pub loose: Vec<LoosePiece>,
+    /// Pieces that only a contact pair holds, beside those with a support, the largest first.
+    pub by_contact: Vec<LoosePiece>,
     /// Its surfaces and node sets.
     pub faces: Vec<NamedFace>,
     /// The patches around each piece of its material, including those of cavities; counted from 1.
@@ -190,6 +196,7 @@ pub fn part(
         reselected: carried.reselected,
         unused: carried.unused,
         scarce: carried.scarce,
+        per_node: carried.per_node,
         export,
     })
 }
@@ -206,7 +213,14 @@ fn part_body(
     if surface.triangles.is_empty() {
         return Err(PartError::Empty { body: name });
     }
-    let supports: Vec<&String> = case.dirichlet.iter().map(|support| &support.set).collect();
+    let supports: Vec<&String> = case
+        .dirichlet
+        .iter()
+        .map(|support| &support.set)
+        .chain(case.springs.iter().map(|spring| &spring.set))
+        .chain(case.couplings.iter().map(|coupling| &coupling.set))
+        .chain(case.equations.iter().flat_map(|equation| equation.terms.iter().map(|term| &term.set)))
+        .collect();
     let on = |t: usize, names: &[&String]| faces.of(surface.labels[t]).iter().any(|name| names.contains(&name));
     let mut kept = pieces(surface, |t| on(t, &supports));
     let names = |labels: &BTreeSet<u32>| labels.iter().flat_map(|&label| faces.of(label)).cloned().collect();
@@ -215,9 +229,12 @@ fn part_body(
     let on_kept: BTreeSet<String> = names(&kept.surface.labels.iter().copied().collect());
     let pairs = case.contacts.iter().flat_map(|pair| [&pair.slave, &pair.master]);
     let missing: Vec<&String> = pairs.filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
+    let mut by_contact = Vec::new();
     if !missing.is_empty() {
         let held = |t: usize| on(t, &supports) || on(t, &missing);
+        let unsupported = std::mem::take(&mut kept.loose);
         kept = pieces(surface, held);
+        by_contact.extend(unsupported.into_iter().filter(|piece| !kept.loose.contains(piece)));
         left_out = names(&kept.loose_labels);
     }
     let lengths = size.map_or_else(|| Lengths::of_elements(mesh, body), Lengths::Uniform);
@@ -236,7 +253,8 @@ fn part_body(
     let outer = |patch: u32| list[patch as usize].outer;
     let cut = (0..list.len() as u32).filter(|&patch| !outer(patch)).map(|patch| patch + 1).collect();
     let fixed = |point| nodes.contains(&curved::bits(point));
-    let mut fine = remeshed(&patched, &lengths, |patch| !outer(patch), fixed);
+    let mut fine =
+        remeshed(&patched, &lengths, |patch| !outer(patch), fixed, |x, normal| curved.onto_facets(x, normal));
     let flat = fine.clone();
     let moves = curved.lift(&mut fine, |t| outer(flat.patch[t]));
     let mut found = named_faces((case, mesh), faces, &fine, &list, body);
@@ -252,6 +270,7 @@ fn part_body(
         tetrahedra: (fine.volume() * lengths.tetrahedra(mesh, solid)).round() as usize,
         volume: fine.volume(),
         loose: kept.loose,
+        by_contact,
         left_out,
         pieces: around,
         surface: fine,
@@ -273,11 +292,14 @@ pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurfac
         }
         let lengths = Lengths::of_elements(mesh, body);
         let (patched, list) = patches(&own);
+        let facets = mesh.boundary(body).facets.iter().map(|facet| facet.nodes).collect();
+        let mut faces = Curved::new(mesh, facets, SmoothSurface::default());
         let fine = remeshed(
             &patched,
             &Lengths::Uniform(MEASURED * lengths.mean()),
             |patch| !list[patch as usize].outer,
             |_| false,
+            |x, normal| faces.onto_facets(x, normal),
         );
         let first = all.points.len() as u32;
         all.points.extend(fine.points);

@@ -111,12 +111,14 @@ struct Original {
 
 /// The surface with edges of about these lengths; `free` returns whether a patch is not an
 /// outer face; bends of the borders of such patches are not corners. Points that `fixed` accepts stay,
-/// except beside the rim of the material on an outer face.
+/// except beside the rim of the material on an outer face. `onto` returns the point of the outer faces of the design
+/// domain nearest to a point near one with a normal; rims do not leave these faces.
 pub(super) fn remeshed(
     surface: &PatchedSurface,
     lengths: &Lengths,
     free: impl Fn(u32) -> bool,
     fixed: impl Fn([f64; 3]) -> bool,
+    onto: impl FnMut([f64; 3], [f64; 3]) -> Option<[f64; 3]>,
 ) -> PatchedSurface {
     let borders = borders(surface);
     let original = Original::new(surface, &borders);
@@ -154,7 +156,7 @@ pub(super) fn remeshed(
         remesh.target = remesh.points.iter().map(|&point| lengths.at(point)).collect();
     }
     remesh.flip();
-    remesh.restore_areas(&free);
+    remesh.restore_areas(&free, onto);
     remesh.finish()
 }
 

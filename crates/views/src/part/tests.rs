@@ -1,7 +1,7 @@
 //! Tests of whole parts: what they keep of the case, and what they leave out.
 
 use slipstick_case::construct::build_mesh;
-use slipstick_case::file::parse_case;
+use slipstick_case::file::{LoadKind, SpringStiffness, parse_case};
 
 use super::*;
 
@@ -160,7 +160,8 @@ fn contact_holds_a_loose_piece() {
     let solid = |[x, ..]: [f64; 3]| !(1.0..1.5).contains(&x);
     let part = part_of(CASE, solid).expect("a part");
     let body = &part.bodies[0];
-    assert_eq!((body.loose.len(), body.pieces.len()), (0, 2));
+    assert_eq!((body.loose.len(), body.pieces.len(), body.by_contact.len()), (0, 2, 1));
+    assert!(body.by_contact[0].bounds[0][0] > 1.4, "{:?}", body.by_contact);
     let share = |name: &str| body.faces.iter().find(|face| face.name == name).map_or(0.0, |face| face.share);
     assert!((share("pad") - 1.0).abs() < 0.01 && (share("feet") - 0.5).abs() < 0.01, "{:?}", body.faces);
     let pair = CASE.find("[[contact]]").expect("there")..CASE.find("[[dirichlet]]").expect("there");
@@ -275,4 +276,34 @@ fn files_for_gmsh() {
     let text = std::fs::read_to_string(surface).expect("text");
     let triangles = text.lines().filter(|line| line.contains(" 2 2 0 ")).count();
     assert_eq!(triangles, part.bodies[0].triangles());
+}
+
+/// Forces and springs on the 9 × 17 nodes of the bottom act with their sums, also on a set that consists of faces; those
+/// on the nodes of an edge cannot. Equations between the nodes of two faces are refused, those of means are not.
+#[test]
+fn what_acts_on_each_node_keeps_its_sum() {
+    let load = |set: &str| format!("[[load]]\nsurface = \"{set}\"\nnodal_force = [0.0, -0.5, 0.25]\n");
+    let spring = "[[spring]]\nname = \"soft\"\nset = \"slab_ymin\"\nnodal_stiffness = 2.0\n";
+    let edge = "[[set]]\nname = \"edge\"\nboxes = [{ min = [0.5, 0, 0], max = [0.5, 0, 2] }]\n[[contact]]";
+    let text =
+        CASE.replace("[[contact]]", edge) + &load("slab_ymin") + &load("feet") + &load("edge") + &load("tip") + spring;
+    let part = part_of(&text, |_| true).expect("a part");
+    let kinds: Vec<(&str, LoadKind)> = part.case.loads.iter().map(|load| (load.surface.as_str(), load.kind)).collect();
+    let force = |nodes: f64| LoadKind::Force([0.0, -0.5 * nodes, 0.25 * nodes]);
+    let each = LoadKind::NodalForce([0.0, -0.5, 0.25]);
+    let feet = 5.0 * 9.0;
+    assert_eq!(kinds, [("slab_ymin", force(9.0 * 17.0)), ("slab_feet", force(feet)), ("edge", each), ("tip", each)]);
+    assert_eq!(part.case.springs[0].stiffness, SpringStiffness::Stiffness(2.0 * 9.0 * 17.0));
+    let found: Vec<_> = part.per_node.iter().map(|of| (of.name.as_str(), of.summed)).collect();
+    assert_eq!(found, [("slab_ymin", Some(153)), ("feet", Some(45)), ("edge", None), ("slab_ymin", Some(153))]);
+
+    let equation = |mean: bool| {
+        format!(
+            "[[equation]]\nterms = [{{ set = \"slab_xmin\", mean = {mean} }}, {{ set = \"slab_xmax\", factor = -1.0, \
+             mean = {mean} }}]\n"
+        )
+    };
+    assert!(part_of(&(CASE.to_owned() + &equation(true)), |_| true).is_ok());
+    let error = part_of(&(CASE.to_owned() + &equation(false)), |_| true).unwrap_err();
+    assert!(matches!(&error, PartError::NodeToNode { names } if *names == ["slab_xmin", "slab_xmax"]), "{error}");
 }

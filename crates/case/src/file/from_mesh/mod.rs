@@ -10,7 +10,7 @@
 mod survey;
 mod text;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use slipstick_meshio::{FileMesh, MeshFileError};
 use slipstick_model::words::counted;
@@ -48,6 +48,7 @@ pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError>
         notices.push(format!("{elements} of the file are in no body: bodies are made from {parts}"));
     }
     notices.extend(shared(&mesh, &survey.parts));
+    notices.extend(survey.parts.iter().filter_map(|part| pieces(&mesh, part)));
     Ok(MeshCase { text: text::case(&survey, file), notices })
 }
 
@@ -74,6 +75,35 @@ fn shared(mesh: &FileMesh, parts: &[Part]) -> Vec<String> {
     pairs.filter_map(notice).collect()
 }
 
+/// A notice for a part of several pieces that share no nodes.
+fn pieces(mesh: &FileMesh, part: &Part) -> Option<String> {
+    let mut leader: BTreeMap<u32, u32> = BTreeMap::new();
+    fn find(leader: &mut BTreeMap<u32, u32>, node: u32) -> u32 {
+        let mut at = node;
+        while let Some(&next) = leader.get(&at).filter(|next| **next != at) {
+            at = next;
+        }
+        leader.insert(node, at);
+        at
+    }
+    for cell in mesh.solid_cells(part.part.as_deref()) {
+        let nodes = mesh.cells.nodes(cell as usize);
+        let first = find(&mut leader, nodes[0]);
+        for &node in nodes {
+            let other = find(&mut leader, node);
+            leader.insert(other, first);
+        }
+    }
+    let count = leader.iter().filter(|(node, of)| node == of).count();
+    (count > 1).then(|| {
+        format!(
+            "`{}` consists of {count} pieces that share no nodes: for a body of each, give them groups in the mesher \
+             (Gmsh: a physical volume each; Abaqus and CalculiX: an ELSET each)",
+            part.name
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -94,5 +124,8 @@ mod tests {
         assert!(notices[0].contains("`low`") && notices[0].contains("`high`"), "{notices:?}");
         let apart = case_of_mesh(deck("13, 14, 15, 16").as_bytes(), "cubes.inp").expect("a case").notices;
         assert!(apart.is_empty(), "{apart:?}");
+        let one = deck("13, 14, 15, 16").replace("high", "low");
+        let notices = case_of_mesh(one.as_bytes(), "cubes.inp").expect("a case").notices;
+        assert!(notices.len() == 1 && notices[0].contains("2 pieces that share no nodes"), "{notices:?}");
     }
 }

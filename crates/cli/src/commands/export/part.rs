@@ -8,7 +8,7 @@ use slipstick::case::{Case, Promise};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::output::write_atomically;
 use slipstick::part::{
-    LoosePiece, NamedFace, Part, PartBody, SCRIPT, Scarce, write_moves, write_script, write_surface,
+    LoosePiece, NamedFace, Part, PartBody, PerNode, SCRIPT, Scarce, write_moves, write_script, write_surface,
 };
 use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::counted;
@@ -157,6 +157,7 @@ fn of_body(body: &PartBody) -> Value {
         "name": body.name, "size": body.size, "edges": body.edges, "triangles": body.triangles(),
         "tetrahedra": body.tetrahedra, "volume": body.volume,
         "crossings": body.crossings, "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
+        "by_contact": body.by_contact.iter().map(loose).collect::<Vec<_>>(),
     })
 }
 
@@ -221,14 +222,24 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
                 counted(body.crossings, "pair") + " of triangles"
             ));
         }
-        if let Some(largest) = body.loose.first() {
-            let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
+        let told = |pieces: &[LoosePiece]| {
+            let largest = pieces.first()?;
+            let volume: f64 = pieces.iter().map(|piece| piece.volume).sum();
             let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
+            Some((counted(pieces.len(), "piece"), digits(volume), at.join(", ")))
+        };
+        if let Some((pieces, volume, at)) = told(&body.loose) {
             console.warning(&format!(
-                "{} of `{name}` that neither support nor contact holds, with a volume of {}, left out; the largest is at ({})",
-                counted(body.loose.len(), "piece"),
-                digits(volume),
-                at.join(", ")
+                "{pieces} of `{name}` that neither support nor contact holds, with a volume of {volume}, left out; the \
+                 largest is at ({at})"
+            ));
+        }
+        if let Some((pieces, volume, at)) = told(&body.by_contact) {
+            console.warning(&format!(
+                "{pieces} of `{name}`, with a volume of {volume}, the largest around ({at}), not connected to a support: \
+                 only contact holds them. If elements below the threshold of {} connect them in the design, it promises \
+                 what the part cannot do; a sharper `projection` in [design], or a lower --threshold, joins or parts them",
+                digits(part.export.threshold)
             ));
         }
     }
@@ -244,6 +255,18 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             "the set `{name}` is not made of whole faces of one body: the case of the part selects its nodes again by \
              position"
         ));
+    }
+    for PerNode { name, used, summed } in &part.per_node {
+        match summed {
+            Some(nodes) => console.text(&format!(
+                "`{name}`, {used}: the case of the part has the sum over the {} of the design, spread over the face",
+                counted(*nodes, "node")
+            )),
+            None => console.warning(&format!(
+                "{used} has a value for each node of `{name}`, and the mesh of the part may have another number of nodes \
+                 there: give the design the sum over a surface, or a set with `nearest`"
+            )),
+        }
     }
     if !part.unused.is_empty() {
         let names: Vec<String> = part.unused.iter().map(|name| format!("`{name}`")).collect();

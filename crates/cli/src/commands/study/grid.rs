@@ -225,7 +225,12 @@ pub fn tabulate(
         cells.extend(names.iter().map(|name| Cell::from(of(run).and_then(|numbers| numbers.get(*name)).copied())));
         csv.row(&cells)?;
     }
-    for name in grid.shown.iter().filter(|name| !names.contains(&name.as_str()) && !names.is_empty()) {
+    // a quantity of several load cases has a number in each
+    let of_name = |name: &str| -> Vec<&str> {
+        let in_cases = format!("{name} in ");
+        names.iter().copied().filter(|found| *found == name || found.starts_with(&in_cases)).collect()
+    };
+    for name in grid.shown.iter().filter(|name| of_name(name).is_empty() && !names.is_empty()) {
         context.console.warning(&format!(
             "{}: no number is called `{name}`; available: {}",
             grid.name,
@@ -234,7 +239,7 @@ pub fn tabulate(
     }
     let main = ["objective", "volume_fraction", "violation"].map(str::to_owned);
     let shown: Vec<&String> = main.iter().chain(grid.shown.iter().filter(|name| !main.contains(name))).collect();
-    let shown: Vec<&str> = shown.into_iter().map(String::as_str).filter(|name| names.contains(name)).collect();
+    let shown: Vec<&str> = shown.into_iter().flat_map(|name| of_name(name)).collect();
     let row = |(run, values): &(String, Vec<String>)| {
         let mut row = vec![run.clone()];
         row.extend(values.iter().cloned());

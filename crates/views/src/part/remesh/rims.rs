@@ -18,12 +18,21 @@ const CLOSE: f64 = 1e-3;
 /// Largest move of a round, relative to the target length; rims that need more get more points first.
 const STEP: f64 = 0.1;
 
+/// Largest distance of a moved point from the faces of the design domain, relative to its way: bends of
+/// curved faces are less than that.
+const BESIDE: f64 = 0.2;
+
 /// Shortest edge of a rim that gets a point in its middle, relative to the target length.
 const DIVIDED: f64 = 0.4;
 
 impl Remesh<'_> {
-    /// Moves the rims of the patches that are not `free` until these have their original areas.
-    pub(super) fn restore_areas(&mut self, free: &impl Fn(u32) -> bool) {
+    /// Moves the rims of the patches that are not `free` until these have their original areas. Points stay on the
+    /// faces onto which `onto` projects, those of the design domain.
+    pub(super) fn restore_areas(
+        &mut self,
+        free: &impl Fn(u32) -> bool,
+        mut onto: impl FnMut([f64; 3], [f64; 3]) -> Option<[f64; 3]>,
+    ) {
         for round in 0..ROUNDS {
             let missing = self.missing(free);
             let mut rims = self.rims(free);
@@ -51,8 +60,16 @@ impl Remesh<'_> {
                 for &(n, way) in points {
                     let most = STEP * self.target[n as usize];
                     let by = (missing / length).clamp(-most, most);
-                    let (x, way) = (self.points[n as usize], unit(way));
-                    self.try_move(n, std::array::from_fn(|c| x[c] + by * way[c]));
+                    let (x, normal, way) = (self.points[n as usize], self.normal_of(n, patch), unit(way));
+                    // a point beyond the end of the face goes a shorter way
+                    let to = [1.0, 0.5, 0.25, 0.125].iter().find_map(|part| {
+                        let to: [f64; 3] = std::array::from_fn(|c| x[c] + part * by * way[c]);
+                        let on = onto(to, normal)?;
+                        (norm(subtract(on, to)) <= BESIDE * part * by.abs()).then_some(on)
+                    });
+                    if let Some(to) = to {
+                        self.try_move(n, to);
+                    }
                 }
             }
             self.flip();
@@ -82,23 +99,26 @@ impl Remesh<'_> {
                 Place::Border(p, q) if free(p) && !free(q) => q,
                 _ => continue,
             };
-            let (mut way, mut normal) = ([0.0; 3], [0.0; 3]);
+            let mut way = [0.0; 3];
             for &t in self.around[n as usize].iter().filter(|t| self.patch[**t as usize] == patch) {
                 let triangle = self.triangles[t as usize];
                 let Some(k) = triangle.iter().position(|&m| m == n) else { continue };
                 let at = |k: usize| self.points[triangle[k % 3] as usize];
-                let vector = area(self.corners(t));
-                let part = cross(unit(vector), subtract(at(k + 2), at(k + 1)));
-                for c in 0..3 {
-                    way[c] += 0.5 * part[c];
-                    normal[c] += vector[c];
-                }
+                let part = cross(unit(area(self.corners(t))), subtract(at(k + 2), at(k + 1)));
+                (0..3).for_each(|c| way[c] += 0.5 * part[c]);
             }
-            let normal = unit(normal);
+            let normal = self.normal_of(n, patch);
             let out = dot(way, normal);
             rims.entry(patch).or_default().push((n, std::array::from_fn(|c| way[c] - out * normal[c])));
         }
         rims
+    }
+
+    /// The normal of a patch at a point: the area-weighted mean over its triangles there.
+    fn normal_of(&self, n: u32, patch: u32) -> [f64; 3] {
+        let own = self.around[n as usize].iter().filter(|t| self.patch[**t as usize] == patch);
+        let areas = own.map(|&t| area(self.corners(t)));
+        unit(areas.fold([0.0; 3], |sum, part| std::array::from_fn(|c| sum[c] + part[c])))
     }
 
     /// Divides the edges on the rims of some patches.

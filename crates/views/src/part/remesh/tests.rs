@@ -35,7 +35,7 @@ fn a_block_keeps_its_faces() {
     let size = [3.0, 1.0, 2.0];
     let surface = block(size, [6, 2, 4]);
     for edge in [0.12, 0.3] {
-        let fine = remeshed(&surface, &Lengths::Uniform(edge), |_| false, |_| false);
+        let fine = remeshed(&surface, &Lengths::Uniform(edge), |_| false, |_| false, |x, _| Some(x));
         assert_eq!(open_edges(&fine), 0);
         assert!((fine.volume() / 6.0 - 1.0).abs() < 1e-12, "{}", fine.volume());
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
@@ -75,7 +75,7 @@ fn a_ball_stays_round() {
     surface.patch = (0..surface.triangles.len())
         .map(|t| if surface.corners(t).iter().map(|p| p[1]).sum::<f64>() > 0.0 { 1 } else { 2 })
         .collect();
-    let fine = remeshed(&surface, &Lengths::Uniform(0.15), |_| true, |_| false);
+    let fine = remeshed(&surface, &Lengths::Uniform(0.15), |_| true, |_| false, |x, _| Some(x));
     assert_eq!(open_edges(&fine), 0);
     // points on chords: each edge of length h lies up to h²/8 below the sphere
     let ratio = fine.volume() / surface.volume();
@@ -104,7 +104,7 @@ fn edges_follow_the_elements() {
     assert!((first..1.5 * first).contains(&short), "{short} {first}");
     assert!((long / 0.25 - 1.0).abs() < 0.05, "{long}");
     let surface = block([2.0, 1.0, 1.0], elements);
-    let fine = remeshed(&surface, &lengths, |_| false, |_| false);
+    let fine = remeshed(&surface, &lengths, |_| false, |_| false, |x, _| Some(x));
     assert_eq!((open_edges(&fine), fine.crossings()), (0, 0));
     assert!((fine.volume() / 2.0 - 1.0).abs() < 1e-12, "{}", fine.volume());
     let mean_edge = |inside: &dyn Fn(f64) -> bool| {
@@ -117,7 +117,7 @@ fn edges_follow_the_elements() {
     };
     let ends = [mean_edge(&|x| x < 0.3), mean_edge(&|x| x > 1.5)];
     assert!((ends[0] / short - 1.0).abs() < 0.25 && (ends[1] / long - 1.0).abs() < 0.25, "{ends:?} {short} {long}");
-    let everywhere_short = remeshed(&surface, &Lengths::Uniform(short), |_| false, |_| false);
+    let everywhere_short = remeshed(&surface, &Lengths::Uniform(short), |_| false, |_| false, |x, _| Some(x));
     assert!(2 * fine.triangles.len() < everywhere_short.triangles.len(), "{}", fine.triangles.len());
     // the estimate of tetrahedra: volume over that of a regular one, where lengths are the same
     let all: Vec<usize> = (0..mesh.elements.len()).collect();
@@ -149,7 +149,7 @@ fn remeshed_surfaces_do_not_cross_themselves() {
         let surface = PatchedSurface { points: surface.points, triangles: surface.triangles, patch };
         assert_eq!(surface.crossings(), 0);
         for edge in [0.25, 0.6] {
-            let fine = remeshed(&surface, &Lengths::Uniform(edge), |patch| patch == 0, |_| false);
+            let fine = remeshed(&surface, &Lengths::Uniform(edge), |patch| patch == 0, |_| false, |x, _| Some(x));
             assert_eq!((fine.crossings(), open_edges(&fine)), (0, 0), "{edge}");
             assert!(fine.triangles.len() > 300, "{}", fine.triangles.len());
         }
@@ -165,7 +165,10 @@ fn results_are_reproducible() {
     let mesh = box_mesh("block", &shape).expect("a box");
     let lengths = || [Lengths::Uniform(0.2), Lengths::of_elements(&mesh, 0)];
     for (one, other) in lengths().iter().zip(&lengths()) {
-        assert_eq!(remeshed(&surface, one, |_| false, |_| false), remeshed(&surface, other, |_| false, |_| false));
+        assert_eq!(
+            remeshed(&surface, one, |_| false, |_| false, |x, _| Some(x)),
+            remeshed(&surface, other, |_| false, |_| false, |x, _| Some(x))
+        );
     }
 }
 
@@ -190,10 +193,14 @@ fn faces_keep_their_areas_where_the_rim_of_the_material_is_curved() {
         let surface = labelled_surface(&mesh, &density, &options, &labels).expect("a surface").surface;
         let patch = surface.labels.clone();
         let surface = PatchedSurface { points: surface.points, triangles: surface.triangles, patch };
-        let coarse = remeshed(&surface, &Lengths::Uniform(0.45), |patch| patch == 0, |_| false);
+        let coarse = remeshed(&surface, &Lengths::Uniform(0.45), |patch| patch == 0, |_| false, |x, _| Some(x));
         let (before, after) = (on_top(&surface), on_top(&coarse));
         assert!((after / before - 1.0).abs() < 2e-3, "{after} of {before}");
         assert_eq!((coarse.crossings(), open_edges(&coarse)), (0, 0));
+        // points that would leave the faces of the design domain stay
+        let held = remeshed(&surface, &Lengths::Uniform(0.45), |patch| patch == 0, |_| false, |_, _| None);
+        let [missing, left] = [&held, &coarse].map(|surface| (on_top(surface) - before).abs());
+        assert!(missing > 2.0 * left, "{missing} without moves, {left} with them");
     }
 }
 
@@ -227,7 +234,7 @@ fn round_borders_within_a_plane_stay() {
     }
     let surface = PatchedSurface { points, triangles, patch };
     assert!(surface.volume() > 0.0);
-    let fine = remeshed(&surface, &Lengths::Uniform(0.4), |_| false, |_| false);
+    let fine = remeshed(&surface, &Lengths::Uniform(0.4), |_| false, |_| false, |x, _| Some(x));
     let own = (0..fine.triangles.len()).filter(|&t| fine.patch[t] == 0);
     let area: f64 = own.map(|t| 0.5 * norm(area(fine.corners(t)))).sum();
     let n = f64::from(N);
