@@ -35,9 +35,9 @@ history() {
 # numbers CASE: the numbers of the study without those that every run has.
 numbers() {
     awk -F, 'BEGIN { print "| run | quantity | value |\n|---|---|--:|" }
-        NR > 1 && $2 !~ /^(iteration|seconds|newton_iterations|halvings|energy_balance|.*_work|strain_energy.*)$/ &&
-        $2 !~ /^(displacement|rotation|reaction|moment)_.*_[xyz]$/ &&
-        $2 !~ /_(contact_area|force_[xyz]|normal_force|friction_force|peak_pressure|open|stick|slip)$/ { printf "| %s | %s | %.4g |\n", $1, $2, $3 }' \
+        NR > 1 && $2 !~ /^(iteration|seconds|newton_iterations|halvings|energy_balance|.*_work|strain_energy.*)( in .*)?$/ &&
+        $2 !~ /^(displacement|rotation|reaction|moment)_.*_[xyz]( in .*)?$/ &&
+        $2 !~ /_(contact_area|force_[xyz]|normal_force|friction_force|peak_pressure|open|stick|slip)( in .*)?$/ { printf "| %s | %s | %.4g |\n", $1, $2, $3 }' \
         "cases/$1/study/numbers.csv" > "$work/numbers.md"
     put "cases/$1/README.md" numbers "$work/numbers.md"
 }

@@ -31,11 +31,13 @@ pub(crate) fn digits(value: f64) -> String {
     if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:.5e}") } else { format!("{value:.6}") }
 }
 
-/// The quantities at the end of the path, by name; of each load case as `NAME in LOAD_CASE`, as `evaluate` prints them.
+/// The quantities at the end of the path, by name; of several load cases as `NAME in LOAD_CASE`, as `evaluate` prints
+/// them.
 pub(crate) fn last_values(quantities: &Quantities, problem: &Problem) -> Value {
     let all = ends(quantities, problem);
     let of_end = |(load_case, row): &(Option<String>, &QuantityRow)| -> Vec<(String, Value)> {
-        let of = load_case.as_ref().map_or(String::new(), |load_case| format!(" in {load_case}"));
+        let of =
+            load_case.as_ref().filter(|_| all.len() > 1).map_or(String::new(), |load_case| format!(" in {load_case}"));
         let named = quantities.names.iter().zip(&row.values);
         named.map(|(name, value)| (format!("{}{of}", name.name), json!(value))).collect()
     };

@@ -7,7 +7,7 @@ use slipstick_mesh::{Body, Mesh};
 use slipstick_model::words::{counted, quantity};
 
 use super::{BodySummary, Notice, NoticeKind};
-use crate::construct::surfaces::curve_middles;
+use crate::construct::surfaces::{curve_middles, feature_angle, is_raised};
 use crate::file::{self, Case, Contact};
 
 /// Figures about every body.
@@ -63,13 +63,14 @@ pub(super) fn poor_elements(mesh: &Mesh) -> Vec<Notice> {
 pub(super) fn straight_middles(case: &Case, mesh: &Mesh) -> Vec<Notice> {
     let of_body = |(b, body): (usize, &file::Body)| {
         let mut mesh = mesh.clone();
-        let off = curve_middles(case, &mut mesh, b).unwrap_or_default();
+        let angle = feature_angle(case, &mesh, b);
+        let off = curve_middles(case, &mut mesh, b, angle).unwrap_or_default();
         let [x, y, z] = mesh.nodes[*off.first()? as usize].map(quantity);
         Some(Notice {
             kind: NoticeKind::StraightMiddles,
             path: format!("body[{b}].order"),
             message: format!(
-                "{} of body `{}` stay off the curved surface, or elements would fold; the first is at [{x}, {y}, {z}]",
+                "{} of body `{}` stay off the curved surface, because elements would fold otherwise; the first is at [{x}, {y}, {z}]",
                 counted(off.len(), "mid-side node"),
                 body.name,
             ),
@@ -78,7 +79,7 @@ pub(super) fn straight_middles(case: &Case, mesh: &Mesh) -> Vec<Notice> {
                 .into(),
         })
     };
-    case.bodies.iter().enumerate().filter(|(_, body)| body.order == 2).filter_map(of_body).collect()
+    case.bodies.iter().enumerate().filter(|(_, body)| is_raised(body)).filter_map(of_body).collect()
 }
 
 /// For each body, whether bodies to which it is tied during the whole path hold it: one of them has no

@@ -40,17 +40,17 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
     }
     let mut all = Mesh::merge(parts)
         .map_err(|e| BuildError::new("body", e, "rename one of the bodies, or the sets of their mesh files"))?;
-    for (s, surface) in case.surfaces.iter().enumerate() {
-        let selected = select_facets(&all, surface, &format!("surface[{s}]"))?;
-        all.surfaces.insert(surface.name.clone(), selected);
+    let raised: Vec<usize> = (0..case.bodies.len()).filter(|&b| surfaces::is_raised(&case.bodies[b])).collect();
+    if !raised.is_empty() {
+        // which pairs a body belongs to; what can be selected only on its curved faces is no error yet
+        let mut straight = all.clone();
+        let _ = select(case, &mut straight);
+        for body in raised {
+            let angle = surfaces::feature_angle(case, &straight, body);
+            surfaces::curve_middles(case, &mut all, body, angle)?;
+        }
     }
-    for (s, set) in case.sets.iter().enumerate() {
-        let selected = select_nodes(&all, set, &format!("set[{s}]"))?;
-        all.node_sets.insert(set.name.clone(), selected);
-    }
-    for body in 0..case.bodies.len() {
-        surfaces::curve_middles(case, &mut all, body)?;
-    }
+    select(case, &mut all)?;
     let defects = all.check();
     if let Some(first) = defects.first() {
         let message = format!(
@@ -82,6 +82,19 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
     case.points.iter().for_each(|point| all.add_point(&point.name, point.at));
     all.add_references();
     Ok(all)
+}
+
+/// Adds the surfaces and node sets that the case selects.
+fn select(case: &Case, mesh: &mut Mesh) -> Result<(), BuildError> {
+    for (s, surface) in case.surfaces.iter().enumerate() {
+        let selected = select_facets(mesh, surface, &format!("surface[{s}]"))?;
+        mesh.surfaces.insert(surface.name.clone(), selected);
+    }
+    for (s, set) in case.sets.iter().enumerate() {
+        let selected = select_nodes(mesh, set, &format!("set[{s}]"))?;
+        mesh.node_sets.insert(set.name.clone(), selected);
+    }
+    Ok(())
 }
 
 fn generate(body: &file::Body) -> Result<Mesh, mesh::MeshError> {

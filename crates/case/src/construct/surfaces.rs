@@ -40,7 +40,7 @@ fn on_facets(
 
 /// The feature angle \[°\] at which the outer faces of a body are divided into smooth surfaces: that of the body's first
 /// contact pair; `None` if one of its pairs asks for facets.
-fn feature_angle(case: &Case, mesh: &Mesh, body: usize) -> Option<f64> {
+pub(crate) fn feature_angle(case: &Case, mesh: &Mesh, body: usize) -> Option<f64> {
     let nodes = &mesh.bodies[body].nodes;
     let touches =
         |name: &String| mesh.set_nodes(name).is_some_and(|set| set.iter().any(|&n| nodes.contains(&(n as usize))));
@@ -64,16 +64,23 @@ pub fn smooth_faces(case: &Case, mesh: &Mesh, body: usize) -> Result<(Vec<FacetN
     Ok((facets, smooth.unwrap_or_default()))
 }
 
-/// Puts the mid-side nodes of a body whose mesh file has linear elements, but which is to have quadratic ones, onto the
-/// smooth surface for which the file's facets stand. Returns the nodes that do not reach it, because elements would
-/// fold.
+/// Whether the mesh file of a body has linear elements that are to become quadratic.
+pub(crate) fn is_raised(body: &file::Body) -> bool {
+    matches!(&body.shape, file::Shape::Mesh(file) if body.order == 2 && !file.mesh.has_second_order())
+}
+
+/// Puts the mid-side nodes of a [raised](is_raised) body onto the smooth surface for which the file's facets stand, with
+/// this feature angle \[°\]; none moves if there is no angle. Returns the nodes that do not reach it.
 ///
 /// # Errors
 /// [`BuildError`] of a symmetry plane.
-pub(crate) fn curve_middles(case: &Case, mesh: &mut Mesh, body: usize) -> Result<Vec<u32>, BuildError> {
-    let of = &case.bodies[body];
-    let raised = matches!(&of.shape, file::Shape::Mesh(file) if of.order == 2 && !file.mesh.has_second_order());
-    let Some(angle) = feature_angle(case, mesh, body).filter(|_| raised) else { return Ok(Vec::new()) };
+pub(crate) fn curve_middles(
+    case: &Case,
+    mesh: &mut Mesh,
+    body: usize,
+    feature_angle: Option<f64>,
+) -> Result<Vec<u32>, BuildError> {
+    let Some(angle) = feature_angle else { return Ok(Vec::new()) };
     let mirrored = mirrored(case, mesh)?;
     let nodes = mesh.nodes.clone();
     let smooth = |facets: &[FacetNodes]| on_facets(case, angle, &nodes, &nodes, facets, &mirrored);

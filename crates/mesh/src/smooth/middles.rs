@@ -58,12 +58,13 @@ impl Mesh {
     /// common edge lie on the surfaces of both.
     ///
     /// A node moves only by a half, a quarter, … of its way, or not at all, where an element would
-    /// otherwise keep less than 0.3 of its smallest Jacobian determinant. Returns these nodes, ascending.
+    /// otherwise keep less than 0.3 of its smallest Jacobian determinant at nodes and integration points. Returns
+    /// these nodes and those beside which the surface is not found, ascending.
     ///
     /// Tests: `middles_lie_on_the_cylinder`, `middles_follow_a_surface_without_a_shape`,
     /// `flat_elements_do_not_fold`.
     pub fn curve_middles(&mut self, body: usize, smooth: impl FnOnce(&[FacetNodes]) -> SmoothSurface) -> Vec<u32> {
-        let moves = self.moves_of_middles(body, smooth);
+        let (moves, mut off) = self.moves_of_middles(body, smooth);
         let elements = self.bodies[body].elements.clone().map(|number| number as u32);
         let moved = |element: &Element| element.nodes().iter().any(|node| moves.contains_key(node));
         let elements: Vec<u32> = elements.filter(|&number| moved(&self.elements[number as usize])).collect();
@@ -95,15 +96,17 @@ impl Mesh {
             }
             too_far.into_iter().for_each(|(_, part)| *part = if *part > LEAST_PART { 0.5 * *part } else { 0.0 });
         }
-        parts.into_iter().filter(|(_, part)| *part < 1.0).map(|(node, _)| node).collect()
+        off.extend(parts.into_iter().filter(|(_, part)| *part < 1.0).map(|(node, _)| node));
+        off.sort_unstable();
+        off
     }
 
-    /// Where the mid-side nodes of a body's curved outer faces move.
+    /// Where the mid-side nodes of a body's curved outer faces move, and those for which no surface is found.
     fn moves_of_middles(
         &self,
         body: usize,
         smooth: impl FnOnce(&[FacetNodes]) -> SmoothSurface,
-    ) -> BTreeMap<u32, Move> {
+    ) -> (BTreeMap<u32, Move>, Vec<u32>) {
         let whole: Vec<FaceNodes> =
             self.faces_of_surface(&self.boundary(body)).into_iter().filter(|face| face.len() > 4).collect();
         let corners: Vec<FacetNodes> =
@@ -140,10 +143,19 @@ impl Mesh {
             }
         }
         let curved = around.into_iter().filter(|(_, faces)| faces.iter().any(|(face, _)| face.heights.is_some()));
-        curved.filter_map(|(node, faces)| Some((node, self.way_onto(&faces)?))).collect()
+        let (mut moves, mut off) = (BTreeMap::new(), Vec::new());
+        for (node, faces) in curved {
+            match self.way_onto(&faces) {
+                Some(of) if of.way.norm() > 0.0 => drop(moves.insert(node, of)),
+                Some(_) => {}
+                None => off.push(node),
+            }
+        }
+        (moves, off)
     }
 
-    /// The way of a point between corners onto the surfaces of the one or two faces on which it lies.
+    /// The way of a point between corners onto the surfaces of the one or two faces on which it lies, which may be
+    /// zero; `None` if there is no point of them near it.
     fn way_onto(&self, faces: &[(&Face, [f64; 4])]) -> Option<Move> {
         let at = |node: u32| Vector3::from(self.nodes[node as usize]);
         let &(first, weights) = faces.first()?;
@@ -175,7 +187,8 @@ impl Mesh {
             }
         }
         let way = x - from;
-        (way.norm() > LEAST_WAY * reach && way.norm() < 0.5 * reach).then_some(Move { from, way })
+        let way = if way.norm() > LEAST_WAY * reach { way } else { Vector3::zeros() };
+        (way.norm() < 0.5 * reach).then_some(Move { from, way })
     }
 
     /// Puts the centres of a hexahedron, and of its faces inside the body, where its edges and faces

@@ -94,7 +94,7 @@ impl<'a> Recording<'a> {
         let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
         let explained = !found.losses.is_empty() || !found.coarse_friction.is_empty() || found.released.is_some();
         if exact && !explained && model.viscosity().is_none() {
-            found.imbalance = Imbalance::of(&found, round_off(model, &found));
+            found.imbalance = Imbalance::of(&found, round_off(self.recorder.mesh, model, &found));
         }
         found
     }
@@ -223,12 +223,12 @@ struct Last<'a> {
     seen: PreviousData,
 }
 
-/// Energies below this are round-off: 1e-10 of what it takes to compress the smallest element of this rank by the largest
-/// prescribed motion. \[F L\]
-fn round_off(model: &ContactModel, found: &Quantities) -> f64 {
+/// Energies below this are round-off: 1e-10 of what it takes to compress the smallest element by the largest prescribed
+/// motion. \[F L\]
+fn round_off(mesh: &Mesh, model: &ContactModel, found: &Quantities) -> f64 {
     let times: Vec<LoadTime> = found.rows.iter().map(|row| row.time).collect();
     let (solid, motion) = (model.solid(), model.prescribed().largest(&times));
-    let sizes = solid.element_volumes().into_iter().filter(|volume| *volume > 0.0);
+    let sizes = mesh.element_volumes().into_iter().filter(|volume| *volume > 0.0);
     let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
     let size = sizes.reduce(f64::min).map_or(0.0, f64::cbrt);
     1e-10 * modulus * size * motion * motion

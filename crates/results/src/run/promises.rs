@@ -19,8 +19,8 @@ pub struct Comparison {
     pub promised: f64,
     /// The value in this run.
     pub found: f64,
-    /// The largest value of its kind that the design promised in any load case: of forces, pressures or energies, or of
-    /// the case's quantities of the same kind.
+    /// The largest value that the design promised in any load case: of all contact forces and reactions, of all peak
+    /// pressures, of all energies, or of this quantity of the case.
     pub scale: f64,
     /// The bounds of the design on the quantity.
     pub bounds: Vec<Bound>,
@@ -173,14 +173,13 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
         let scale = found.iter().filter(of_kind).map(|of| of.promised.abs()).fold(0.0, f64::max);
         found.iter_mut().filter(|of| of_kind(&&**of)).for_each(|of| of.scale = scale);
     }
-    for quantity in &case.quantities {
-        let alike = |name: &String| {
-            let other = case.quantities.iter().find(|other| other.name == *name);
-            other.is_some_and(|other| std::mem::discriminant(&other.kind) == std::mem::discriminant(&quantity.kind))
-        };
-        let scale = found.iter().filter(|of| alike(&of.quantity)).map(|of| of.promised.abs()).fold(0.0, f64::max);
-        found.iter_mut().filter(|of| of.quantity == quantity.name).for_each(|of| of.scale = scale);
-    }
+    // of anything else, its values in other load cases
+    let own: Vec<f64> = found
+        .iter()
+        .map(|of| found.iter().filter(|other| other.quantity == of.quantity))
+        .map(|alike| alike.map(|other| other.promised.abs()).fold(0.0, f64::max))
+        .collect();
+    found.iter_mut().zip(own).for_each(|(of, own)| of.scale = of.scale.max(own));
     Ok(found)
 }
 

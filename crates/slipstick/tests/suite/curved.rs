@@ -96,8 +96,13 @@ fn a_fit_of_raised_elements_does_not_depend_on_the_divisions() {
             text += &if line.starts_with("half_ring") { "mesh = { file = 'NAME' }".into() } else { line.to_owned() };
             text.push('\n');
         }
-        let text = text.replacen("NAME", "shaft", 1).replacen("NAME", "hub", 1);
-        let [p, spread] = pressure_of(&text, &[("shaft", shaft), ("hub", hub)]);
+        let text = text.replacen("NAME", "shaft", 1).replacen("NAME", "hub", 1)
+            + "[[set]]\nname = 'bore'\nbody = 'hub'\n\
+               cylinder = { start = [0, 0, -1], end = [0, 0, 1], radius = 10, tolerance = 1e-6 }\n";
+        let meshes = [("shaft", shaft), ("hub", hub)];
+        let mesh = problem_with(&text, &meshes).mesh;
+        assert_eq!(mesh.node_sets["bore"], mesh.surfaces["hub_inner"].nodes(), "{kind}");
+        let [p, spread] = pressure_of(&text, &meshes);
         println!("{kind}: {p:.5}, spread {spread:.4}");
         assert!((p - 1.0).abs() < 0.01, "{kind}: {p}");
         assert!(spread < 0.05, "{kind}: {spread}");

@@ -20,14 +20,16 @@ pub(super) struct Walls {
     triangles: Vec<([u32; 3], u32)>,
     near: Near,
     nodes: Vec<[f64; 3]>,
-    /// The walls at each node.
-    at: Vec<Vec<Wall>>,
+    /// The walls at each node, and the longest edge there. None at and beside inward edges, beyond which planes
+    /// continue inside the body.
+    at: Vec<(Vec<Wall>, f64)>,
 }
 
 impl Walls {
     /// The walls of these bodies.
     pub fn new(mesh: &Mesh, bodies: &[usize]) -> Self {
-        let (mut at, mut triangles) = (vec![Vec::new(); mesh.nodes.len()], Vec::new());
+        let (mut at, mut triangles) = (vec![(Vec::new(), 0.0); mesh.nodes.len()], Vec::new());
+        let mut inward: Vec<u32> = Vec::new();
         for &body in bodies {
             let facets: Vec<FacetNodes> = mesh.boundary(body).facets.iter().map(|facet| facet.nodes).collect();
             let mut around: Vec<(u32, usize)> =
@@ -35,11 +37,15 @@ impl Walls {
             around.sort_unstable();
             for own in around.chunk_by(|a, b| a.0 == b.0) {
                 let own_facets: Vec<&FacetNodes> = own.iter().map(|(_, f)| &facets[*f]).collect();
-                at[own[0].0 as usize] = walls_at(mesh, own[0].0, &own_facets);
+                match walls_at(mesh, own[0].0, &own_facets) {
+                    Some(walls) => at[own[0].0 as usize] = walls,
+                    None => inward.extend(own_facets.iter().flat_map(|facet| facet.iter())),
+                }
             }
             let halves = |f: &FacetNodes| [[f[0], f[1], f[2]], [f[0], f[2], f[f.len() - 1]]];
             triangles.extend(facets.iter().flat_map(halves).map(|triangle| (triangle, body as u32)));
         }
+        inward.into_iter().for_each(|n| at[n as usize].0.clear());
         let corners: Vec<[u32; 3]> = triangles.iter().map(|(triangle, _)| *triangle).collect();
         let near = Near::of(&mesh.nodes, &corners);
         Self { triangles, near, nodes: mesh.nodes.clone(), at }
@@ -51,8 +57,16 @@ impl Walls {
         let mut walls: Vec<Wall> = Vec::new();
         let own = self.near.beside(x).iter().map(|&t| &self.triangles[t as usize]).filter(|(_, of)| *of == body);
         let own: Vec<&[u32; 3]> = own.map(|(corners, _)| corners).collect();
-        let at_nodes = own.iter().flat_map(|corners| corners.iter()).flat_map(|&n| self.at[n as usize].iter().copied());
-        // around a hollow, a plane is the end only below its own triangle
+        let mut nodes: Vec<u32> = own.iter().flat_map(|corners| corners.iter().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        // a plane is an end near its facets, and around a hollow only below its own triangle
+        let at_nodes = nodes.into_iter().flat_map(|n| {
+            let (walls, reach) = &self.at[n as usize];
+            let way = subtract(x, self.nodes[n as usize]);
+            let near = move |(normal, _): &&Wall| dot(way, way) - dot(way, *normal).powi(2) <= reach * reach;
+            walls.iter().filter(near).copied()
+        });
         let below = own.iter().filter_map(|corners| below(corners.map(|n| self.nodes[n as usize]), x));
         for (normal, level) in at_nodes.chain(below) {
             let known = |(other, at): &Wall| dot(normal, *other) >= PLANE && (at - level).abs() <= 1e-9 * level.abs();
@@ -67,9 +81,9 @@ impl Walls {
     }
 }
 
-/// The planes of the facets at a node that no other facet there lies beyond: all at an outward edge or corner,
-/// none at an inward one.
-fn walls_at(mesh: &Mesh, node: u32, facets: &[&FacetNodes]) -> Vec<Wall> {
+/// The planes of the facets at a node, and the longest edge there; `None` at an inward edge or corner, where a facet lies
+/// beyond the plane of another.
+fn walls_at(mesh: &Mesh, node: u32, facets: &[&FacetNodes]) -> Option<(Vec<Wall>, f64)> {
     let at = |n: u32| mesh.nodes[n as usize];
     let x = at(node);
     let mut walls: Vec<Wall> = Vec::new();
@@ -82,12 +96,16 @@ fn walls_at(mesh: &Mesh, node: u32, facets: &[&FacetNodes]) -> Vec<Wall> {
             let way = subtract(at(*n), x);
             dot(normal, way) > ALONG * norm(way)
         };
-        let known = walls.iter().any(|(other, _)| dot(normal, *other) >= PLANE);
-        if !known && !facets.iter().any(|other| other.iter().any(beyond)) {
-            walls.push((normal, dot(normal, x)));
+        if walls.iter().any(|(other, _)| dot(normal, *other) >= PLANE) {
+            continue;
         }
+        if facets.iter().any(|other| other.iter().any(beyond)) {
+            return None;
+        }
+        walls.push((normal, dot(normal, x)));
     }
-    walls
+    let edges = facets.iter().flat_map(|facet| facet.iter()).map(|&n| norm(subtract(at(n), x)));
+    Some((walls, edges.fold(0.0, f64::max)))
 }
 
 /// The plane of a triangle if `x` lies on its inner side, nearer than it is long, and its foot within it.
@@ -110,10 +128,68 @@ fn within((normal, level): Wall, face: [f64; 3], x: [f64; 3]) -> Option<Wall> {
     (length > ALONG).then(|| (along.map(|c| c / length), (level - slant * dot(face, x)) / length))
 }
 
+/// How often a point moves back from each wall: between two that meet at 60°, a quarter of the distance is left each time.
+const ROUNDS: usize = 20;
+
 /// Moves a point back from beyond walls.
 pub(super) fn stop(point: &mut [f64; 3], walls: &[Wall]) {
-    for (normal, level) in walls {
-        let beyond = (dot(*point, *normal) - level).max(0.0);
-        (0..3).for_each(|c| point[c] -= beyond * normal[c]);
+    for _ in 0..ROUNDS {
+        let mut moved = false;
+        for (normal, level) in walls {
+            let beyond = dot(*point, *normal) - level;
+            if beyond > 0.0 {
+                (0..3).for_each(|c| point[c] -= beyond * normal[c]);
+                moved = true;
+            }
+        }
+        if !moved {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_mesh::{BoxShape, box_mesh};
+
+    /// Two walls that meet at 60°: the nearest point between them is on their edge, the origin.
+    #[test]
+    fn a_point_beyond_two_walls_ends_between_them() {
+        let (sine, cosine) = f64::to_radians(60.0).sin_cos();
+        let walls = [([0.0, -1.0, 0.0], 0.0), ([-sine, cosine, 0.0], 0.0)];
+        let mut point = [-0.1, 0.05, 0.0];
+        stop(&mut point, &walls);
+        assert!(walls.iter().all(|(normal, level)| dot(point, *normal) - level < 1e-12), "{point:?}");
+        assert!(norm(point) < 1e-6, "{point:?}");
+    }
+
+    /// A box cut from another leaves an L: a point in the upright may rise past the level of the step, one below the
+    /// step may not, and neither leaves the outside.
+    #[test]
+    fn planes_end_at_inward_edges() {
+        let shape = BoxShape { min: [0.0; 3], max: [6.0, 4.0, 2.0], elements: [12, 8, 4], grading: [1.0; 3] };
+        let mut mesh = box_mesh("angle", &shape).expect("a box");
+        let keep: Vec<usize> = (0..mesh.elements.len())
+            .filter(|&e| {
+                let [x, y, _] = mesh.centroid(e);
+                x < 2.0 || y < 2.0
+            })
+            .collect();
+        mesh.elements = keep.iter().map(|&e| mesh.elements[e]).collect();
+        mesh.bodies[0].elements = 0..mesh.elements.len();
+        let mut walls = Walls::new(&mesh, &[0]);
+        let mut moved = |from: [f64; 3], by: [f64; 3]| {
+            let mut point: [f64; 3] = std::array::from_fn(|c| from[c] + by[c]);
+            stop(&mut point, &walls.beside(from, 0, None));
+            point
+        };
+        for x in [0.3, 0.9, 1.4, 1.8] {
+            assert_eq!(moved([x, 1.9, 1.1], [0.0, 0.3, 0.0]), [x, 2.1999999999999997, 1.1], "in the upright at {x}");
+        }
+        for x in [2.2, 3.0, 5.9] {
+            assert!((moved([x, 1.9, 1.1], [0.0, 0.3, 0.0])[1] - 2.0).abs() < 1e-12, "below the step at {x}");
+        }
+        assert!((moved([0.1, 3.9, 1.1], [-0.3, 0.3, 0.0])[0]).abs() < 1e-12);
     }
 }

@@ -33,7 +33,7 @@ pub use pieces::LoosePiece;
 use std::collections::BTreeSet;
 
 use slipstick_case::construct::smooth_faces;
-use slipstick_case::file::Case;
+use slipstick_case::file::{Case, SpringEnd};
 use slipstick_mesh::{Mesh, SmoothSurface};
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
@@ -217,7 +217,14 @@ fn part_body(
         .dirichlet
         .iter()
         .map(|support| &support.set)
-        .chain(case.springs.iter().map(|spring| &spring.set))
+        .chain(case.springs.iter().flat_map(|spring| {
+            let to = spring.to.iter().filter_map(|to| match to {
+                SpringEnd::Set(to) => Some(to),
+                SpringEnd::Point(_) => None,
+            });
+            to.chain([&spring.set])
+        }))
+        .chain(case.contacts.iter().filter(|pair| pair.tied).flat_map(|pair| [&pair.slave, &pair.master]))
         .chain(case.couplings.iter().map(|coupling| &coupling.set))
         .chain(case.equations.iter().flat_map(|equation| equation.terms.iter().map(|term| &term.set)))
         .collect();
@@ -231,9 +238,10 @@ fn part_body(
     let missing: Vec<&String> = pairs.filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
     let mut by_contact = Vec::new();
     if !missing.is_empty() {
-        let held = |t: usize| on(t, &supports) || on(t, &missing);
+        let held = |t: usize| kept.held[t] || on(t, &missing);
+        let with_contact = pieces(surface, held);
         let unsupported = std::mem::take(&mut kept.loose);
-        kept = pieces(surface, held);
+        kept = with_contact;
         by_contact.extend(unsupported.into_iter().filter(|piece| !kept.loose.contains(piece)));
         left_out = names(&kept.loose_labels);
     }

@@ -20,6 +20,8 @@ pub struct LoosePiece {
 #[derive(Debug)]
 pub(super) struct Pieces {
     pub surface: TriangleSurface,
+    /// Whether each triangle of the whole surface belongs to a piece that is kept.
+    pub held: Vec<bool>,
     /// The number of the piece to which each triangle belongs, including triangles of cavities.
     pub piece: Vec<u32>,
     /// The loose pieces, largest first.
@@ -71,7 +73,8 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
     let loose_labels = left_out.filter_map(|t| surface.labels.get(t).copied()).collect();
     let piece = (0..surface.triangles.len()).filter_map(|t| Some(number(t)? as u32)).collect();
     let attached = surface.restricted(|t| number(t).is_some());
-    Pieces { surface: attached, piece, loose, loose_labels }
+    let held = (0..surface.triangles.len()).map(|t| number(t).is_some()).collect();
+    Pieces { surface: attached, held, piece, loose, loose_labels }
 }
 
 fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {

@@ -10,7 +10,7 @@
 mod survey;
 mod text;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use slipstick_meshio::{FileMesh, MeshFileError};
 use slipstick_model::words::counted;
@@ -77,24 +77,31 @@ fn shared(mesh: &FileMesh, parts: &[Part]) -> Vec<String> {
 
 /// A notice for a part of several pieces that share no nodes.
 fn pieces(mesh: &FileMesh, part: &Part) -> Option<String> {
-    let mut leader: BTreeMap<u32, u32> = BTreeMap::new();
-    fn find(leader: &mut BTreeMap<u32, u32>, node: u32) -> u32 {
-        let mut at = node;
-        while let Some(&next) = leader.get(&at).filter(|next| **next != at) {
-            at = next;
+    let cells = mesh.solid_cells(part.part.as_deref());
+    let nodes = |cell: u32| mesh.cells.nodes(cell as usize);
+    let last = cells.iter().flat_map(|&cell| nodes(cell)).max()?;
+    // a forest of nodes, whose trees are the pieces
+    let mut above: Vec<u32> = (0..=*last).collect();
+    let mut used = vec![false; above.len()];
+    fn top(above: &mut [u32], mut node: u32) -> u32 {
+        while above[node as usize] != node {
+            let next = above[above[node as usize] as usize];
+            above[node as usize] = next;
+            node = next;
         }
-        leader.insert(node, at);
-        at
+        node
     }
-    for cell in mesh.solid_cells(part.part.as_deref()) {
-        let nodes = mesh.cells.nodes(cell as usize);
-        let first = find(&mut leader, nodes[0]);
-        for &node in nodes {
-            let other = find(&mut leader, node);
-            leader.insert(other, first);
+    for &cell in &cells {
+        let mut first = top(&mut above, nodes(cell)[0]);
+        for &node in nodes(cell) {
+            used[node as usize] = true;
+            let other = top(&mut above, node);
+            let (low, high) = (first.min(other), first.max(other));
+            above[high as usize] = low;
+            first = low;
         }
     }
-    let count = leader.iter().filter(|(node, of)| node == of).count();
+    let count = (0..above.len()).filter(|&node| used[node] && above[node] as usize == node).count();
     (count > 1).then(|| {
         format!(
             "`{}` consists of {count} pieces that share no nodes: for a body of each, give them groups in the mesher \

@@ -236,9 +236,9 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         }
         if let Some((pieces, volume, at)) = told(&body.by_contact) {
             console.warning(&format!(
-                "{pieces} of `{name}`, with a volume of {volume}, the largest around ({at}), not connected to a support: \
-                 only contact holds them. If elements below the threshold of {} connect them in the design, it promises \
-                 what the part cannot do; a sharper `projection` in [design], or a lower --threshold, joins or parts them",
+                "only contact holds {pieces} of `{name}` (volume {volume}, the largest at ({at})). If elements below the \
+                 threshold of {} connect them in the design, the part is weaker than the design promises: use a sharper \
+                 `projection` in [design], or a lower --threshold that connects them",
                 digits(part.export.threshold)
             ));
         }
