@@ -2,7 +2,7 @@
 
 use crate::chapter::Chapter;
 use crate::finding::Finding;
-use crate::solved::Scene;
+use crate::solved::{Scene, straight_quadratic};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::fmt::Write;
@@ -35,7 +35,7 @@ the radius is that in the neck.",
 
 fn necking() -> Vec<Finding> {
     let fixed = |set: &str, c: &str| format!("[[dirichlet]]\nset = 'bar_{set}'\ncomponents = ['{c}']\n");
-    let text = "[[body]]\nname = 'bar'\nmesh = { file = 'bar' }\nelement = 'f_bar'\norder = 2\n\
+    let text = "[[body]]\nname = 'bar'\nmesh = { file = 'bar' }\nelement = 'f_bar'\n\
                 material = { j2_table = { youngs_modulus = 200000, poisson_ratio = 0.3, \
                 yield_stress = [451, 476, 525, 583, 642, 710, 777, 831], \
                 plastic_strain = [0, 0.006, 0.019, 0.038, 0.066, 0.147, 0.5, 1] } }\n"
@@ -44,7 +44,7 @@ fn necking() -> Vec<Finding> {
         + &fixed("Y0", "y")
         + &fixed("Z0", "z")
         + "[[dirichlet]]\nset = 'bar_TOP'\nmotion = [{ t = 1, u = [0, 0, 4.9] }]\n[load_path]\nsteps = 49\n";
-    let solved = Scene { text, files: HashMap::from([("bar".to_owned(), mesh())]) }.solve();
+    let solved = Scene { text, files: HashMap::from([("bar".to_owned(), straight_quadratic(&mesh(), "bar"))]) }.solve();
     let force = |step: usize| solved.reaction("bar_TOP", step).z;
     let largest = (1..=49).max_by(|&a, &b| force(a).total_cmp(&force(b))).expect("steps");
     let neck = solved.problem.mesh.nodes.iter().position(|x| (x[0] - RADIUS).abs() < 1e-9 && x[2] == 0.0);

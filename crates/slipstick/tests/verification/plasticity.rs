@@ -3,7 +3,7 @@
 
 use crate::chapter::Chapter;
 use crate::finding::Finding;
-use crate::solved::{Scene, Solved};
+use crate::solved::{Scene, Solved, straight_quadratic};
 use std::collections::HashMap;
 use std::fmt::Write;
 
@@ -77,9 +77,9 @@ fn last_node(solved: &Solved) -> u32 {
 }
 
 fn plate() -> Vec<Finding> {
-    let files = HashMap::from([("plate".to_owned(), plate_mesh())]);
+    let files = HashMap::from([("plate".to_owned(), straight_quadratic(&plate_mesh(), "plate"))]);
     let fixed = |set: &str, c: &str| format!("[[dirichlet]]\nset = 'plate_{set}'\ncomponents = ['{c}']\n");
-    let text = "[[body]]\nname = 'plate'\nmesh = { file = 'plate' }\nelement = 'f_bar'\norder = 2\n\
+    let text = "[[body]]\nname = 'plate'\nmesh = { file = 'plate' }\nelement = 'f_bar'\n\
                 material = { j2_table = { youngs_modulus = 200000, poisson_ratio = 0.3, yield_stress = [200, 300, 350], \
                 plastic_strain = [0, 0.1, 0.3] } }\n"
         .to_owned()

@@ -1,12 +1,21 @@
 //! A solved case, and measurements on it.
 
+use crate::common::abaqus::abaqus;
 use nalgebra::Vector3;
 use slipstick::analysis::Forward;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
+use slipstick::meshio::FileMesh;
 use slipstick::model::NodalContact;
 use slipstick_path::Silent;
 use std::collections::HashMap;
+
+/// A deck of linear elements of one body with quadratic ones, whose edges are straight.
+pub fn straight_quadratic(deck: &str, body: &str) -> String {
+    let read = FileMesh::parse(deck.as_bytes()).and_then(|mesh| mesh.body(body, None, 1.0)).expect("a body");
+    let middle = |of: &[[f64; 3]]| std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64);
+    abaqus(&read.mesh.second_order(middle).expect("linear elements"))
+}
 
 /// A case's text and its mesh files.
 #[derive(Default)]
