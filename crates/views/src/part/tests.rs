@@ -174,6 +174,13 @@ fn contact_holds_a_loose_piece() {
         "{error}; {}",
         error.cure()
     );
+    // springs hold it, from either end
+    let held = loaded.replace("contact_force = { steps = \"last\" }", "compliance = {}");
+    for ends in ["set = \"pad\"", "set = \"block_ymin\"\nto = \"pad\""] {
+        let part = part_of(&format!("{held}[[spring]]\nname = \"soft\"\n{ends}\nstiffness = 1.0\n"), solid);
+        let body = &part.expect("a part").bodies[0];
+        assert_eq!((body.loose.len(), body.pieces.len(), body.by_contact.len()), (0, 2, 0), "{ends}");
+    }
 }
 
 /// A body that loses nothing keeps its shape, surfaces and sets; one that does gets a mesh.
