@@ -42,7 +42,7 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
         .map_err(|e| BuildError::new("body", e, "rename one of the bodies, or the sets of their mesh files"))?;
     let raised: Vec<usize> = (0..case.bodies.len()).filter(|&b| surfaces::is_raised(&case.bodies[b])).collect();
     if !raised.is_empty() {
-        // which pairs a body belongs to; what can be selected only on its curved faces is no error yet
+        // Contact surfaces say which pairs a body belongs to. A selection may need the curved faces, and fails here.
         let mut straight = all.clone();
         let _ = select(case, &mut straight);
         for body in raised {

@@ -77,31 +77,9 @@ fn shared(mesh: &FileMesh, parts: &[Part]) -> Vec<String> {
 
 /// A notice for a part of several pieces that share no nodes.
 fn pieces(mesh: &FileMesh, part: &Part) -> Option<String> {
-    let cells = mesh.solid_cells(part.part.as_deref());
-    let nodes = |cell: u32| mesh.cells.nodes(cell as usize);
-    let last = cells.iter().flat_map(|&cell| nodes(cell)).max()?;
-    // a forest of nodes, whose trees are the pieces
-    let mut above: Vec<u32> = (0..=*last).collect();
-    let mut used = vec![false; above.len()];
-    fn top(above: &mut [u32], mut node: u32) -> u32 {
-        while above[node as usize] != node {
-            let next = above[above[node as usize] as usize];
-            above[node as usize] = next;
-            node = next;
-        }
-        node
-    }
-    for &cell in &cells {
-        let mut first = top(&mut above, nodes(cell)[0]);
-        for &node in nodes(cell) {
-            used[node as usize] = true;
-            let other = top(&mut above, node);
-            let (low, high) = (first.min(other), first.max(other));
-            above[high as usize] = low;
-            first = low;
-        }
-    }
-    let count = (0..above.len()).filter(|&node| used[node] && above[node] as usize == node).count();
+    // a body that cannot be read is reported by whoever reads the case
+    let body = mesh.body(&part.name, part.part.as_deref(), 1.0).ok()?;
+    let count = body.mesh.connected_parts(0).len();
     (count > 1).then(|| {
         format!(
             "`{}` consists of {count} pieces that share no nodes: for a body of each, give them groups in the mesher \

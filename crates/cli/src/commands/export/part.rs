@@ -259,12 +259,12 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
     for PerNode { name, used, summed } in &part.per_node {
         match summed {
             Some(nodes) => console.text(&format!(
-                "`{name}`, {used}: the case of the part has the sum over the {} of the design, spread over the face",
+                "{used} on `{name}`: the part gets the sum over the {} of the design, spread over the face",
                 counted(*nodes, "node")
             )),
             None => console.warning(&format!(
-                "{used} has a value for each node of `{name}`, and the mesh of the part may have another number of nodes \
-                 there: give the design the sum over a surface, or a set with `nearest`"
+                "{used} on `{name}` has a value for each node, and the mesh of the part may have another number of nodes \
+                 there: in the case of the design, give the sum over a surface, or name a set with `nearest`"
             )),
         }
     }
