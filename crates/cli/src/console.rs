@@ -22,8 +22,8 @@ use slipstick_service::read::object;
 use crate::args::Common;
 use crate::diagnostics;
 use crate::exit::Exit;
-use crate::kept_warnings::KeptWarnings;
 use slipstick_service::failure::{Failure, Outcome};
+use slipstick_service::warnings::KeptWarnings;
 
 /// Output of text and events.
 ///

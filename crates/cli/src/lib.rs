@@ -12,7 +12,6 @@ pub mod diagnostics;
 pub mod exit;
 mod host;
 pub mod interrupt;
-mod kept_warnings;
 pub mod parallel;
 mod process;
 pub mod program;

@@ -1,5 +1,6 @@
 //! Watches marches and sweeps: Ctrl-C, progress and the callbacks of an optimization.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -9,8 +10,12 @@ use slipstick::crushed::{CURE, RESCUED};
 use slipstick::drive::{DesignEvaluated, DriveObserver};
 use slipstick::optimize::{Optimization, StopCriteria};
 use slipstick::path::{Interrupt, MarchEvent, MarchObserver};
+use slipstick::pieces;
+use slipstick::run::{ResultRecord, Run};
+use slipstick_service::warnings::{KeptWarnings, violation};
 
 use crate::errors::Error;
+use crate::host::Interpreter;
 
 /// Interval at which the interpreter is asked for signals. Each request takes up to its switch
 /// interval of 5 ms if other Python threads are computing.
@@ -27,7 +32,11 @@ pub struct Watch {
     signals: Arc<Mutex<Signals>>,
     /// Warnings about the designs of an optimization, each once.
     pub warnings: Vec<String>,
+    /// The same and those about the case, which the run keeps.
+    kept: KeptWarnings,
     crushed: bool,
+    /// Whether the previous design had loose pieces.
+    loose: bool,
     steps: usize,
     newton_iterations: usize,
 }
@@ -63,8 +72,48 @@ impl Watch {
     /// Watches analyses of one call.
     pub fn new(progress: Option<Py<PyAny>>, callback: Option<Py<PyAny>>) -> Self {
         let signals = Arc::new(Mutex::new(Signals { raised: None, asked: Instant::now() }));
-        let (outlook, warnings) = (String::new(), Vec::new());
-        Self { progress, callback, outlook, signals, warnings, crushed: false, steps: 0, newton_iterations: 0 }
+        Self {
+            progress,
+            callback,
+            outlook: String::new(),
+            signals,
+            warnings: Vec::new(),
+            kept: KeptWarnings::default(),
+            crushed: false,
+            loose: false,
+            steps: 0,
+            newton_iterations: 0,
+        }
+    }
+
+    /// Keeps warnings in the directory of a run that has started or is `resumed`, with those about its
+    /// case.
+    pub fn keep_in(&mut self, run: &Path, resumed: bool, host: &Interpreter) {
+        self.kept.begin(run, resumed);
+        for about_case in host.warnings.borrow().iter() {
+            self.kept.add(about_case.message(), Some(about_case.help()));
+        }
+    }
+
+    fn warn(&mut self, message: &str, help: &str) {
+        self.kept.add(message, Some(help));
+        self.warnings.push(if help.is_empty() { message.to_owned() } else { format!("{message}\n{help}") });
+    }
+
+    /// Warns of what is wrong with the result of an optimization.
+    pub fn judge_result(&mut self, optimization: &Optimization, run: Option<&Run>) {
+        self.kept.judge_result();
+        let history = &optimization.state.history;
+        // the result, if it is not the last design
+        let recalled = run.and_then(|run| ResultRecord::read(run.directory()).ok().flatten());
+        let record = recalled.and_then(|recalled| history.get(recalled.iteration)).or(history.last());
+        if let Some(message) = record.and_then(|record| violation(optimization, record)) {
+            self.warn(&message, "");
+        }
+        let density = optimization.evaluated().map(|design| &design.density);
+        if let Some(loose) = density.and_then(|density| optimization.problem.loose_pieces(density)) {
+            self.warn(&loose.to_string(), pieces::CURE);
+        }
     }
 
     /// Tells the callback when this optimization ends: after so many updates, or earlier, after the
@@ -115,14 +164,19 @@ impl DriveObserver for Watch {
     }
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
-        let DesignEvaluated { record, crushed, rescued, .. } = design;
+        let DesignEvaluated { record, crushed, rescued, loose, .. } = design;
         let from = record.iteration;
+        self.kept.update();
         if let Some(void) = rescued {
-            self.warnings.push(format!("{}\n{RESCUED}", void.rescued_from(from)));
+            self.warn(&void.rescued_from(from), RESCUED);
         }
         if let Some(crushed) = crushed.as_ref().filter(|_| !std::mem::replace(&mut self.crushed, true)) {
-            self.warnings.push(format!("{crushed}\n{CURE}"));
+            self.warn(&crushed.to_string(), CURE);
         }
+        if let Some(loose) = loose.as_ref().filter(|_| !self.loose) {
+            self.kept.add(&format!("from iteration {from} on, {loose}"), Some(pieces::CURE));
+        }
+        self.loose = loose.is_some();
         let Some(callback) = &self.callback else { return };
         let record = serde_json::to_string(design.record).unwrap_or_default();
         locked(&self.signals).call(|py| callback.call1(py, (record, design.seconds, &self.outlook)).map(drop));

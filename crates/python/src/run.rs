@@ -62,8 +62,8 @@ pub fn optimize(
         let resolved = &case.resolved;
         let (responses, mut record) = Responses::of(own);
         let of_python = responses.have_objective();
-        let watch = Watch::new(progress, callback);
-        let host = Interpreter { line: command.clone(), interrupt: Some(watch.interrupt()) };
+        let mut watch = Watch::new(progress, callback);
+        let host = Interpreter { line: command.clone(), interrupt: Some(watch.interrupt()), ..Interpreter::default() };
         let prepared = prepare(&host, resolved, density, responses, iterations);
         // what an interrupted check says is not why it ended
         watch.check()?;
@@ -79,6 +79,7 @@ pub fn optimize(
         let part = RunPart::starting(command, rayon::current_num_threads());
         let run = slipstick::run::Run::start(&directory, resolved, &case.file, &case.mesh_files(), part, force)?;
         let recorded = RecordedOptimization::start(optimization, resolved, Some(run), record.as_deref())?;
+        watch.keep_in(&directory, false, &host);
         let warnings = finish(recorded, watch)?;
         Ok(Run { warnings, ..Run::open_directory(&directory)? })
     })
@@ -98,15 +99,18 @@ pub fn resume(
 ) -> PyResult<Run> {
     detached(py, || {
         let (responses, own) = Responses::of(own);
-        let watch = Watch::new(progress, callback);
-        let host = Interpreter { line: command, interrupt: Some(watch.interrupt()) };
+        let mut watch = Watch::new(progress, callback);
+        let host = Interpreter { line: command, interrupt: Some(watch.interrupt()), ..Interpreter::default() };
         let sections = sections(&responses);
         let request = Resume { results: &directory, iterations, responses: own.as_deref(), sections };
         let resumed = service::resume(&host, &request, |problem| responses.apply(problem));
         // what an interrupted check says is not why it ended
         watch.check()?;
         let warnings = match resumed? {
-            Resumed::InProgress(recorded) => finish(*recorded, watch)?,
+            Resumed::InProgress(recorded) => {
+                watch.keep_in(&directory, true, &host);
+                finish(*recorded, watch)?
+            }
             _ => Vec::new(),
         };
         Ok(Run { warnings, ..Run::open_directory(&directory)? })
@@ -142,6 +146,9 @@ fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<Vec<St
     recorded.optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
     watch.expect(&recorded.optimization);
     let (driven, outcome) = recorded.drive(&mut watch);
+    if outcome.is_ok() {
+        watch.judge_result(&driven.optimization, driven.run());
+    }
     // an exception of a quantity, whose value was then not a number; a callback may fail at the last
     // design, when nothing is left to stop
     let of_python = raised().and_then(|()| match &outcome {

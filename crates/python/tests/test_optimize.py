@@ -209,3 +209,20 @@ def test_void_that_is_rescued_is_warned_of(tmp_path: Path) -> None:
     with pytest.warns(ss.SlipstickWarning, match=told) as warnings:
         problem.optimize(directory=tmp_path / "run")
     assert sum("linear elasticity" in str(warning.message) for warning in warnings) == 1
+    # the run keeps it, with its remedy, for the report
+    kept = json.loads((tmp_path / "run" / "warnings.json").read_text())
+    (about_void,) = [one for one in kept if "linear elasticity" in one["message"]]
+    assert "energy_interpolation" in about_void["help"] and "of_result" not in about_void
+
+
+def test_a_design_that_violates_its_constraints_is_warned_of(
+    case: ss.Case, tmp_path: Path
+) -> None:
+    """One update with a move limit of 0.1 cannot lead to a tenth of the material."""
+    small = case.replace({"design.volume_fraction": 0.1, "design.initial": 0.5})
+    with pytest.warns(ss.SlipstickWarning, match="violates its constraints"):
+        result = small.build().optimize(directory=tmp_path / "run", iterations=1)
+    kept = json.loads((result.directory / "warnings.json").read_text())
+    assert [one["of_result"] for one in kept if "violates its constraints" in one["message"]] == [
+        True
+    ]

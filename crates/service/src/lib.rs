@@ -48,3 +48,4 @@ pub mod memory;
 pub mod optimization;
 pub mod read;
 pub mod run;
+pub mod warnings;

@@ -78,6 +78,7 @@ pub enum PressureWord {
     Mean,
     /// Standard deviation over that area, divided by the mean.
     Spread,
-    /// Smooth minimum of the nodal pressures, between the smallest and the mean.
+    /// Smooth minimum of the nodal pressures, between the smallest and the mean; open nodes count as
+    /// negative.
     Minimum,
 }

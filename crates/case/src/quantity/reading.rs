@@ -23,13 +23,17 @@ pub(crate) struct Slaves<'a> {
     names: Vec<&'a str>,
     /// For pairs whose sides the program chooses, the master, by which they may be named too.
     masters: Vec<Option<&'a str>>,
+    /// Whether some slave is missing or no surface, which is reported elsewhere: any surface may be
+    /// meant by it.
+    uncertain: bool,
 }
 
 impl<'a> Slaves<'a> {
-    pub fn of(contacts: &'a [Contact]) -> Self {
+    pub fn of(contacts: &'a [Contact], known: &Names) -> Self {
         let chosen = |contact: &'a Contact| (contact.sides == Sides::Chosen).then_some(contact.master.as_str());
-        let names = contacts.iter().map(|contact| contact.slave.as_str()).collect();
-        Self { names, masters: contacts.iter().map(chosen).collect() }
+        let names: Vec<&str> = contacts.iter().map(|contact| contact.slave.as_str()).collect();
+        let uncertain = names.iter().any(|name| known.find(name).is_none());
+        Self { names, masters: contacts.iter().map(chosen).collect(), uncertain }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -82,7 +86,7 @@ impl Reading<'_, '_> {
 
     /// The slave surface of a pair.
     pub fn slave(&self) -> String {
-        slave(self.table, &self.known.slaves)
+        slave(self.table, self.known.names, &self.known.slaves)
     }
 
     /// A body, if only one counts.
@@ -155,16 +159,16 @@ enum Chosen<T> {
 }
 
 /// The slave surface of a pair.
-pub(crate) fn slave(table: &Table<'_>, slaves: &Slaves<'_>) -> String {
-    let Slaves { names: slaves, masters } = slaves;
+pub(crate) fn slave(table: &Table<'_>, known: &Names, slaves: &Slaves<'_>) -> String {
+    let Slaves { names: slaves, masters, uncertain } = slaves;
     let slave = table.string("slave").required(String::new(), "the slave surface of a [[contact]]");
     if let Some(pair) = masters.iter().position(|master| *master == Some(slave.as_str()))
         && !slaves.contains(&slave.as_str())
     {
         return slaves[pair].to_owned();
     }
-    let readable = slaves.iter().all(|slave| !slave.is_empty());
-    if !slave.is_empty() && readable && !slaves.contains(&slave.as_str()) {
+    let excused = *uncertain && known.find(&slave).is_some();
+    if !slave.is_empty() && !excused && !slaves.contains(&slave.as_str()) {
         let message = format!("`{slave}` is not the slave of a contact pair");
         let help = if slaves.is_empty() {
             "add a [[contact]] with this slave".into()

@@ -14,6 +14,7 @@ use crate::summary::{digits, last_values, print_quantities, warn_of_fallbacks};
 use crate::watch::Watch;
 use slipstick_service::failure::Outcome;
 use slipstick_service::memory;
+use slipstick_service::warnings::violation;
 
 /// Optimizes the design of a case.
 ///
@@ -89,7 +90,9 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
     if recalled.is_some() {
         tell_why_not_the_last(context, optimization, record, last);
     }
-    warn_of_violation(context, optimization, record);
+    if let Some(message) = violation(optimization, record) {
+        context.console.warning(&message);
+    }
     let density = optimization.evaluated().map(|design| &design.density);
     if let Some(loose) = density.and_then(|density| optimization.problem.loose_pieces(density)) {
         context.console.loose_pieces(&loose, None);
@@ -117,26 +120,4 @@ fn tell_why_not_the_last(
              {objective}"
         )),
     }
-}
-
-/// Warns of the constraint that a design violates most.
-fn warn_of_violation(context: &Context, optimization: &Optimization, record: &IterationRecord) {
-    let Some(MostViolated { name, value, of_extreme, violation }) = optimization.most_violated(record) else { return };
-    let value = digits(value);
-    // the column of the value, so that it is not mistaken for the smooth one
-    let what =
-        if of_extreme { format!("the extreme `{}`", slipstick::design::extreme_of(name)) } else { format!("`{name}`") };
-    context.console.warning(&if record.violation > FEASIBLE {
-        format!(
-            "the design violates its constraints: the largest relative violation is {violation:.3} ({what} is {value}; \
-             columns of history.csv); more iterations may reduce it, unless constraints contradict each other"
-        )
-    } else {
-        // with `corrected = false`
-        format!(
-            "the smooth measure `{name}` meets its bound, but the extreme for which it stands, {value}, violates it by \
-             {:.2} %; without `corrected = false`, the bound holds for the extreme",
-            100.0 * violation
-        )
-    });
 }

@@ -187,6 +187,12 @@ const CHANGES: &[(&str, &str, &str)] = &[
         "[[load_case]]\nname = \"dry\"\npairs = [{ slave = \"block_ymax\", friction = 0.1 }]\n[load_path]",
     ),
     (
+        "friction of a pair whose slave is misspelt",
+        "[[contact]]\nslave = \"block_ymin\"",
+        "[[load_case]]\nname = \"dry\"\npairs = [{ slave = \"block_ymin\", friction = 0.1 }]\n\
+         [[contact]]\nslave = \"block_ymim\"",
+    ),
+    (
         "a load case in which a body does not differ",
         "[load_path]",
         "[[load_case]]\nname = \"dry\"\nbodies = [{ body = \"block\" }]\n[load_path]",

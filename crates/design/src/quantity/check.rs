@@ -364,6 +364,20 @@ mod tests {
             .map(|(a, p): &(f64, f64)| a * (-20.0 * p / mean).exp())
             .sum();
         check(&*pressure(PressureMeasure::Minimum { k: 20.0 }), -mean / 20.0 * (least / whole).ln());
+        // the third node opens by 1.5e-3, which counts as the gap over itself and the size of a facet
+        let mut opened = CONTACT;
+        opened[2] = ContactNode { status: 0, multiplier: [1e-12, 0.0, 0.0], gap: 4.5e-4, ..opened[2] };
+        let open_state = StateView { contact: &opened, ..STATE };
+        let (mean, size) = (26.25 / 1.05, 0.6f64.sqrt());
+        let least: f64 = [(0.5, 40.0 / mean), (0.25, 25.0 / mean), (0.3, -1.5e-3 / (size + 1.5e-3))]
+            .iter()
+            .map(|(a, x): &(f64, f64)| a * (-20.0 * x).exp())
+            .sum();
+        let minimum = pressure(PressureMeasure::Minimum { k: 20.0 });
+        let (expected, found) = (-mean / 20.0 * (least / whole).ln(), minimum.value(&open_state));
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{found} for {expected}");
+        check_derivatives(&*minimum, &open_state).unwrap();
+        assert_eq!(minimum.extreme().map(|extreme| extreme.value(&open_state)), Some(0.0));
         let square = 0.5 * 1600.0 + 0.25 * 625.0 + 0.3 * 100.0;
         check(&ContactShare::new("share", Patch::whole(0)), 29.25 * 29.25 / (whole * square));
         check(&*gap(GapMeasure::Mean), 4e-3 / whole);

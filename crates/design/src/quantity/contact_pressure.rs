@@ -19,8 +19,10 @@ pub enum PressureMeasure {
     Mean,
     /// Standard deviation over that area divided by the mean: 0 for uniform pressure.
     Spread,
-    /// Smooth minimum −(m/k) ln Σ_j a_j exp(−k ζ_nj/m) with the mean m and a_j = A_j/Σ A_i: between
-    /// the smallest pressure and the mean, and closer to the smallest the larger k is.
+    /// Smooth minimum −(m/k) ln Σ_j a_j exp(−k x_j) with the mean m and a_j = A_j/Σ A_i: between the
+    /// smallest m x_j and the mean, and closer to the smallest the larger k is. x_j is ζ_nj/m where
+    /// the surfaces touch; at open nodes, which have no pressure, −g_j/(h + g_j) with the gap g_j =
+    /// g̃_j/A_j and the size h of a facet, so that a bound or an objective also closes gaps.
     Minimum {
         /// k > 0.
         k: f64,
@@ -35,6 +37,14 @@ pub struct ContactPressure {
     name: String,
     patch: Patch,
     measure: PressureMeasure,
+}
+
+/// Derivatives with respect to ζ_nj, A_j and g̃_j of a node.
+#[derive(Clone, Copy, Default)]
+struct NodeSlopes {
+    pressure: f64,
+    area: f64,
+    gap: f64,
 }
 
 impl ContactPressure {
@@ -62,58 +72,75 @@ impl ContactPressure {
         }
     }
 
-    /// Value, and its derivatives with respect to pressures and areas, node by node of the patch.
-    fn evaluate(&self, state: &StateView) -> (f64, Vec<f64>, Vec<f64>) {
+    /// Smooth minimum, and its derivatives.
+    fn minimum(&self, state: &StateView, k: f64, mean: f64, whole: f64) -> (f64, Vec<NodeSlopes>) {
+        let nodes = || self.patch.of(state.contact).map(|(_, at)| at);
+        let (count, area) = nodes().fold((0.0, 0.0), |(n, sum), at| (n + 1.0, sum + at.reference_area));
+        let size = (area / f64::max(count, 1.0)).sqrt();
+        // x_j and ∂x_j/∂(gap) of open nodes
+        let open = |at: &ContactNode| (at.status == 0 && at.area != 0.0).then(|| (at.gap / at.area).max(0.0));
+        let relative: Vec<f64> =
+            nodes().map(|at| open(at).map_or(at.pressure() / mean, |gap| -gap / (size + gap))).collect();
+        let shares: Vec<f64> = nodes().map(|at| at.area / whole).collect();
+        let (least, by_x, by_share) = soft_minimum(&relative, &shares, k);
+        // f = m g(x, a): ∂f/∂ζ_j = g_j + (g − Σ g_i ζ_i/m) ∂m/∂ζ_j
+        let touching = || nodes().zip(by_x.iter().zip(&relative)).filter(|(at, _)| at.status != 0);
+        let by_mean = least - touching().map(|(_, (g, x))| g * x).sum::<f64>();
+        // ∂a_i/∂A_j = (δ_ij − a_i)/ΣA
+        let whole_share: f64 = by_share.iter().zip(&shares).map(|(by, share)| by * share).sum();
+        let of = |(j, at): (usize, &ContactNode)| {
+            // ∂m/∂ζ_j = a_j, ∂m/∂A_j = (ζ_j − m)/ΣA
+            let by_area = mean * (by_share[j] - whole_share) / whole + by_mean * (at.pressure() - mean) / whole;
+            match open(at).filter(|gap| *gap > 0.0) {
+                Some(gap) => {
+                    let by_gap = -mean * by_x[j] * size / (size + gap).powi(2) / at.area;
+                    NodeSlopes { pressure: 0.0, area: by_area - by_gap * gap, gap: by_gap }
+                }
+                None => NodeSlopes { pressure: by_x[j] + by_mean * shares[j], area: by_area, gap: 0.0 },
+            }
+        };
+        (mean * least, nodes().enumerate().map(of).collect())
+    }
+
+    /// Value, and its derivatives, node by node of the patch.
+    fn evaluate(&self, state: &StateView) -> (f64, Vec<NodeSlopes>) {
         let (pressure, area): (Vec<f64>, Vec<f64>) =
             self.patch.of(state.contact).map(|(_, at)| (at.pressure(), at.area)).unzip();
-        let none = vec![0.0; area.len()];
         let whole: f64 = area.iter().sum();
         let force: f64 = area.iter().zip(&pressure).map(|(a, p)| a * p).sum();
         // no area, no pressure; areas that are not numbers stay so
         let mean = if whole == 0.0 { 0.0 } else { force / whole };
-        // ∂m/∂ζ_j = A_j/ΣA, ∂m/∂A_j = (ζ_j − m)/ΣA
-        let by_area = || -> Vec<f64> { pressure.iter().map(|p| (p - mean) / whole).collect() };
-        let by_pressure = || -> Vec<f64> { area.iter().map(|a| a / whole).collect() };
+        let none = vec![NodeSlopes::default(); area.len()];
+        let each = |slopes: &dyn Fn(f64, f64) -> (f64, f64)| -> Vec<NodeSlopes> {
+            let of = |(&a, &p): (&f64, &f64)| slopes(a, p);
+            area.iter().zip(&pressure).map(of).map(|(pressure, area)| NodeSlopes { pressure, area, gap: 0.0 }).collect()
+        };
         match self.measure {
             PressureMeasure::Peak { p } => {
                 let (value, slopes) = p_norm(&pressure, p);
-                (value, slopes, none)
+                (value, slopes.into_iter().map(|pressure| NodeSlopes { pressure, ..NodeSlopes::default() }).collect())
             }
-            PressureMeasure::Mean if whole != 0.0 => (mean, by_pressure(), by_area()),
+            // ∂m/∂ζ_j = A_j/ΣA, ∂m/∂A_j = (ζ_j − m)/ΣA
+            PressureMeasure::Mean if whole != 0.0 => (mean, each(&|a, p| (a / whole, (p - mean) / whole))),
             PressureMeasure::Spread if mean != 0.0 => {
                 let moment = |power| area.iter().zip(&pressure).map(|(a, p)| a * (p - mean).powi(power)).sum::<f64>();
                 let variance = moment(2) / whole;
                 let deviation = variance.sqrt();
                 if deviation == 0.0 {
-                    return (0.0, none.clone(), none);
+                    return (0.0, none);
                 }
                 // s = √v/m with ∂v/∂ζ_j = 2 A_j (ζ_j − m)/ΣA, ∂v/∂A_j = ((ζ_j − m)² − v)/ΣA
                 let (by_variance, by_mean) = (0.5 / (deviation * mean), -deviation / (mean * mean));
-                let slopes = area.iter().zip(&pressure).map(|(a, p)| {
+                let slopes = each(&|a, p| {
                     let off = p - mean;
                     let along = by_variance * 2.0 * a * off / whole + by_mean * a / whole;
                     (along, by_variance * (off * off - variance) / whole + by_mean * off / whole)
                 });
-                let (by_pressure, by_area) = slopes.unzip();
-                (deviation / mean, by_pressure, by_area)
+                (deviation / mean, slopes)
             }
-            PressureMeasure::Minimum { k } if mean != 0.0 => {
-                let relative: Vec<f64> = pressure.iter().map(|p| p / mean).collect();
-                let shares = by_pressure();
-                let (least, slopes, by_share) = soft_minimum(&relative, &shares, k);
-                // f = m g(ζ/m, a): ∂f/∂ζ_j = g_j + (g − Σ g_i ζ_i/m) ∂m/∂ζ_j
-                let by_mean = least - slopes.iter().zip(&relative).map(|(g, x)| g * x).sum::<f64>();
-                let of_pressure = slopes.iter().zip(&shares).map(|(g, m)| g + by_mean * m).collect();
-                // ∂a_i/∂A_j = (δ_ij − a_i)/ΣA
-                let whole_share: f64 = by_share.iter().zip(&shares).map(|(by, share)| by * share).sum();
-                let of_area = by_share.iter().zip(by_area());
-                let of_area = of_area.map(|(by, m)| mean * (by - whole_share) / whole + by_mean * m).collect();
-                (mean * least, of_pressure, of_area)
-            }
+            PressureMeasure::Minimum { k } if mean != 0.0 => self.minimum(state, k, mean, whole),
             // no pressure; a mean that is not a number stays so
-            PressureMeasure::Mean | PressureMeasure::Spread | PressureMeasure::Minimum { .. } => {
-                (mean, none.clone(), none)
-            }
+            PressureMeasure::Mean | PressureMeasure::Spread | PressureMeasure::Minimum { .. } => (mean, none),
         }
     }
 }
@@ -145,12 +172,12 @@ impl Quantity for ContactPressure {
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
-        let (_, by_pressure, by_area) = self.evaluate(state);
-        for ((j, at), (p, a)) in self.patch.of(state.contact).zip(by_pressure.iter().zip(by_area)) {
+        for ((j, at), slopes) in self.patch.of(state.contact).zip(self.evaluate(state).1) {
             if at.status != 0 {
-                to.contact[j].multiplier[0] += weight * p;
+                to.contact[j].multiplier[0] += weight * slopes.pressure;
             }
-            to.contact[j].area += weight * a;
+            to.contact[j].area += weight * slopes.area;
+            to.contact[j].gap += weight * slopes.gap;
         }
     }
 }

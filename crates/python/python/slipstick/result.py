@@ -331,20 +331,7 @@ def run(
         raise KeyboardInterrupt(said) from None
     for warning in result._run.warnings:
         warnings.warn(SlipstickWarning(warning), stacklevel=3)
-    _warn_of_violation(result)
     return result
-
-
-def _warn_of_violation(result: Result) -> None:
-    """A design that does not meet its constraints is never returned silently."""
-    violation = result.iterations[result.iteration].violation
-    if violation > 1e-3:
-        warnings.warn(
-            SlipstickWarning(
-                f"the design violates its constraints: the largest relative violation is {violation:.3f}"
-            ),
-            stacklevel=4,
-        )
 
 
 def _has_iterations(directory: FilePath) -> bool:

@@ -15,6 +15,10 @@
 //! At a knife edge, where faces meet at less than 35°, the thickness tends to zero; within one
 //! element of such an edge (two edges of triangles) it is not measured, and neither is a gap.
 //!
+//! A single point of contact between members, or a fold, is no thin member: what counts is the smallest
+//! thickness that no triangle of some connected patch exceeds, whose area is at least half that of an
+//! element's face (half the square of two mean edges of the triangles).
+//!
 //! An extracted surface has slivers and folds far below the size of the elements; measure the regular
 //! surface of [`crate::part::regular_surface`] instead.
 //!
@@ -42,6 +46,9 @@ const KNIFE: f64 = 0.819_152_044_288_991_8;
 
 /// Distance from a knife edge within which nothing is measured, in mean edges.
 const BESIDE: f64 = 2.0;
+
+/// Area of the smallest patch that counts, in mean edges squared.
+const PATCH: f64 = 2.0;
 
 /// Number of times a ball may shrink.
 const SHRINKS: usize = 60;
@@ -77,9 +84,8 @@ pub fn measure(surface: &TriangleSurface, mirrors: &[MirrorPlane]) -> Measures {
     let mut all = Measures::default();
     for body in bodies {
         let own = (0..surface.triangles.len()).filter(|&t| surface.bodies[t] == body);
-        let triangles = mirrored(own.map(|t| surface.corners(t)).collect(), mirrors);
-        let faces = Faces::new(triangles);
-        let least = |side: f64| faces.least(side).map(|(length, at)| Distance { length, at, body });
+        let faces = Faces::new(mirrored(own.map(|t| surface.corners(t)).collect(), mirrors));
+        let least = |side: f64| faces.least_of_a_patch(side).map(|(length, at)| Distance { length, at, body });
         let smaller = |known: Option<Distance>, found: Option<Distance>| match (known, found) {
             (Some(a), Some(b)) => Some(if b.length < a.length { b } else { a }),
             (a, b) => a.or(b),
@@ -90,11 +96,15 @@ pub fn measure(surface: &TriangleSurface, mirrors: &[MirrorPlane]) -> Measures {
     all
 }
 
-/// The triangles and their mirror images, without those on a mirror; the originals come first.
-fn mirrored(mut triangles: Vec<[[f64; 3]; 3]>, mirrors: &[MirrorPlane]) -> Vec<[[f64; 3]; 3]> {
+/// The triangles and their mirror images, without those on a mirror; the originals come first. Also the
+/// number of the originals.
+fn mirrored(mut triangles: Vec<[[f64; 3]; 3]>, mirrors: &[MirrorPlane]) -> (Vec<[[f64; 3]; 3]>, usize) {
+    let mut originals = triangles.len();
     for &(axis, at) in mirrors {
         let size = triangles.iter().flatten().map(|p| (p[axis] - at).abs()).fold(0.0, f64::max);
-        triangles.retain(|corners| corners.iter().any(|p| (p[axis] - at).abs() > 1e-9 * size));
+        let off = |corners: &[[f64; 3]; 3]| corners.iter().any(|p| (p[axis] - at).abs() > 1e-9 * size);
+        originals = triangles[..originals].iter().filter(|corners| off(corners)).count();
+        triangles.retain(off);
         let image = |corners: &[[f64; 3]; 3]| {
             let [a, b, c] = corners.map(|mut p| {
                 p[axis] = 2.0 * at - p[axis];
@@ -105,18 +115,21 @@ fn mirrored(mut triangles: Vec<[[f64; 3]; 3]>, mirrors: &[MirrorPlane]) -> Vec<[
         let images: Vec<_> = triangles.iter().map(image).collect();
         triangles.extend(images);
     }
-    triangles
+    (triangles, originals)
 }
 
-/// The edges at which faces meet at a small angle, inside or outside, and their reach.
-fn knives(simplices: &[Simplex]) -> (ClosestPoint, f64) {
-    let bits = |p: [f64; 3]| p.map(|c| (c + 0.0).to_bits());
+/// A point as bits, by which triangles share corners.
+fn bits(p: [f64; 3]) -> [u64; 3] {
+    p.map(|c| (c + 0.0).to_bits())
+}
+
+/// The edges at which faces meet at a small angle, inside or outside.
+fn knives(simplices: &[Simplex]) -> ClosestPoint {
     let mut edges: BTreeMap<[[u64; 3]; 2], [f64; 3]> = BTreeMap::new();
-    let (mut found, mut total, mut count) = (Vec::new(), 0.0, 0);
+    let mut found = Vec::new();
     for simplex in simplices {
         for k in 0..3 {
             let (a, b) = (simplex.corners[k], simplex.corners[(k + 1) % 3]);
-            (total, count) = (total + norm(subtract(b, a)), count + 1);
             let (p, q) = (bits(a), bits(b));
             match edges.remove(&[p.min(q), p.max(q)]) {
                 Some(other) if dot(other, simplex.normal) < -KNIFE => {
@@ -129,32 +142,107 @@ fn knives(simplices: &[Simplex]) -> (ClosestPoint, f64) {
             }
         }
     }
-    (ClosestPoint::new(found), BESIDE * total / f64::from(count.max(1)))
+    ClosestPoint::new(found)
+}
+
+/// Mean length of the edges of triangles. \[L\]
+fn mean_edge(simplices: &[Simplex]) -> f64 {
+    let edge = |of: &Simplex, k: usize| norm(subtract(of.corners[(k + 1) % 3], of.corners[k]));
+    let total: f64 = simplices.iter().flat_map(|of| (0..3).map(move |k| edge(of, k))).sum();
+    total / (3 * simplices.len()).max(1) as f64
+}
+
+/// A connected set of triangles.
+struct PatchOfFaces {
+    area: f64,
+    /// The thinnest one: whether it is a mirror image, its thickness, and the point halfway.
+    thinnest: (bool, f64, [f64; 3]),
 }
 
 struct Faces {
     simplices: Vec<Simplex>,
     tree: ClosestPoint,
-    /// Knife edges, and how far from them to measure. \[L\]
-    knives: (ClosestPoint, f64),
+    /// Number of the simplices that are no mirror images; these come first.
+    originals: usize,
+    knives: ClosestPoint,
+    mean_edge: f64,
     /// Diameter of the largest ball to start from. \[L\]
     largest: f64,
 }
 
 impl Faces {
-    fn new(triangles: Vec<[[f64; 3]; 3]>) -> Self {
+    fn new((triangles, originals): (Vec<[[f64; 3]; 3]>, usize)) -> Self {
         let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for p in triangles.iter().flatten() {
             (0..3).for_each(|c| (min[c], max[c]) = (min[c].min(p[c]), max[c].max(p[c])));
         }
-        let whole = triangles.into_iter().filter(|corners| norm(area(*corners)) > 0.0);
-        let simplices: Vec<Simplex> = whole.map(|corners| Simplex { corners, normal: unit_normal(corners) }).collect();
+        let whole = |corners: &[[f64; 3]; 3]| norm(area(*corners)) > 0.0;
+        let originals = triangles[..originals].iter().filter(|corners| whole(corners)).count();
+        let simplex = |corners| Simplex { corners, normal: unit_normal(corners) };
+        let simplices: Vec<Simplex> = triangles.into_iter().filter(whole).map(simplex).collect();
         Self {
             tree: ClosestPoint::new(simplices.clone()),
+            originals,
             knives: knives(&simplices),
+            mean_edge: mean_edge(&simplices),
             simplices,
             largest: 2.0 * norm(subtract(max, min)),
         }
+    }
+
+    /// The smallest distance that a patch has inside (`side` 1) or outside (−1) the body, and a point
+    /// halfway; without a patch that is large enough, the smallest distance of a triangle.
+    fn least_of_a_patch(&self, side: f64) -> Option<(f64, [f64; 3])> {
+        let thinnest = self.least(side)?;
+        let mut limit = 2.0 * thinnest.0;
+        loop {
+            let of = |(number, simplex): (usize, &Simplex)| {
+                self.distance(simplex, side, limit).map(|(length, at)| (length, number, at))
+            };
+            let mut measured: Vec<_> = self.simplices.iter().enumerate().filter_map(of).collect();
+            measured.sort_unstable_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal));
+            if let Some(found) = self.first_patch(&measured) {
+                return Some(found);
+            }
+            if limit >= self.largest {
+                return Some(thinnest);
+            }
+            limit *= 2.0;
+        }
+    }
+
+    /// Joins triangles that share corners, the thinnest first, until a patch is large enough: its
+    /// largest distance, and the point halfway at its thinnest triangle.
+    fn first_patch(&self, measured: &[(f64, usize, [f64; 3])]) -> Option<(f64, [f64; 3])> {
+        let mut patches: BTreeMap<usize, PatchOfFaces> = BTreeMap::new();
+        // the patch of a corner, or the one into which it was merged
+        let mut of_corner: BTreeMap<[u64; 3], usize> = BTreeMap::new();
+        let mut merged: Vec<usize> = (0..measured.len()).collect();
+        for (own, &(length, number, at)) in measured.iter().enumerate() {
+            let corners = self.simplices[number].corners;
+            let mirror = number >= self.originals;
+            let mut patch = PatchOfFaces { area: 0.5 * norm(area(corners)), thinnest: (mirror, length, at) };
+            for corner in corners.map(bits) {
+                let Some(mut other) = of_corner.insert(corner, own) else { continue };
+                while merged[other] != other {
+                    merged[other] = merged[merged[other]];
+                    other = merged[other];
+                }
+                let Some(joined) = patches.remove(&other) else { continue };
+                merged[other] = own;
+                patch.area += joined.area;
+                // a point of the body as given, rather than of its mirror image
+                let first = |a: &(bool, f64, [f64; 3])| (a.0, a.1);
+                if first(&joined.thinnest) < first(&patch.thinnest) {
+                    patch.thinnest = joined.thinnest;
+                }
+            }
+            if patch.area >= PATCH * self.mean_edge.powi(2) {
+                return Some((length, patch.thinnest.2));
+            }
+            patches.insert(own, patch);
+        }
+        None
     }
 
     /// The smallest distance inside (`side` 1) or outside (−1) the body, and the point halfway; only
@@ -162,15 +250,20 @@ impl Faces {
     fn least(&self, side: f64) -> Option<(f64, [f64; 3])> {
         let mut best: Option<(f64, [f64; 3])> = None;
         for simplex in &self.simplices {
-            let centroid = std::array::from_fn(|c| simplex.corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
-            if self.knives.0.of(centroid, ([0.0; 3], 0.0), self.knives.1).is_some() {
-                continue;
-            }
             let limit = best.map_or(self.largest, |(length, _)| length);
-            let found = self.smaller(centroid, simplex.normal.map(|c| side * c), simplex.normal, limit);
-            best = found.or(best);
+            best = self.distance(simplex, side, limit).or(best);
         }
         best
+    }
+
+    /// The distance at the centroid of a triangle, and the point halfway; `None` beside a knife edge, or
+    /// if it is not below a limit.
+    fn distance(&self, simplex: &Simplex, side: f64, limit: f64) -> Option<(f64, [f64; 3])> {
+        let centroid = std::array::from_fn(|c| simplex.corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
+        if self.knives.of(centroid, ([0.0; 3], 0.0), BESIDE * self.mean_edge).is_some() {
+            return None;
+        }
+        self.smaller(centroid, simplex.normal.map(|c| side * c), simplex.normal, limit)
     }
 
     /// Diameter of the largest ball on the side of −`out` that touches the surface at `p`, and the

@@ -311,6 +311,27 @@ fn a_slab_is_as_thick_as_it_is() {
     }
 }
 
+/// A dent that leaves 0.01 of a slab of 0.3, by hand: under one facet, it is less than half the face of an
+/// element (two edges of triangles) and does not count; under four, it does. Its rim is too steep to be
+/// opposite to the other face.
+#[test]
+fn a_sliver_is_no_thin_member() {
+    let shape = BoxShape { min: [0.0; 3], max: [4.0, 0.3, 2.0], elements: [8, 1, 4], grading: [1.0; 3] };
+    for (end, expected) in [(1.0, 0.3), (1.5, 0.01)] {
+        let mut mesh = box_mesh("slab", &shape).expect("a box");
+        let inside = |x: f64, from: f64, end: f64| (from - 1e-9..end + 1e-9).contains(&x);
+        for [x, y, z] in &mut mesh.nodes {
+            if *y == 0.0 && inside(*x, 1.5, end + 1.0) && inside(*z, 0.5, end) {
+                *y = 0.29;
+            }
+        }
+        for mesh in [mesh.clone(), turned(mesh)] {
+            let member = measure(&whole(&mesh), &[]).member.expect("opposite faces");
+            assert!((member.length / expected - 1.0).abs() < 1e-9, "{member:?}, not {expected}");
+        }
+    }
+}
+
 /// Two blocks joined by a web have the gap between them; the web is the thinnest member. A symmetry
 /// plane through the middle of the gap leaves one of the blocks, which sees its mirror image.
 #[test]

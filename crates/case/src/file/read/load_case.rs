@@ -35,7 +35,7 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
                 ("pairs", "slave"),
                 |pair: &PairInCase| &pair.slave,
                 |inner| {
-                    let slave = slave(inner, &Slaves::of(contacts));
+                    let slave = slave(inner, names, &Slaves::of(contacts, names));
                     if contacts.iter().any(|pair| pair.slave == slave && pair.tied) {
                         let message = format!("`{slave}` is tied, and has no friction in any load case");
                         let path = inner.path_of("slave");

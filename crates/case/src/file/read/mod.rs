@@ -64,7 +64,8 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let design = design::design(&root, &names, &bodies);
     let springs_by_name = springs.iter().map(|spring| spring.name.as_str()).collect();
     let bolts_by_name = bolts.iter().map(|bolt| bolt.name.as_str()).collect();
-    let known = Known { names: &names, slaves: Slaves::of(&contacts), springs: springs_by_name, bolts: bolts_by_name };
+    let known =
+        Known { names: &names, slaves: Slaves::of(&contacts, &names), springs: springs_by_name, bolts: bolts_by_name };
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known, load_path.steps);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);

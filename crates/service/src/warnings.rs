@@ -1,8 +1,32 @@
-//! The warnings of a command, which its run keeps.
+//! What a run warns of, and how it keeps this.
 
 use std::path::Path;
 
+use slipstick::design::extreme_of;
+use slipstick::optimize::{FEASIBLE, IterationRecord, MostViolated, Optimization};
 use slipstick::run::{RunDirectory, RunWarning};
+use slipstick::words::quantity;
+
+/// The warning about the constraint that a design violates most, if it violates one.
+pub fn violation(optimization: &Optimization, record: &IterationRecord) -> Option<String> {
+    let MostViolated { name, value, of_extreme, violation } = optimization.most_violated(record)?;
+    let value = quantity(value);
+    // the column of the value, so that it is not mistaken for the smooth one
+    let what = if of_extreme { format!("the extreme `{}`", extreme_of(name)) } else { format!("`{name}`") };
+    Some(if record.violation > FEASIBLE {
+        format!(
+            "the design violates its constraints: the largest relative violation is {violation:.3} ({what} is {value}; \
+             columns of history.csv); more iterations may reduce it, unless constraints contradict each other"
+        )
+    } else {
+        // with `corrected = false`
+        format!(
+            "the smooth measure `{name}` meets its bound, but the extreme for which it stands, {value}, violates it by \
+             {:.2} %; without `corrected = false`, the bound holds for the extreme",
+            100.0 * violation
+        )
+    })
+}
 
 /// Warnings so far, and the run that keeps them.
 ///
