@@ -1,6 +1,6 @@
 //! How runs start, and who watches them.
 
-use std::path::Component;
+use std::path::{Component, Path};
 
 use slipstick::build::Problem;
 use slipstick::run::{NewtonTable, Run, RunError, on_first};
@@ -35,6 +35,20 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
     Ok(on_first(problem.analysis.linear.ranks(), work)?)
 }
 
+/// Refuses the root and the current or parent folder, in which `what` would lie among other files.
+///
+/// # Errors
+/// [`Failure::Input`], with an example.
+pub fn refuse_shared(path: &Path, what: &str, example: &str) -> Outcome {
+    if matches!(path.components().next_back(), Some(Component::Normal(_))) {
+        return Ok(());
+    }
+    Err(Failure::input(
+        format!("{} is no folder of its own: {what} would lie among other files", path.display()),
+        format!("name a folder for the {what}, for instance `{example}`"),
+    ))
+}
+
 /// Starts a run in its own directory; `None` on ranks other than the first.
 ///
 /// # Errors
@@ -42,12 +56,7 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
 pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outcome<Option<Run>> {
     context.parallel.first(|| {
         let path = setup.directory(out, command);
-        if !matches!(path.components().next_back(), Some(Component::Normal(_))) {
-            return Err(Failure::input(
-                format!("{} is no folder of its own: results would lie among other files", path.display()),
-                "name a folder for the results, for instance `--out results`",
-            ));
-        }
+        refuse_shared(&path, "results", "--out results")?;
         // a run that may overwrite files must not remove the design that it starts from
         if setup.replaces_design(&path) {
             return Err(Failure::input(

@@ -97,6 +97,11 @@ impl Names {
         self.sets.push((name.to_owned(), kind, body));
     }
 
+    /// Whether the shape of a body, by its name, cannot be read, which is reported elsewhere.
+    pub(crate) fn is_shapeless(&self, name: &str) -> bool {
+        self.shapeless.iter().any(|&body| self.bodies[body] == name)
+    }
+
     pub(crate) fn find(&self, name: &str) -> Option<(Kind, Option<usize>)> {
         let found = self.sets.iter().find(|(other, _, _)| other == name);
         found.map(|&(_, kind, body)| (kind, body))

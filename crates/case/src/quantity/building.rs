@@ -81,6 +81,19 @@ impl Building<'_> {
         })
     }
 
+    /// Young's modulus of the softer body of a pair; a rigid body is not the softer one. \[F/L²\]
+    pub fn softer_modulus(&self, slave: &str) -> f64 {
+        let pair = self.pairs.iter().find(|[known, _]| *known == slave);
+        let solid = self.model.solid();
+        let rigid = |e: usize| self.mesh.rigid.iter().any(|of| self.mesh.bodies[of.body].elements.contains(&e));
+        let elements = pair.iter().flat_map(|pair| pair.iter()).filter_map(|name| {
+            let facet = self.mesh.surfaces.get(*name)?.facets.first()?;
+            Some(facet.element as usize)
+        });
+        let moduli = elements.filter(|&e| !rigid(e)).map(|e| solid.material(e).youngs_modulus());
+        moduli.reduce(f64::min).unwrap_or(1.0)
+    }
+
     /// The prescribed unknowns of a set: those that belong to its `[[dirichlet]]`, or else all of
     /// its nodes.
     pub fn prescribed(&self, set: &str) -> Vec<u32> {

@@ -56,7 +56,7 @@ impl Kind for ContactPressure {
             PressureWord::Peak => PressureMeasure::Peak { p: sharpness },
             PressureWord::Mean => PressureMeasure::Mean,
             PressureWord::Spread => PressureMeasure::Spread,
-            PressureWord::Minimum => PressureMeasure::Minimum { k: sharpness },
+            PressureWord::Minimum => PressureMeasure::Minimum { k: sharpness, modulus: at.softer_modulus(&self.slave) },
         };
         let patch = at.patch(&self.slave, self.within.as_deref())?;
         let pressure = quantity::ContactPressure::new(name, patch, measure);

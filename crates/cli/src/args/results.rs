@@ -43,6 +43,10 @@ pub struct Export {
     /// VTU file to write, for ParaView
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub vtu: Option<PathBuf>,
+    /// Result file of CalculiX to write, for CGX, PrePoMax and FreeCAD: displacements, stress, reactions and
+    /// contact of the load path
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "iteration"])]
+    pub frd: Option<PathBuf>,
     /// Export the design of an iteration [default: the newest]
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
@@ -72,7 +76,7 @@ pub struct Export {
     pub measure: bool,
     /// Write the case, with the elements of the design above the threshold, as a deck for CalculiX and
     /// Abaqus to this folder (model.inp), with a case that refers to it (case.toml)
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu"])]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "frd"])]
     pub deck: Option<PathBuf>,
     /// Write linear contact with this pressure per penetration instead of hard contact
     #[arg(long, value_name = "STIFFNESS", requires = "deck", value_parser = length, allow_negative_numbers = true)]

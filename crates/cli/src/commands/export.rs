@@ -1,4 +1,5 @@
-//! `slipstick export`: a design as a closed triangle surface, as a part with its own case, or as a deck.
+//! `slipstick export`: a design as a closed triangle surface, as a part with its own case, or as a deck; a
+//! load path as a result file of CalculiX.
 
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,7 @@ use slipstick::words::counted;
 use slipstick_service::run::OpenRun;
 
 pub(super) mod deck;
+mod frd;
 mod measure;
 mod part;
 
@@ -33,6 +35,9 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         return Err(Failure::input(message, "a case file can be written as a deck: --deck DIR"));
     }
     let directory = RunDirectory::open(&args.results)?;
+    if let Some(file) = &args.frd {
+        return frd::run(context, args, directory, file);
+    }
     let files = files(args, &directory)?;
     if let Some(folder) = &args.case {
         part::refuse(folder, args.force)?;

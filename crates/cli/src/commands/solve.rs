@@ -56,7 +56,7 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
     }
     let row = |of: &Comparison| {
         let name = if of.load_case.is_empty() { String::new() } else { format!(" in {}", of.load_case) };
-        let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
+        let deviation = of.deviation_text();
         let beyond = if of.violation().is_some() { ", violated" } else { "" };
         let bounds: Vec<String> = of.bounds.iter().map(|&bound| words::bound(bound)).collect();
         let bounds = if bounds.is_empty() { String::new() } else { bounds.join(", ") + beyond };

@@ -37,6 +37,12 @@ fn designs_that_cannot_be() {
     refused("bodies = [\"slab\"]", all, &["design"]);
     let most = "passive_solid = [{ min = [-1, -1, -1], max = [3.2, 5, 5] }]\nbodies = [\"slab\"]";
     refused("bodies = [\"slab\"]", most, &["passive solid elements already fill 0.75", "infeasible_volume"]);
+    // a body whose mesh cannot be read has no volume that a region could fill
+    let place = Place::with("bodies = [\"slab\"]", most);
+    let shape = "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }";
+    place.write("case.toml", &place.read("case.toml").replace(shape, "mesh = { file = \"missing.msh\" }"));
+    let told = place.bad("check case.toml", 2, &["missing.msh"]).err;
+    assert!(!told.contains("already fill"), "{told}");
 }
 
 /// A file that this build cannot write is refused at its key, with the build that can.

@@ -197,7 +197,15 @@ fn what_is_no_part() {
     let err = place.good("export corner --case sliver --threshold 0.5 --smooth 0").err;
     assert!(err.contains("% of `slab_ymin`, which a support or motion needs, is left"), "{err}");
     place.bad("export case --case case --threshold 0.5 --force", 2, &["case holds a run", "another folder"]);
-    place.bad("export case --case . --threshold 0.5 --force", 2, &["case.toml is not the case of a part"]);
+    for shared in [".", ".."] {
+        let told = [&*format!("{shared} is no folder of its own"), "--case part"];
+        place.bad(&format!("export case --case {shared} --threshold 0.5 --force"), 2, &told);
+        place.bad(&format!("export case --deck {shared} --force"), 2, &["is no folder of its own", "--deck deck"]);
+    }
+    std::fs::create_dir(place.path("other")).expect("a new folder");
+    std::fs::copy(place.path("case.toml"), place.path("other/case.toml")).expect("a copy");
+    place.bad("export case --case other --threshold 0.5 --force", 2, &["case.toml is not the case of a part"]);
+    place.bad("export case --case fine --threshold 0.5 --size 1e-4", 2, &["would have about", "give --size "]);
     assert!(place.read("case/case.toml").contains("[objective]"));
     place.bad("export case --size 1", 2, &["--case"]);
     place.bad("export case --case part --size 0", 2, &["a positive number"]);
@@ -213,4 +221,39 @@ fn what_is_no_part() {
     assert!(told.contains("part slab: solid everywhere, so it keeps its mesh") && !told.contains("gmsh"), "{told}");
     assert!(!place.path("whole/mesh.py").exists());
     place.good("solve whole/case.toml");
+}
+
+/// A load path as a result file of CalculiX: the blocks of the last state against the fields of its VTU file,
+/// whose reader has its own tests. (CGX 2.20 reads such a file without a complaint.)
+#[test]
+fn a_load_path_as_a_result_file() {
+    let place = Place::new();
+    place.good("solve case.toml --out run -q");
+    let told = place.good("export run --frd run.frd").out;
+    assert!(told.contains("run.frd with 4 states"), "{told}");
+    let text = place.read("run.frd");
+    assert_eq!(text.matches("\n -4  DISP        4    1\n").count(), 4);
+    let fields = slipstick::output::read_fields(&place.path("run/path_0004.vtu")).expect("fields");
+    let field = |name: &str| &fields.iter().find(|field| field.name == name).expect("a field").values;
+    let block = |name: &str, components: usize| -> Vec<f64> {
+        let start = text.rfind(&format!("\n -4  {name} ")).expect("a block");
+        let rows = text[start..].lines().skip(2).skip_while(|line| line.starts_with(" -5"));
+        let values = |row: &str| -> Vec<f64> {
+            (0..components).map(|c| row[13 + 12 * c..25 + 12 * c].trim().parse().expect("a number")).collect()
+        };
+        rows.take_while(|line| line.starts_with(" -1")).flat_map(values).collect()
+    };
+    let close = |found: &[f64], expected: &[f64]| {
+        let size = expected.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+        assert_eq!(found.len(), expected.len());
+        assert!(size > 0.0 && found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-5 * size));
+    };
+    close(&block("DISP", 3), field("displacement"));
+    close(&block("FORC", 3), field("reaction"));
+    let contact = block("CONTACT", 2);
+    close(&contact.iter().skip(1).step_by(2).copied().collect::<Vec<_>>(), field("contact_pressure"));
+    place.bad("export run --frd run.frd", 2, &["run.frd already exists", "--force"]);
+    place.bad("export run --frd other.frd --stl a.stl", 2, &["cannot be used with"]);
+    std::fs::create_dir(place.path("empty")).expect("a new folder");
+    place.bad("export empty --frd other.frd", 2, &["empty"]);
 }

@@ -363,17 +363,17 @@ mod tests {
             .iter()
             .map(|(a, p): &(f64, f64)| a * (-20.0 * p / mean).exp())
             .sum();
-        check(&*pressure(PressureMeasure::Minimum { k: 20.0 }), -mean / 20.0 * (least / whole).ln());
-        // the third node opens by 1.5e-3, which counts as the gap over itself and the size of a facet
+        check(&*pressure(PressureMeasure::Minimum { k: 20.0, modulus: 1e3 }), -mean / 20.0 * (least / whole).ln());
+        // the third node opens by 1.5e-3
         let mut opened = CONTACT;
         opened[2] = ContactNode { status: 0, multiplier: [1e-12, 0.0, 0.0], gap: 4.5e-4, ..opened[2] };
         let open_state = StateView { contact: &opened, ..STATE };
         let (mean, size) = (26.25 / 1.05, 0.6f64.sqrt());
-        let least: f64 = [(0.5, 40.0 / mean), (0.25, 25.0 / mean), (0.3, -1.5e-3 / (size + 1.5e-3))]
+        let least: f64 = [(0.5, 40.0 / mean), (0.25, 25.0 / mean), (0.3, -(1.0 + 1e3 * 1.5e-3 / (size * mean)).ln())]
             .iter()
             .map(|(a, x): &(f64, f64)| a * (-20.0 * x).exp())
             .sum();
-        let minimum = pressure(PressureMeasure::Minimum { k: 20.0 });
+        let minimum = pressure(PressureMeasure::Minimum { k: 20.0, modulus: 1e3 });
         let (expected, found) = (-mean / 20.0 * (least / whole).ln(), minimum.value(&open_state));
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{found} for {expected}");
         check_derivatives(&*minimum, &open_state).unwrap();
@@ -389,7 +389,7 @@ mod tests {
             |of: &dyn Quantity| of.extreme().map(|extreme| (extreme.name().to_owned(), extreme.value(&STATE)));
         let value = |of: &dyn Quantity| extreme(of).map(|found| found.1);
         assert_eq!(value(&*pressure(PressureMeasure::Peak { p: 2.0 })), Some(40.0));
-        assert_eq!(value(&*pressure(PressureMeasure::Minimum { k: 20.0 })), Some(10.0));
+        assert_eq!(value(&*pressure(PressureMeasure::Minimum { k: 20.0, modulus: 1e3 })), Some(10.0));
         assert_eq!(value(&*gap(GapMeasure::Minimum { k: 50.0 })), Some(2e-3));
         assert_eq!(value(&*gap(GapMeasure::Mean)).or(value(&*pressure(PressureMeasure::Spread))), None);
         let name = pressure(PressureMeasure::Mean).name().to_owned() + "_extreme";

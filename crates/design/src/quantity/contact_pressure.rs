@@ -21,11 +21,14 @@ pub enum PressureMeasure {
     Spread,
     /// Smooth minimum −(m/k) ln Σ_j a_j exp(−k x_j) with the mean m and a_j = A_j/Σ A_i: between the
     /// smallest m x_j and the mean, and closer to the smallest the larger k is. x_j is ζ_nj/m where
-    /// the surfaces touch; at open nodes, which have no pressure, −g_j/(h + g_j) with the gap g_j =
-    /// g̃_j/A_j and the size h of a facet, so that a bound or an objective also closes gaps.
+    /// the surfaces touch; at open nodes, which have no pressure, −ln(1 + E g_j/(h m)) with the gap g_j =
+    /// g̃_j/A_j and the size h of a facet: near contact, m x_j is then minus the pressure that would
+    /// close the gap. So a bound or an objective also closes gaps.
     Minimum {
         /// k > 0.
         k: f64,
+        /// Young's modulus E of the softer body, > 0. \[F/L²\]
+        modulus: f64,
     },
 }
 
@@ -51,11 +54,15 @@ impl ContactPressure {
     /// A measure of the pressure on a patch.
     ///
     /// # Errors
-    /// If p is not a finite number ≥ 1, or k not a finite number > 0.
+    /// If p is not a finite number ≥ 1, or k or E not a finite number > 0.
     pub fn new(name: impl Into<String>, patch: Patch, measure: PressureMeasure) -> Result<Self, QuantityError> {
         match measure {
             PressureMeasure::Peak { p } if !(p.is_finite() && p >= 1.0) => Err(QuantityError::Exponent { value: p }),
-            PressureMeasure::Minimum { k } if !(k.is_finite() && k > 0.0) => Err(QuantityError::Exponent { value: k }),
+            PressureMeasure::Minimum { k: value, .. } | PressureMeasure::Minimum { modulus: value, .. }
+                if !(value.is_finite() && value > 0.0) =>
+            {
+                Err(QuantityError::Exponent { value })
+            }
             _ => Ok(Self { name: name.into(), patch, measure }),
         }
     }
@@ -73,28 +80,34 @@ impl ContactPressure {
     }
 
     /// Smooth minimum, and its derivatives.
-    fn minimum(&self, state: &StateView, k: f64, mean: f64, whole: f64) -> (f64, Vec<NodeSlopes>) {
+    fn minimum(
+        &self,
+        state: &StateView,
+        (k, modulus): (f64, f64),
+        (mean, whole): (f64, f64),
+    ) -> (f64, Vec<NodeSlopes>) {
         let nodes = || self.patch.of(state.contact).map(|(_, at)| at);
         let (count, area) = nodes().fold((0.0, 0.0), |(n, sum), at| (n + 1.0, sum + at.reference_area));
-        let size = (area / f64::max(count, 1.0)).sqrt();
-        // x_j and ∂x_j/∂(gap) of open nodes
-        let open = |at: &ContactNode| (at.status == 0 && at.area != 0.0).then(|| (at.gap / at.area).max(0.0));
-        let relative: Vec<f64> =
-            nodes().map(|at| open(at).map_or(at.pressure() / mean, |gap| -gap / (size + gap))).collect();
+        let stiffness = modulus / (area / f64::max(count, 1.0)).sqrt();
+        // s_j = E g_j/(h m) of open nodes, of which x_j = −ln(1 + s_j)
+        let open = |at: &ContactNode| {
+            (at.status == 0 && at.area != 0.0).then(|| stiffness * (at.gap / at.area).max(0.0) / mean)
+        };
+        let relative: Vec<f64> = nodes().map(|at| open(at).map_or(at.pressure() / mean, |s| -s.ln_1p())).collect();
         let shares: Vec<f64> = nodes().map(|at| at.area / whole).collect();
         let (least, by_x, by_share) = soft_minimum(&relative, &shares, k);
-        // f = m g(x, a): ∂f/∂ζ_j = g_j + (g − Σ g_i ζ_i/m) ∂m/∂ζ_j
-        let touching = || nodes().zip(by_x.iter().zip(&relative)).filter(|(at, _)| at.status != 0);
-        let by_mean = least - touching().map(|(_, (g, x))| g * x).sum::<f64>();
+        // f = m g(x, a): ∂f/∂ζ_j = g_j + (g + m Σ g_i ∂x_i/∂m) ∂m/∂ζ_j
+        let along = |(at, x): (&ContactNode, &f64)| open(at).map_or(-x, |s| s / (1.0 + s));
+        let by_mean = least + nodes().zip(&relative).map(along).zip(&by_x).map(|(x, g)| g * x).sum::<f64>();
         // ∂a_i/∂A_j = (δ_ij − a_i)/ΣA
         let whole_share: f64 = by_share.iter().zip(&shares).map(|(by, share)| by * share).sum();
         let of = |(j, at): (usize, &ContactNode)| {
             // ∂m/∂ζ_j = a_j, ∂m/∂A_j = (ζ_j − m)/ΣA
             let by_area = mean * (by_share[j] - whole_share) / whole + by_mean * (at.pressure() - mean) / whole;
-            match open(at).filter(|gap| *gap > 0.0) {
-                Some(gap) => {
-                    let by_gap = -mean * by_x[j] * size / (size + gap).powi(2) / at.area;
-                    NodeSlopes { pressure: 0.0, area: by_area - by_gap * gap, gap: by_gap }
+            match open(at).filter(|s| *s > 0.0) {
+                Some(s) => {
+                    let by_gap = -by_x[j] * stiffness / (1.0 + s) / at.area;
+                    NodeSlopes { pressure: 0.0, area: by_area - by_gap * at.gap / at.area, gap: by_gap }
                 }
                 None => NodeSlopes { pressure: by_x[j] + by_mean * shares[j], area: by_area, gap: 0.0 },
             }
@@ -138,7 +151,7 @@ impl ContactPressure {
                 });
                 (deviation / mean, slopes)
             }
-            PressureMeasure::Minimum { k } if mean != 0.0 => self.minimum(state, k, mean, whole),
+            PressureMeasure::Minimum { k, modulus } if mean != 0.0 => self.minimum(state, (k, modulus), (mean, whole)),
             // no pressure; a mean that is not a number stays so
             PressureMeasure::Mean | PressureMeasure::Spread | PressureMeasure::Minimum { .. } => (mean, none),
         }

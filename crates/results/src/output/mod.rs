@@ -1,5 +1,5 @@
-//! Result files: VTU meshes with fields, PVD collections of them over time, CSV tables; with the
-//! feature `vtkhdf` also whole load paths as one VTKHDF file (`VtkHdf`).
+//! Result files: VTU meshes with fields, PVD collections of them over time, CSV tables, result files of
+//! CalculiX ([`Frd`]); with the feature `vtkhdf` also whole load paths as one VTKHDF file (`VtkHdf`).
 //!
 //! Files appear complete or not at all: data are written to a temporary file next to the target,
 //! which is then renamed. CSV tables are instead written row by row, each row at once.
@@ -29,6 +29,7 @@ mod atomic;
 mod csv;
 mod error;
 pub mod fields;
+mod frd;
 #[cfg(feature = "vtkhdf")]
 mod hdf5;
 mod pvd;
@@ -42,6 +43,7 @@ pub(crate) use atomic::whole_name;
 pub use atomic::write_atomically;
 pub use csv::{Cell, Csv};
 pub use error::OutputError;
+pub use frd::Frd;
 pub use pvd::Pvd;
 pub use read::{StoredField, read_fields};
 #[cfg(feature = "vtkhdf")]

@@ -198,6 +198,27 @@ impl RunDirectory {
         Ok(all)
     }
 
+    /// Pseudo-times of the states of the load path by file name, as `path.pvd` lists them: of the load cases
+    /// one after the other ([`LoadTime::of_axis`](slipstick_path::LoadTime::of_axis)). Empty without this
+    /// file.
+    ///
+    /// # Errors
+    /// [`RunError::Read`].
+    pub fn path_times(&self) -> Result<Vec<(String, f64)>, RunError> {
+        let path = self.file("path.pvd");
+        if !path.is_file() {
+            return Ok(Vec::new());
+        }
+        let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+        let value = |tag: &str, name: &str| -> Option<String> {
+            let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
+            tag[start..].split('"').next().map(str::to_owned)
+        };
+        let file = |tag: &str| value(tag, "file").map(|shown| Self::whole_of(&shown));
+        let entry = |tag: &str| Some((file(tag)?, value(tag, "timestep")?.parse().ok()?));
+        Ok(text.split("<DataSet").skip(1).filter_map(entry).collect())
+    }
+
     /// Removes the numbered files of a kind, and their pieces, with a larger number than `last`.
     pub(super) fn remove_after(&self, stem: &str, last: usize) -> io::Result<()> {
         for entry in fs::read_dir(&self.path)? {

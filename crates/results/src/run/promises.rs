@@ -45,6 +45,12 @@ impl Comparison {
         (own > ROUND_OFF * self.found.abs() && deviation.is_finite()).then_some(deviation)
     }
 
+    /// The deviation in words; empty if there is none.
+    pub fn deviation_text(&self) -> String {
+        let of = if self.promised.abs() < SMALL * self.scale { " of the largest" } else { "" };
+        self.deviation().map_or(String::new(), |value| format!("{:+.1} %{of}", 100.0 * value))
+    }
+
     /// The kind of a quantity of which all cases have several: forces, pressures or energies.
     fn kind(&self) -> Option<&'static str> {
         match self.quantity.as_str() {
@@ -224,6 +230,16 @@ mod tests {
         };
         assert_eq!(of("reaction_low_y", -100.0, -105.0, 100.0).map(|d| (1e9 * d).round()), Some(5e7));
         assert_eq!(of("reaction_low_x", 1e-15, -0.5, 100.0).map(|d| (1e9 * d).round()), Some(-5e6));
+        let small = Comparison {
+            quantity: "reaction_low_x".into(),
+            load_case: String::new(),
+            promised: 0.02,
+            found: 0.001,
+            scale: 100.0,
+            bounds: Vec::new(),
+        };
+        assert_eq!(small.deviation_text(), "-0.0 % of the largest");
+        assert_eq!(Comparison { scale: 1.0, ..small }.deviation_text(), "-95.0 %");
         assert_eq!(of("lift", 1e-15, -4.95e-3, 0.0), None);
         assert_eq!(of("lift", 0.0, 1.0, 0.0), None);
         assert_eq!(of("lift", 2.0, 1.0, 0.0), Some(-0.5));

@@ -54,7 +54,7 @@ pub fn every_quantity(problem: &Problem) -> Vec<Arc<dyn Quantity>> {
         pressure("peak pressure", PressureMeasure::Peak { p: 8.0 }),
         pressure("mean pressure", PressureMeasure::Mean),
         pressure("spread of pressure", PressureMeasure::Spread),
-        pressure("least pressure", PressureMeasure::Minimum { k: 5.0 }),
+        pressure("least pressure", PressureMeasure::Minimum { k: 5.0, modulus: 100.0 }),
         Arc::new(ContactShare::new("share in contact", whole())),
         gap("mean gap", GapMeasure::Mean),
         gap("least gap", GapMeasure::Minimum { k: 20.0 }),

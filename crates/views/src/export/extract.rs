@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::lattice::{Lattice, Tetrahedron};
 use super::surface::TriangleSurface;
+use super::thin::above;
 
 /// Smallest distance between a point of the surface and a vertex of the lattice, as a fraction of
 /// the edge: between vertices of hexahedra or wedges, so that points stay distinct, and between those
@@ -23,7 +24,7 @@ pub(super) fn extract(lattice: &Lattice, threshold: f64, nearest: [f64; 2]) -> T
         lattice,
         threshold,
         nearest,
-        above: lattice.values.iter().map(|&value| value > threshold).collect(),
+        above: above(lattice, threshold),
         points: HashMap::new(),
         surface: TriangleSurface::default(),
     };
@@ -68,9 +69,11 @@ impl Extraction<'_> {
             let along = if a == b {
                 0.0
             } else {
-                let (from, to) = (lattice.values[at], lattice.values[to]);
+                // vertices of thin walls and gaps count as above or below although their values are not
+                let (from, to) = (lattice.values[at].max(*threshold), lattice.values[to].min(*threshold));
                 let nearest = nearest[usize::from(lattice.tetrahedral[a as usize] && lattice.tetrahedral[b as usize])];
-                ((from - *threshold) / (from - to)).clamp(nearest, 1.0 - nearest)
+                let along = if from > to { (from - *threshold) / (from - to) } else { 0.5 };
+                along.clamp(nearest, 1.0 - nearest)
             };
             let (p, q) = (lattice.points[at], lattice.points[to]);
             // The vertex itself, bit for bit.

@@ -1,8 +1,10 @@
 //! Divides bodies into tetrahedra with a density at each corner.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use slipstick_mesh::{Element, FacetNodes, Mesh};
+
+use super::thin::above;
 
 /// Vertices (nodes, centres of faces, centres of elements) with densities, and the elements between
 /// them.
@@ -13,6 +15,18 @@ pub(super) struct Lattice {
     /// Whether all elements at a vertex are tetrahedra.
     pub tetrahedral: Vec<bool>,
     pub cells: Vec<Cell>,
+    /// The edges of hexahedra and wedges.
+    pub edges: Vec<LatticeEdge>,
+}
+
+/// An edge of elements.
+#[derive(Debug)]
+pub(super) struct LatticeEdge {
+    pub ends: [u32; 2],
+    /// The smallest and the largest density of the elements around it.
+    pub least: f64,
+    /// See `least`.
+    pub most: f64,
 }
 
 /// An element of the lattice.
@@ -49,6 +63,9 @@ pub(super) struct Tetrahedron {
 /// the same volume whose middle is taken.
 const SAME: f64 = 1e-4;
 const WIDE: f64 = 0.1;
+
+/// Distance from the threshold of a value that counts as above or below.
+const BESIDE: f64 = 1e-9;
 
 /// Labels of outer faces by their sorted nodes; faces that are not listed have the label 0.
 pub type FaceLabels = HashMap<FacetNodes, u32>;
@@ -111,10 +128,13 @@ impl Lattice {
     pub fn new(mesh: &Mesh, bodies: &[usize], density: &[f64], labels: &FaceLabels) -> Self {
         let count = mesh.nodes.len();
         let (values, tetrahedral) = (vec![0.0; count], vec![true; count]);
-        let mut lattice = Self { points: mesh.nodes.clone(), values, tetrahedral, cells: Vec::new() };
+        let mut lattice =
+            Self { points: mesh.nodes.clone(), values, tetrahedral, cells: Vec::new(), edges: Vec::new() };
         let mut weights = vec![0.0; mesh.nodes.len()];
         // Centres of quadratic tetrahedra, which get the mean of their nodes.
         let mut between: Vec<(u32, usize)> = Vec::new();
+        // by their ends, in a fixed order
+        let mut edges: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
         for &body in bodies {
             let divided: HashMap<FacetNodes, [FacetNodes; 2]> =
                 mesh.divided_quadrilaterals(body).into_iter().map(|[whole, a, b]| (whole.sorted(), [a, b])).collect();
@@ -139,6 +159,12 @@ impl Lattice {
                 let mut cell = Cell { body: body as u32, faces: Vec::with_capacity(element.sides()), centre };
                 let whole = (0..element.sides()).map(|side| element.side(side));
                 for nodes in whole.flat_map(|side| parts(side, &divided)) {
+                    let sides = if tetrahedron { 0 } else { nodes.len() };
+                    for k in 0..sides {
+                        let (a, b) = (nodes[k], nodes[(k + 1) % sides]);
+                        let around = edges.entry([a.min(b), a.max(b)]).or_insert((value, value));
+                        *around = (around.0.min(value), around.1.max(value));
+                    }
                     let key = nodes.sorted();
                     let (centre, outer) = match known.remove(&key) {
                         Some((vertex, other, place)) => {
@@ -165,6 +191,10 @@ impl Lattice {
         for (value, weight) in lattice.values.iter_mut().zip(weights).filter(|(_, weight)| *weight > 0.0) {
             *value /= weight;
         }
+        let edge = |(ends, (least, most))| LatticeEdge { ends, least, most };
+        let undivided = |edge: &LatticeEdge| edge.ends.iter().all(|&n| lattice.tetrahedral[n as usize]);
+        let edges = edges.into_iter().map(edge).filter(|edge| !undivided(edge));
+        lattice.edges = edges.collect();
         for (centre, number) in between {
             let nodes = mesh.elements[number].nodes();
             let sum: f64 = nodes.iter().map(|&n| lattice.values[n as usize]).sum();
@@ -213,15 +243,25 @@ impl Lattice {
     /// Volume of the part where the density, linear in each tetrahedron, exceeds a
     /// threshold. \[L³\]
     fn volume_above(&self, threshold: f64) -> f64 {
+        // beside thin walls and gaps, the surface is next to the nodes
+        let counts = |(&value, above): (&f64, bool)| match above {
+            true => f64::max(value, threshold + BESIDE),
+            false => f64::min(value, threshold - BESIDE),
+        };
+        let counted: Vec<f64> = self.values.iter().zip(above(self, threshold)).map(counts).collect();
         let of_cell = |cell: &Cell| -> f64 {
-            let values = cell.vertices().map(|v| self.values[v as usize]);
+            let values = cell.vertices().map(|v| counted[v as usize]);
             let (least, most) = values.fold((1.0f64, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
             if most <= threshold {
                 return 0.0;
             }
             let part = |t: Tetrahedron| {
                 let whole = self.volume(t.vertices);
-                if least > threshold { whole } else { whole * self.fraction_above(t.vertices, threshold) }
+                if least > threshold {
+                    whole
+                } else {
+                    whole * fraction_above(t.vertices.map(|v| counted[v as usize]), threshold)
+                }
             };
             cell.tetrahedra().map(part).sum()
         };
@@ -235,30 +275,28 @@ impl Lattice {
         let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
         (a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]) / 6.0
     }
+}
 
-    /// The fraction of a tetrahedron that is above a threshold. If one corner is cut off, it is the
-    /// product of the fractions of its three edges; if two corners are above, it is one minus the
-    /// volumes of two cuts through the edges.
-    fn fraction_above(&self, vertices: [u32; 4], threshold: f64) -> f64 {
-        let mut v = vertices.map(|v| self.values[v as usize]);
-        v.sort_unstable_by(f64::total_cmp);
-        let above = v.iter().filter(|&&value| value > threshold).count();
-        let corner =
-            |at: f64, others: [f64; 3]| -> f64 { others.map(|o| (threshold - at) / (o - at)).iter().product() };
-        match above {
-            0 => 0.0,
-            1 => corner(v[3], [v[0], v[1], v[2]]),
-            // The wedge between the edges that are cut, from the corner v₃: Σ of two tetrahedra and
-            // a prism part.
-            2 => {
-                let along = |from: f64, to: f64| (threshold - from) / (to - from);
-                let (a, b) = (along(v[3], v[0]), along(v[3], v[1]));
-                let (c, d) = (along(v[2], v[0]), along(v[2], v[1]));
-                a * b + a * d * (1.0 - b) + c * d * (1.0 - a)
-            }
-            3 => 1.0 - corner(v[0], [v[1], v[2], v[3]]),
-            _ => 1.0,
+/// The fraction of a tetrahedron with these values at its corners that is above a threshold. If one corner
+/// is cut off, it is the product of the fractions of its three edges; if two corners are above, it is one
+/// minus the volumes of two cuts through the edges.
+fn fraction_above(mut v: [f64; 4], threshold: f64) -> f64 {
+    v.sort_unstable_by(f64::total_cmp);
+    let above = v.iter().filter(|&&value| value > threshold).count();
+    let corner = |at: f64, others: [f64; 3]| -> f64 { others.map(|o| (threshold - at) / (o - at)).iter().product() };
+    match above {
+        0 => 0.0,
+        1 => corner(v[3], [v[0], v[1], v[2]]),
+        // The wedge between the edges that are cut, from the corner v₃: Σ of two tetrahedra and
+        // a prism part.
+        2 => {
+            let along = |from: f64, to: f64| (threshold - from) / (to - from);
+            let (a, b) = (along(v[3], v[0]), along(v[3], v[1]));
+            let (c, d) = (along(v[2], v[0]), along(v[2], v[1]));
+            a * b + a * d * (1.0 - b) + c * d * (1.0 - a)
         }
+        3 => 1.0 - corner(v[0], [v[1], v[2], v[3]]),
+        _ => 1.0,
     }
 }
 

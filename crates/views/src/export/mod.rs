@@ -18,6 +18,9 @@
 //! surface: every edge belongs to exactly two triangles, which traverse it in opposite directions.
 //! This holds for any densities; smoothing moves points and keeps the triangles.
 //!
+//! **Why thin walls have no holes.** Means at both sides of a wall that is one element thick may be below
+//! the threshold; nodes there count as solid if all elements between them are (`thin`).
+//!
 //! **Why it does not cross itself.** The extracted triangles lie in different tetrahedra, so they only
 //! meet at common edges and corners. Smoothing moves the points of triangles that would cross others
 //! back; exact predicates decide. Pieces and cavities smaller than a twentieth of an element are left
@@ -45,6 +48,7 @@ mod smooth;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod thin;
 mod threemf;
 mod walls;
 

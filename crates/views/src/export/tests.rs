@@ -311,6 +311,36 @@ fn a_slab_is_as_thick_as_it_is() {
     }
 }
 
+/// A wall of one element between void, and a gap of one element between solid, with thresholds at which the
+/// nodes beside them are on the wrong side: the Euler characteristic V − E + F of a closed surface is 2, and
+/// each hole or pin takes 2 from it. The volume is right to the points that are kept off the nodes.
+#[test]
+fn thin_walls_and_gaps_stay_whole() {
+    let shape = BoxShape { min: [0.0; 3], max: [9.0, 6.0, 5.0], elements: [9, 6, 5], grading: [1.0; 3] };
+    let mesh = box_mesh("b", &shape).expect("a box");
+    let of = |solid: &dyn Fn([f64; 3]) -> bool, threshold: f64| {
+        let density: Vec<f64> =
+            (0..mesh.elements.len()).map(|e| f64::from(u8::from(solid(mesh.centroid(e))))).collect();
+        let options = ExportOptions { threshold: Some(threshold), smoothing: 0, ..ExportOptions::default() };
+        let surface = design_surface(&mesh, &density, &options).expect("a surface").surface;
+        let (points, triangles) = (surface.points.len() as i64, surface.triangles.len() as i64);
+        (points - triangles / 2, surface.volume())
+    };
+    // a floor with a wall across it, and a block with a slot across it
+    let wall = |[x, y, _]: [f64; 3]| y < 1.0 || (4.0..5.0).contains(&x);
+    let slot = |[x, y, _]: [f64; 3]| y < 1.0 || !(4.0..5.0).contains(&x);
+    for threshold in [0.45, 0.55, 0.7] {
+        let (euler, volume) = of(&wall, threshold);
+        assert_eq!(euler, 2, "wall at {threshold}");
+        assert!((volume / 70.0 - 1.0).abs() < 0.2, "wall at {threshold}: {volume}");
+    }
+    for threshold in [0.55, 0.45, 0.3] {
+        let (euler, volume) = of(&slot, threshold);
+        assert_eq!(euler, 2, "slot at {threshold}");
+        assert!((volume / 245.0 - 1.0).abs() < 0.2, "slot at {threshold}: {volume}");
+    }
+}
+
 /// A dent that leaves 0.01 of a slab of 0.3, by hand: under one facet, it is less than half the face of an
 /// element (two edges of triangles) and does not count; under four, it does. Its rim is too steep to be
 /// opposite to the other face.

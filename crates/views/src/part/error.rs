@@ -10,6 +10,16 @@ pub enum PartError {
     /// The case has no design.
     #[error("the case has no section [design], so no body is a part")]
     NoDesign,
+    /// The size of edges is too small.
+    #[error("the surface of body `{body}` would have about {triangles:.0e} triangles")]
+    TooFine {
+        /// The body.
+        body: String,
+        /// Triangles of its surface.
+        triangles: f64,
+        /// The smallest size that is accepted. \[L\]
+        least: f64,
+    },
     /// A body has no material.
     #[error("no material of body `{body}` is above the threshold")]
     Empty {
@@ -69,6 +79,7 @@ impl PartError {
         match self {
             Self::NoDesign => "export the run of a case with a design".into(),
             Self::Empty { .. } => "give a lower --threshold".into(),
+            Self::TooFine { least, .. } => format!("give --size {least:.2e} or more, or omit it"),
             Self::NoMaterial { .. } => {
                 "keep the material there with `passive_solid` and run the optimization again, or give a lower --threshold"
                     .into()

@@ -37,6 +37,7 @@ use slipstick_case::file::{Case, SpringEnd};
 use slipstick_mesh::{Mesh, SmoothSurface};
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
+use crate::vector::{area, norm};
 use curved::Curved;
 use lengths::Lengths;
 use patches::{NamedFaces, Patch, patches};
@@ -179,6 +180,9 @@ pub fn part(
     let (mut bodies, mut whole) = (Vec::new(), Vec::new());
     for body in designed {
         let own = export.surface.restricted(|t| export.surface.bodies[t] as usize == body);
+        if let Some(size) = size {
+            refuse_too_fine(&own, &mesh.bodies[body].name, size)?;
+        }
         if size.is_none() && !own.triangles.is_empty() && own.outer.iter().all(|&outer| outer) {
             whole.push(mesh.bodies[body].name.clone());
         } else {
@@ -199,6 +203,21 @@ pub fn part(
         per_node: carried.per_node,
         export,
     })
+}
+
+/// Most triangles of a surface that is remeshed with a given size.
+const MOST_TRIANGLES: f64 = 2e6;
+
+/// Refuses a size of edges for which a surface would need too many triangles.
+fn refuse_too_fine(surface: &TriangleSurface, body: &str, size: f64) -> Result<(), PartError> {
+    let area: f64 = (0..surface.triangles.len()).map(|t| 0.5 * norm(area(surface.corners(t)))).sum();
+    // equilateral triangles
+    let of = |size: f64| area / (0.25 * 3f64.sqrt() * size * size);
+    if of(size) <= MOST_TRIANGLES {
+        return Ok(());
+    }
+    let least = size * (of(size) / MOST_TRIANGLES).sqrt();
+    Err(PartError::TooFine { body: body.to_owned(), triangles: of(size), least })
 }
 
 fn part_body(
@@ -329,7 +348,7 @@ fn named_faces(
 ) -> Vec<NamedFace> {
     let mut areas = vec![0.0; list.len()];
     for (t, &patch) in surface.patch.iter().enumerate() {
-        areas[patch as usize] += 0.5 * crate::vector::norm(crate::vector::area(surface.corners(t)));
+        areas[patch as usize] += 0.5 * norm(area(surface.corners(t)));
     }
     let mut found: Vec<NamedFace> = Vec::new();
     for (name, &whole) in &faces.areas {

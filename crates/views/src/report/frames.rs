@@ -92,7 +92,7 @@ pub(super) fn read(
     let steps = thinned(&steps, budget / 2 / step_bytes, "load steps", "path.pvd", notes);
     let mut frames = Frames::default();
     let mut of_path: Option<Vec<f64>> = None;
-    let (times, mut earlier) = (times(run)?, 0);
+    let (times, mut earlier) = (run.path_times()?, 0);
     for number in steps {
         let name = RunDirectory::numbered("path", number);
         let stored = Stored::read(run, &name)?;
@@ -204,20 +204,4 @@ fn step(
         stress: of_elements("von_mises_stress"),
         plastic: of_elements("plastic_strain"),
     })
-}
-
-/// Times by file name from `path.pvd`; empty if there is no such file.
-fn times(run: &RunDirectory) -> Result<Vec<(String, f64)>, RunError> {
-    let path = run.file("path.pvd");
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
-    let value = |tag: &str, name: &str| -> Option<String> {
-        let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
-        tag[start..].split('"').next().map(str::to_owned)
-    };
-    let file = |tag: &str| value(tag, "file").map(|shown| RunDirectory::whole_of(&shown));
-    let entry = |tag: &str| Some((file(tag)?, value(tag, "timestep")?.parse().ok()?));
-    Ok(text.split("<DataSet").skip(1).filter_map(entry).collect())
 }

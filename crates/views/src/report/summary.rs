@@ -146,7 +146,7 @@ fn promised(run: &RunDirectory, case: &Case) -> Result<Option<Table>, RunError> 
     let row = |of: &Comparison| {
         let mut row: Vec<Value> = vec![of.quantity.as_str().into()];
         row.extend(cases.then(|| of.load_case.as_str().into()));
-        let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
+        let deviation = of.deviation_text();
         row.extend([quantity(of.promised).into(), quantity(of.found).into(), deviation.into()]);
         row.extend(bounded.then(|| verdicts(of).into()));
         row

@@ -76,7 +76,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
             "1e-3 is usual; use 0 only for a design without void elements",
         );
     }
-    check_passive(table.reader, &design, bodies);
+    check_passive(table.reader, &design, names, bodies);
     check_memory(&table, &design, bodies);
     table.finish();
     Some(design)
@@ -221,8 +221,9 @@ fn energy_interpolation(table: Table<'_>) -> EnergyInterpolation {
 /// Checks the volumes of passive elements if the case file alone determines them, that is, if all
 /// design bodies are uniform, unrotated boxes, and regions do not refer to the mesh. Otherwise they
 /// are checked once the mesh exists.
-fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
-    if design.passive_solid.is_empty() {
+fn check_passive(reader: &Reader, design: &Design, names: &Names, bodies: &[Body]) {
+    // a shape that cannot be read has a stand-in
+    if design.passive_solid.is_empty() || design.bodies.iter().any(|body| names.is_shapeless(body)) {
         return;
     }
     let depends_on_mesh = |region: &Region| region.contains([0.0; 3]).is_none();

@@ -28,6 +28,12 @@ pub(super) fn output(root: &Table<'_>) -> Output {
             .check(CaseCode::Empty, |path| !path.is_empty(), "is empty", "omit the key")
             .check(
                 CaseCode::OutOfRange,
+                |path| !path.contains(char::is_control),
+                "contains control characters",
+                "name a folder for the results, for instance \"results\"",
+            )
+            .check(
+                CaseCode::OutOfRange,
                 |path| matches!(Path::new(path).components().next_back(), None | Some(Component::Normal(_))),
                 "is no folder of its own: results would lie among other files",
                 "name a folder for the results, for instance \"results\"",

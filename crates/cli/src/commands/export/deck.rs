@@ -17,6 +17,7 @@ use slipstick_service::run::OpenRun;
 
 use crate::args::Export;
 use crate::context::Context;
+use crate::runs::refuse_shared;
 use crate::summary::digits;
 
 /// The file that lists the decks of a folder.
@@ -76,6 +77,7 @@ fn reduced(context: &Context, args: &Export, run: &RunDirectory, case: &Case, me
 
 /// Refuses a folder with another run, case or deck.
 fn refuse(folder: &Path, force: bool) -> Outcome {
+    refuse_shared(folder, "files of the deck", "--deck deck")?;
     let taken = ["case.toml", "model.inp", RECORD].into_iter().find(|name| folder.join(name).exists());
     let Some(name) = taken else { return Ok(()) };
     if RunDirectory::open(folder).is_ok() || !folder.join(RECORD).exists() {

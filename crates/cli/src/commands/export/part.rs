@@ -15,6 +15,7 @@ use slipstick::words::counted;
 
 use crate::args::Export;
 use crate::context::Context;
+use crate::runs::refuse_shared;
 use crate::summary::digits;
 use crate::table::lines;
 use slipstick_service::failure::{Failure, Outcome};
@@ -25,6 +26,7 @@ const RECORD: &str = "part.json";
 /// Refuses the folder of a run, and a folder that has a case, unless it is the case of a part and may
 /// be replaced.
 pub(super) fn refuse(folder: &Path, force: bool) -> Outcome {
+    refuse_shared(folder, "files of the part", "--case part")?;
     let case = folder.join("case.toml");
     let refused = |message: String, cure| Err(Failure::input(message, cure));
     if RunDirectory::open(folder).is_ok() {
