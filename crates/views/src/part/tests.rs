@@ -72,7 +72,7 @@ fn named_faces_keep_their_areas() {
         let face = body.faces.iter().find(|face| face.name == name).expect("the face");
         assert!((face.share - 1.0).abs() < 1e-12, "{face:?}");
         let own = (0..body.surface.triangles.len()).filter(|&t| face.patches.contains(&(body.surface.patch[t] + 1)));
-        own.map(|t| 0.5 * crate::vector::norm(crate::vector::area(body.surface.corners(t)))).sum::<f64>()
+        own.map(|t| 0.5 * norm(area(body.surface.corners(t)))).sum::<f64>()
     };
     for (name, expected) in [("pad", 4.0), ("feet", 2.0), ("slab_ymin", 8.0), ("slab_ymax", 8.0), ("slab_xmin", 2.0)] {
         assert!((area_of(name) / expected - 1.0).abs() < 1e-12, "{name}: {}", area_of(name));
