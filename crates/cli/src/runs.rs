@@ -40,7 +40,8 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
 /// # Errors
 /// [`Failure::Input`], with an example.
 pub fn refuse_shared(path: &Path, what: &str, example: &str) -> Outcome {
-    if matches!(path.components().next_back(), Some(Component::Normal(_))) {
+    let current = || Some(path.canonicalize().ok()? == std::env::current_dir().ok()?.canonicalize().ok()?);
+    if matches!(path.components().next_back(), Some(Component::Normal(_))) && current() != Some(true) {
         return Ok(());
     }
     Err(Failure::input(

@@ -14,7 +14,7 @@ use slipstick::output::write_atomically;
 use slipstick::picture::{PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, RenderError};
 use slipstick::report::{PageOptions, page};
-use slipstick::run::{Checkpoint, ExitState, ResultRecord, RunDirectory, RunPart, design_density};
+use slipstick::run::{Checkpoint, ExitState, ResultRecord, RunDirectory, RunPart, RunWarning, design_density};
 use slipstick_service::check;
 use slipstick_service::failure::Failure;
 use slipstick_service::optimization::{
@@ -111,7 +111,11 @@ pub fn resume(
                 watch.keep_in(&directory, true, &host);
                 finish(*recorded, watch)?
             }
-            _ => Vec::new(),
+            // nothing was left to do; the design is as it was
+            Resumed::Complete { directory, .. } => {
+                let kept = RunWarning::read(&RunDirectory::open(&directory)?)?;
+                kept.into_iter().filter(|warning| warning.of_result).map(|warning| warning.message).collect()
+            }
         };
         Ok(Run { warnings, ..Run::open_directory(&directory)? })
     })
@@ -146,9 +150,6 @@ fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<Vec<St
     recorded.optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
     watch.expect(&recorded.optimization);
     let (driven, outcome) = recorded.drive(&mut watch);
-    if outcome.is_ok() {
-        watch.judge_result(&driven.optimization, driven.run());
-    }
     // an exception of a quantity, whose value was then not a number; a callback may fail at the last
     // design, when nothing is left to stop
     let of_python = raised().and_then(|()| match &outcome {
@@ -156,6 +157,9 @@ fn finish(mut recorded: RecordedOptimization, mut watch: Watch) -> Result<Vec<St
         Err(_) => Ok(()),
     });
     let outcome = of_python.and_then(|()| Ok(outcome.map(drop)?));
+    if outcome.is_ok() {
+        watch.judge_result(&driven.optimization, driven.run());
+    }
     let (exit, message) = match &outcome {
         Ok(()) => (ExitState::Finished, None),
         Err(Error::Interrupted(message)) => (ExitState::Interrupted, Some(message.clone())),

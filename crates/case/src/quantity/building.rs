@@ -83,13 +83,11 @@ impl Building<'_> {
 
     /// Young's modulus of the softer body of a pair; a rigid body is not the softer one. \[F/L²\]
     pub fn softer_modulus(&self, slave: &str) -> f64 {
-        let pair = self.pairs.iter().find(|[known, _]| *known == slave);
+        let pairs = self.pairs.iter().filter(|[known, _]| *known == slave);
         let solid = self.model.solid();
         let rigid = |e: usize| self.mesh.rigid.iter().any(|of| self.mesh.bodies[of.body].elements.contains(&e));
-        let elements = pair.iter().flat_map(|pair| pair.iter()).filter_map(|name| {
-            let facet = self.mesh.surfaces.get(*name)?.facets.first()?;
-            Some(facet.element as usize)
-        });
+        let surfaces = pairs.flatten().filter_map(|name| self.mesh.surfaces.get(*name));
+        let elements = surfaces.flat_map(|surface| &surface.facets).map(|facet| facet.element as usize);
         let moduli = elements.filter(|&e| !rigid(e)).map(|e| solid.material(e).youngs_modulus());
         moduli.reduce(f64::min).unwrap_or(1.0)
     }

@@ -45,7 +45,7 @@ pub struct Export {
     pub vtu: Option<PathBuf>,
     /// Result file of CalculiX to write, for CGX, PrePoMax and FreeCAD: displacements, stress, reactions and
     /// contact of the load path
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "iteration"])]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "iteration", "threshold", "smooth", "keep_surfaces"])]
     pub frd: Option<PathBuf>,
     /// Export the design of an iteration [default: the newest]
     #[arg(long, value_name = "NUMBER")]

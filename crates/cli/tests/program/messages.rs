@@ -166,7 +166,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
         "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }",
         "mesh = { file = \"notes.txt\" }",
     ),
-    ("results in a folder with a control character", "[load_path]", "[output]\ndirectory = \"a\\nb\"\n[load_path]"),
+    ("results in a folder with a control character", "every = 2", "every = 2\ndirectory = \"a\\nb\""),
     (
         "a set without nodes",
         "[[contact]]",

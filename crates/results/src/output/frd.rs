@@ -7,8 +7,8 @@
 //! |---|---|---|
 //! | `DISP` | `D1`, `D2`, `D3` | `displacement` |
 //! | `STRESS` | `SXX`, `SYY`, `SZZ`, `SXY`, `SYZ`, `SZX` | `cauchy_stress`, the mean over the elements of a node |
-//! | `FORC` | `F1`, `F2`, `F3` | `reaction` |
-//! | `CONTACT` | `COPEN`, `CPRESS` | `contact_gap`, `contact_pressure`; 0 away from contact surfaces |
+//! | `FORC` | `F1`, `F2`, `F3` | `reaction`; those at the centres of faces of hexahedra with 27 nodes are left out |
+//! | `CONTACT` | `COPEN`, `CPRESS` | `contact_gap`, `contact_pressure`; 0 away from contact surfaces; only with contact |
 //! | `DENSITY` | `RHO` | `density`, the mean over the elements of a node; only if it is not 1 everywhere |
 
 use std::io::{self, Write};
@@ -21,7 +21,7 @@ use super::StoredField;
 pub struct Frd<'a> {
     mesh: &'a Mesh,
     writer: &'a mut dyn Write,
-    /// For each node, its number in the file minus one, if an element of the file has it.
+    /// The nodes of the mesh that the file has.
     nodes: Vec<u32>,
     blocks: usize,
 }
@@ -97,7 +97,9 @@ impl<'a> Frd<'a> {
         if let Some(values) = find("reaction", 3 * nodes) {
             self.block(step, time, &FORC, values)?;
         }
-        if let (Some(gap), Some(pressure)) = (find("contact_gap", nodes), find("contact_pressure", nodes)) {
+        let slaves = find("contact_status", nodes).is_some_and(|status| status.iter().any(|status| *status >= 0.0));
+        let contact = (find("contact_gap", nodes), find("contact_pressure", nodes));
+        if let ((Some(gap), Some(pressure)), true) = (contact, slaves) {
             let both: Vec<f64> = gap.iter().zip(pressure).flat_map(|(gap, pressure)| [*gap, *pressure]).collect();
             self.block(step, time, &CONTACT, &both)?;
         }
@@ -136,7 +138,8 @@ impl<'a> Frd<'a> {
         *blocks += 1;
         let Block { name, components, kind } = block;
         writeln!(writer, "    1PSTEP{blocks:26}{:12}{step:12}          ", 1)?;
-        writeln!(writer, "  100CL{:5}{time:12.9}{:12}{:20}0{step:5}{:12}", 100 + step, nodes.len(), "", 1)?;
+        let time = &format!("{time:12.9}")[..12];
+        writeln!(writer, "  100CL{:5}{time}{:12}{:20}0{step:5}{:12}", 100 + step, nodes.len(), "", 1)?;
         // a vector has its size as a further component, which the reader computes
         let all = usize::from(*kind == 2);
         writeln!(writer, " -4  {name:<8}{:5}    1", components.len() + all)?;
@@ -174,7 +177,11 @@ fn nodes_of(element: &Element) -> (u8, Vec<u32>) {
 fn row(writer: &mut dyn Write, values: &[f64]) -> io::Result<()> {
     for &value in values {
         let text = format!("{value:.5e}");
-        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let Some((digits, exponent)) = text.split_once('e') else {
+            // not a number
+            write!(writer, "{text:>12}")?;
+            continue;
+        };
         match exponent.parse::<i32>().unwrap_or(0) {
             // nothing but round-off is as small
             exponent if exponent < -99 => write!(writer, "{:>12}", "0.00000E+00")?,
@@ -191,7 +198,7 @@ fn row(writer: &mut dyn Write, values: &[f64]) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    /// The lines of CalculiX 2.20 for the same values; the second node of the second body is not used.
+    /// The lines of CalculiX 2.20 for the same values; no element has the last node.
     #[test]
     fn lines_are_those_of_calculix() {
         let mut mesh = Mesh {

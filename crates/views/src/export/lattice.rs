@@ -15,7 +15,7 @@ pub(super) struct Lattice {
     /// Whether all elements at a vertex are tetrahedra.
     pub tetrahedral: Vec<bool>,
     pub cells: Vec<Cell>,
-    /// The edges of hexahedra and wedges.
+    /// The edges of bodies that are not only tetrahedra.
     pub edges: Vec<LatticeEdge>,
 }
 
@@ -140,10 +140,12 @@ impl Lattice {
                 mesh.divided_quadrilaterals(body).into_iter().map(|[whole, a, b]| (whole.sorted(), [a, b])).collect();
             // Per face, by its nodes: its vertex and the first cell that has it.
             let mut known: HashMap<FacetNodes, (Option<u32>, usize, usize)> = HashMap::new();
+            let is_tetrahedron = |e: usize| matches!(mesh.elements[e], Element::Tet4(_) | Element::Tet10(_));
+            let undivided = mesh.bodies[body].elements.clone().all(is_tetrahedron);
             for number in mesh.bodies[body].elements.clone() {
                 let (element, value) = (&mesh.elements[number], density[number]);
                 let volume = mesh.element_volume(number);
-                let tetrahedron = matches!(element, Element::Tet4(_) | Element::Tet10(_));
+                let tetrahedron = is_tetrahedron(number);
                 for &node in element.nodes() {
                     lattice.tetrahedral[node as usize] &= tetrahedron;
                     lattice.values[node as usize] += volume * value;
@@ -159,9 +161,8 @@ impl Lattice {
                 let mut cell = Cell { body: body as u32, faces: Vec::with_capacity(element.sides()), centre };
                 let whole = (0..element.sides()).map(|side| element.side(side));
                 for nodes in whole.flat_map(|side| parts(side, &divided)) {
-                    let sides = if tetrahedron { 0 } else { nodes.len() };
-                    for k in 0..sides {
-                        let (a, b) = (nodes[k], nodes[(k + 1) % sides]);
+                    for k in 0..if undivided { 0 } else { nodes.len() } {
+                        let (a, b) = (nodes[k], nodes[(k + 1) % nodes.len()]);
                         let around = edges.entry([a.min(b), a.max(b)]).or_insert((value, value));
                         *around = (around.0.min(value), around.1.max(value));
                     }
@@ -192,9 +193,8 @@ impl Lattice {
             *value /= weight;
         }
         let edge = |(ends, (least, most))| LatticeEdge { ends, least, most };
-        let undivided = |edge: &LatticeEdge| edge.ends.iter().all(|&n| lattice.tetrahedral[n as usize]);
-        let edges = edges.into_iter().map(edge).filter(|edge| !undivided(edge));
-        lattice.edges = edges.collect();
+        let only_tetrahedra = |edge: &LatticeEdge| edge.ends.iter().all(|&n| lattice.tetrahedral[n as usize]);
+        lattice.edges = edges.into_iter().map(edge).filter(|edge| !only_tetrahedra(edge)).collect();
         for (centre, number) in between {
             let nodes = mesh.elements[number].nodes();
             let sum: f64 = nodes.iter().map(|&n| lattice.values[n as usize]).sum();
@@ -225,7 +225,8 @@ impl Lattice {
     /// The threshold at which the part above it has this volume, as closely as the densities
     /// allow. \[L³\]
     ///
-    /// The volume decreases with the threshold, so bisection finds it. Where it hardly changes over a
+    /// The volume decreases with the threshold, except for jumps where nodes of thin walls and gaps change
+    /// sides, so bisection finds it or such a jump. Where it hardly changes over a
     /// wide range of thresholds, as that of a solid body, this is the middle of the range.
     pub fn threshold_of_volume(&self, volume: f64) -> f64 {
         let last = |above: f64| {

@@ -334,6 +334,13 @@ fn thin_walls_and_gaps_stay_whole() {
         assert_eq!(euler, 2, "wall at {threshold}");
         assert!((volume / 70.0 - 1.0).abs() < 0.2, "wall at {threshold}: {volume}");
     }
+    // three fins and two gaps of one element on a floor
+    let comb = |[x, y, _]: [f64; 3]| y < 1.0 || [2, 4, 6].contains(&(x as usize));
+    for threshold in [0.3, 0.45, 0.55, 0.7] {
+        let (euler, volume) = of(&comb, threshold);
+        assert_eq!(euler, 2, "comb at {threshold}");
+        assert!((volume / 120.0 - 1.0).abs() < 0.3, "comb at {threshold}: {volume}");
+    }
     for threshold in [0.55, 0.45, 0.3] {
         let (euler, volume) = of(&slot, threshold);
         assert_eq!(euler, 2, "slot at {threshold}");
