@@ -139,7 +139,7 @@ impl<'a> Frd<'a> {
         let Block { name, components, kind } = block;
         writeln!(writer, "    1PSTEP{blocks:26}{:12}{step:12}          ", 1)?;
         let time = &format!("{time:12.9}")[..12];
-        writeln!(writer, "  100CL{:5}{time}{:12}{:20}0{step:5}{:12}", 100 + step, nodes.len(), "", 1)?;
+        writeln!(writer, "  100CL{:5}{time}{:12}{:21}0{step:5}{:12}", 100 + step, nodes.len(), "", 1)?;
         // a vector has its size as a further component, which the reader computes
         let all = usize::from(*kind == 2);
         writeln!(writer, " -4  {name:<8}{:5}    1", components.len() + all)?;
