@@ -8,7 +8,7 @@ use slipstick_service::failure::Outcome;
 use slipstick_service::host::{Event, Host};
 use slipstick_service::memory::Budget;
 
-/// The host of the requests of one call. It says nothing: the package returns warnings as data, and a
+/// The host of the requests of one call. It prints nothing: the package returns warnings as data, and a
 /// run keeps them.
 #[derive(Default)]
 pub struct Interpreter {

@@ -81,7 +81,8 @@ impl Building<'_> {
         })
     }
 
-    /// Young's modulus of the softer body of a pair; a rigid body is not the softer one. \[F/L²\]
+    /// The smallest Young's modulus at the surfaces of a pair, rigid bodies left out; infinite if all are
+    /// rigid. \[F/L²\]
     pub fn softer_modulus(&self, slave: &str) -> f64 {
         let pairs = self.pairs.iter().filter(|[known, _]| *known == slave);
         let solid = self.model.solid();
@@ -89,7 +90,7 @@ impl Building<'_> {
         let surfaces = pairs.flatten().filter_map(|name| self.mesh.surfaces.get(*name));
         let elements = surfaces.flat_map(|surface| &surface.facets).map(|facet| facet.element as usize);
         let moduli = elements.filter(|&e| !rigid(e)).map(|e| solid.material(e).youngs_modulus());
-        moduli.reduce(f64::min).unwrap_or(1.0)
+        moduli.fold(f64::INFINITY, f64::min)
     }
 
     /// The prescribed unknowns of a set: those that belong to its `[[dirichlet]]`, or else all of

@@ -23,8 +23,8 @@ pub(crate) struct Slaves<'a> {
     names: Vec<&'a str>,
     /// For pairs whose sides the program chooses, the master, by which they may be named too.
     masters: Vec<Option<&'a str>>,
-    /// Whether some slave is missing or no surface, which is reported elsewhere: any surface may be
-    /// meant by it.
+    /// Whether some slave is missing or is not a surface, which is reported elsewhere. Any surface may
+    /// be the intended one.
     uncertain: bool,
 }
 

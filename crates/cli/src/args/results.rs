@@ -43,7 +43,7 @@ pub struct Export {
     /// VTU file to write, for ParaView
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub vtu: Option<PathBuf>,
-    /// Result file of CalculiX to write, for CGX, PrePoMax and FreeCAD: displacements, stress, reactions and
+    /// FRD file to write, for CGX and other programs for CalculiX: displacements, stress, reactions and
     /// contact of the load path
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "iteration", "threshold", "smooth", "keep_surfaces"])]
     pub frd: Option<PathBuf>,

@@ -164,15 +164,21 @@ fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBu
     let files: Vec<(Format, PathBuf)> =
         asked.into_iter().filter_map(|(format, file)| Some((format, file.clone()?))).collect();
     for (format, file) in &files {
-        let extension = format.extension();
-        if !file.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
-            let message = format!("{} does not end in .{extension}", file.display());
-            return Err(Failure::input(message, format!("give --{extension} a file name with this extension")));
-        }
-        if file.exists() && !args.force {
-            let message = format!("{} already exists", file.display());
-            return Err(Failure::input(message, "name another file, or give --force to replace it"));
-        }
+        accept(file, format.extension(), args.force)?;
     }
     Ok(if files.is_empty() && args.case.is_none() { vec![(Format::Stl, directory.file("design.stl"))] } else { files })
+}
+
+/// Refuses a file with another extension than that of its format, which is also the name of the option, and
+/// one that exists, unless it may be replaced.
+fn accept(file: &Path, extension: &str, force: bool) -> Outcome {
+    if !file.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
+        let message = format!("{} does not end in .{extension}", file.display());
+        return Err(Failure::input(message, format!("give --{extension} a file name with this extension")));
+    }
+    if file.exists() && !force {
+        let message = format!("{} already exists", file.display());
+        return Err(Failure::input(message, "name another file, or give --force to replace it"));
+    }
+    Ok(())
 }

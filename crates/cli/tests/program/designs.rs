@@ -164,8 +164,7 @@ iterations = 16
 "#;
 
 /// A bound on the least pressure closes gaps, with a prescribed volume: the first design lifts off, and the
-/// stiffest of the later ones is better by far. (When open nodes had no derivatives, the optimizer ended
-/// with a compliance of 12.)
+/// result is far stiffer. (When open nodes had no derivatives, the compliance rose to more than 12.)
 #[test]
 fn a_bound_on_the_least_pressure_closes_gaps() {
     let place = beam(LIFTED);
@@ -175,7 +174,7 @@ fn a_bound_on_the_least_pressure_closes_gaps() {
     assert!(least[0] == 0.0 && objective[0] > 7.0, "{least:?} {objective:?}");
     let recalled = place.path("run/result.json").is_file().then(|| place.json("run/result.json")["iteration"].as_u64());
     let result = recalled.flatten().map_or(16, |iteration| iteration as usize);
-    assert!(least[result] >= 0.4995 && objective[result] < 5.0, "{least:?} {objective:?}");
+    assert!(least[result] >= 0.4995 && objective[result] < 1.0, "{least:?} {objective:?}");
     assert!((volume[result] / 0.35 - 1.0).abs() < 1e-4, "{volume:?}");
 }
 

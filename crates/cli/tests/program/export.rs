@@ -253,6 +253,7 @@ fn a_load_path_as_a_result_file() {
     let contact = block("CONTACT", 2);
     close(&contact.iter().skip(1).step_by(2).copied().collect::<Vec<_>>(), field("contact_pressure"));
     place.bad("export run --frd run.frd", 2, &["run.frd already exists", "--force"]);
+    place.bad("export run --frd run.vtu", 2, &["does not end in .frd"]);
     place.bad("export run --frd other.frd --stl a.stl", 2, &["cannot be used with"]);
     std::fs::create_dir(place.path("empty")).expect("a new folder");
     place.bad("export empty --frd other.frd", 2, &["empty"]);

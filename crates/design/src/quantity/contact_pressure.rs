@@ -58,10 +58,11 @@ impl ContactPressure {
     pub fn new(name: impl Into<String>, patch: Patch, measure: PressureMeasure) -> Result<Self, QuantityError> {
         match measure {
             PressureMeasure::Peak { p } if !(p.is_finite() && p >= 1.0) => Err(QuantityError::Exponent { value: p }),
-            PressureMeasure::Minimum { k: value, .. } | PressureMeasure::Minimum { modulus: value, .. }
-                if !(value.is_finite() && value > 0.0) =>
-            {
-                Err(QuantityError::Exponent { value })
+            PressureMeasure::Minimum { k, .. } if !(k.is_finite() && k > 0.0) => {
+                Err(QuantityError::Exponent { value: k })
+            }
+            PressureMeasure::Minimum { modulus, .. } if !(modulus.is_finite() && modulus > 0.0) => {
+                Err(QuantityError::Modulus { value: modulus })
             }
             _ => Ok(Self { name: name.into(), patch, measure }),
         }

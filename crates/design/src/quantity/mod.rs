@@ -111,6 +111,12 @@ pub enum QuantityError {
         /// The given value.
         value: f64,
     },
+    /// A modulus out of its range.
+    #[error("the modulus of the softer body is {value}, which is not a finite number above 0")]
+    Modulus {
+        /// The given value.
+        value: f64,
+    },
     /// A weight of a node out of its range.
     #[error("the weight of node {node} is {value}, which is not a finite number above 0")]
     NodeWeight {

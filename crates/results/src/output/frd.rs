@@ -1,4 +1,4 @@
-//! Writes load paths as result files of CalculiX (FRD), which CGX, PrePoMax and FreeCAD show.
+//! Writes load paths in CalculiX's format for results (FRD), which CGX draws.
 //!
 //! The file is text: nodes, elements, and for each state a block per field with a value at every node.
 //! Format: the CGX manual, "Result Format (frd)". Values have six significant digits.

@@ -15,9 +15,9 @@
 //! At a knife edge, where faces meet at less than 35°, the thickness tends to zero; within one
 //! element of such an edge (two edges of triangles) it is not measured, and neither is a gap.
 //!
-//! A single point of contact between members, or a fold, is no thin member: what counts is the smallest
-//! thickness that no triangle of some connected patch exceeds, whose area is at least half that of an
-//! element's face (half the square of two mean edges of the triangles).
+//! Folds and points at which members touch do not count. Triangles are joined into connected patches, the
+//! thinnest first, until a patch has at least half the area of an element's face (half the square of two
+//! mean edges). The largest thickness in this patch is the result.
 //!
 //! An extracted surface has slivers and folds far below the size of the elements; measure the regular
 //! surface of [`crate::part::regular_surface`] instead.
@@ -70,7 +70,7 @@ pub struct Measures {
 pub struct Distance {
     /// The distance. \[L\]
     pub length: f64,
-    /// The point halfway between the faces. \[L\]
+    /// The point halfway between the faces at the thinnest triangle of the patch. \[L\]
     pub at: [f64; 3],
     /// The body, by its number.
     pub body: u32,

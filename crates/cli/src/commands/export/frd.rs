@@ -10,17 +10,13 @@ use slipstick::words::counted;
 use slipstick_service::failure::{Failure, Outcome};
 use slipstick_service::run::OpenRun;
 
+use super::accept;
 use crate::args::Export;
 use crate::context::Context;
 
 /// Writes the states at the ends of the load steps of a run.
 pub(super) fn run(context: &Context, args: &Export, directory: RunDirectory, file: &Path) -> Outcome {
-    if file.exists() && !args.force {
-        return Err(Failure::input(
-            format!("{} already exists", file.display()),
-            "name another file, or give --force to replace it",
-        ));
-    }
+    accept(file, "frd", args.force)?;
     let OpenRun { directory, mesh, .. } = OpenRun::of(directory)?;
     let times = directory.path_times()?;
     // the state before the first step has no results
