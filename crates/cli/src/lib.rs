@@ -42,7 +42,8 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
     if !parallel.leads() {
         console.silence();
     }
-    let interrupt = Interrupt::install(parallel.leads());
+    // other commands end at once, and the files on disk are valid then too
+    let interrupt = if runs(&cli.command) { Interrupt::install(parallel.leads()) } else { Interrupt::default() };
     let context = Context { console, interrupt, parallel, common: cli.common, line };
     let result = context.parallel.guard(|| execute(&context, &cli.command).and_then(|()| context.console.check()));
     if let Err(failure) = &result {
@@ -50,6 +51,29 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
     }
     context.parallel.leave(&context.console, &result);
     result.map_or_else(|failure| Exit::from(&failure), |()| Exit::Ok)
+}
+
+/// Whether a command stops in order, within an iteration or after a run, once the user interrupts it.
+fn runs(command: &Command) -> bool {
+    match command {
+        Command::Solve(_)
+        | Command::Gradient(_)
+        | Command::Optimize(_)
+        | Command::Resume(_)
+        | Command::Evaluate(_)
+        | Command::Study(_)
+        | Command::Report(_)
+        | Command::Bench(_)
+        | Command::Verify(_) => true,
+        Command::New(_)
+        | Command::Check(_)
+        | Command::Render(_)
+        | Command::Export(_)
+        | Command::Explain(_)
+        | Command::Schema(_)
+        | Command::Completions(_)
+        | Command::Man(_) => false,
+    }
 }
 
 fn execute(context: &Context, command: &Command) -> Outcome {

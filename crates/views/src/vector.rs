@@ -16,3 +16,12 @@ pub(crate) fn area(corners: [[f64; 3]; 3]) -> [f64; 3] {
 pub(crate) fn unit_normal(corners: [[f64; 3]; 3]) -> [f64; 3] {
     unit(area(corners))
 }
+
+/// Unit normal of a triangle and its quality, 4√3 A / Σ l²: 1 if it is equilateral, 0 if it is flat.
+pub(crate) fn shape(corners: [[f64; 3]; 3]) -> ([f64; 3], f64) {
+    let [a, b, c] = corners;
+    let twice = area(corners);
+    let squares: f64 = [subtract(b, a), subtract(c, b), subtract(a, c)].iter().map(|&e| dot(e, e)).sum();
+    let quality = if squares > 0.0 { 2.0 * 3f64.sqrt() * norm(twice) / squares } else { 0.0 };
+    (unit(twice), quality)
+}

@@ -17,7 +17,11 @@ pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
     // the parts of a cut body are joined
     let mesh = &if mesh.cuts.is_empty() { Cow::Borrowed(mesh) } else { Cow::Owned(mesh.joined()) };
     let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
-    let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];
+    let promised = !case.promises.is_empty();
+    let of_body = |b: usize| {
+        let pairs = unmerged_nodes(mesh, b);
+        [separate_parts(mesh, b, fixed, pairs.is_some(), promised), pairs, divided_faces(mesh, b)]
+    };
     bodies.flat_map(|(b, _)| of_body(b)).flatten().collect()
 }
 
@@ -25,7 +29,8 @@ fn notice(body: usize, message: String, help: &str) -> Notice {
     Notice { kind: NoticeKind::Disconnected, path: format!("body[{body}].mesh.file"), message, help: help.into() }
 }
 
-fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool]) -> Option<Notice> {
+/// `touching`: whether the body has coincident nodes; `promised`: whether it comes from a design.
+fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool], touching: bool, promised: bool) -> Option<Notice> {
     let copies = mesh.copies();
     let mut parts = mesh.connected_parts(body);
     parts.retain(|part| !copies.contains_key(&part[0]));
@@ -40,12 +45,21 @@ fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool]) -> Option<Notice> {
     };
     let message =
         format!("body `{}` consists of {} parts that share no nodes; {free_ones}", mesh.bodies[body].name, parts.len());
-    Some(notice(
-        body,
-        message,
-        "merge duplicate nodes in the mesher (Gmsh: Coherence Mesh), or make each part a body, from a group of its own (Gmsh: \
-                a physical volume; Abaqus, CalculiX: an ELSET)",
-    ))
+    let help = match () {
+        () if touching => {
+            "merge the coincident nodes in the mesher (Gmsh: Coherence Mesh), or make each part a body, from a group of its \
+             own (Gmsh: a physical volume; Abaqus, CalculiX: an ELSET)"
+        }
+        () if promised => {
+            "the design consists of these pieces: a lower --threshold of `export --case`, or a sharper `projection` in the \
+             design's case, connects them if material below the threshold does"
+        }
+        () => {
+            "the parts lie apart: join them in the geometry, or make each part a body, from a group of its own (Gmsh: a \
+             physical volume; Abaqus, CalculiX: an ELSET), and hold it with contact, a tie or a support"
+        }
+    };
+    Some(notice(body, message, help))
 }
 
 fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {

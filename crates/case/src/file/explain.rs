@@ -197,7 +197,11 @@ impl CaseCode {
                  file stand, unless elements would fold. Refine the mesh where the surface bends too much within an \
                  element, or let the mesher make quadratic elements; `slipstick check` names the first node."
             }
-            Disconnected => "Merge coincident nodes in the mesher, or define each part as a separate body.",
+            Disconnected => {
+                "Merge coincident nodes in the mesher. Join parts that lie apart in the geometry, or define each as a \
+                 separate body. If they are pieces of an optimized design, export it with a lower `--threshold`, or optimize \
+                 it with a sharper `projection`."
+            }
             TooLarge => {
                 "Use fewer elements or a machine with more memory; `slipstick check` predicts how much memory a run \
                  needs."

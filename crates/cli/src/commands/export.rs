@@ -8,6 +8,7 @@ use slipstick::export::{
     ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl,
     write_vtu,
 };
+use slipstick::part::{LoosePiece, PiecesOfBody, pieces_of_design};
 use slipstick::run::{RunDirectory, design_density};
 use slipstick::words::counted;
 use slipstick_service::run::OpenRun;
@@ -94,8 +95,8 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
             counted(crossings, "pair") + " of triangles"
         ));
     }
-    if pieces > 1 {
-        context.console.text("several surfaces mean loose parts or internal cavities");
+    if pieces > 1 && part.is_none() {
+        tell_pieces(context, &pieces_of_design(&resolved.case, &mesh, &density, &options)?, export.threshold);
     }
     for file in paths {
         context.console.text(&format!("written: {}", file.display()));
@@ -114,6 +115,40 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         }
         _ => Ok(()),
     }
+}
+
+/// Says which pieces of the material nothing or only contact holds; further closed surfaces are cavities.
+fn tell_pieces(context: &Context, bodies: &[PiecesOfBody], threshold: f64) {
+    if bodies.is_empty() {
+        context.console.text("each body is one piece of material; further closed surfaces bound its cavities");
+    }
+    for PiecesOfBody { body, pieces, loose, by_contact } in bodies {
+        context.console.text(&format!("`{body}` consists of {pieces} pieces of material"));
+        let connects = format!(
+            "if elements below the threshold of {} connect them in the design, a lower --threshold or a sharper `projection` \
+             in [design] does so here",
+            digits(threshold)
+        );
+        if let Some((pieces, volume, at)) = summary(loose) {
+            context.console.warning(&format!(
+                "neither support nor contact holds {pieces} of `{body}` (volume {volume}, the largest at ({at})): the file \
+                 contains them; {connects}"
+            ));
+        }
+        if let Some((pieces, volume, at)) = summary(by_contact) {
+            context.console.warning(&format!(
+                "only contact holds {pieces} of `{body}` (volume {volume}, the largest at ({at})); {connects}"
+            ));
+        }
+    }
+}
+
+/// The number of pieces, their volume, and the centre of the box around the largest.
+fn summary(pieces: &[LoosePiece]) -> Option<(String, String, String)> {
+    let largest = pieces.first()?;
+    let volume: f64 = pieces.iter().map(|piece| piece.volume).sum();
+    let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
+    Some((counted(pieces.len(), "piece"), digits(volume), at.join(", ")))
 }
 
 /// A file format for surfaces.

@@ -240,8 +240,8 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
         ("gmsh_tetrahedra.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
         ("gmsh_wedges.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
         ("gmsh_41_second_order.msh", ["part = \"slab\" }", "slave = \"block_bottom\"", "master = \"slab_top\""]),
-        // Gmsh's volumes are element sets, its physical groups node sets
-        ("gmsh.inp", ["slave = \"Volume2_", "master = \"Volume1_", "set = \"Volume1_slab_bottom\""]),
+        // groups have sets beside those of the geometry's volumes and surfaces
+        ("gmsh.inp", ["slave = \"block_bottom\"", "master = \"slab_top\"", "set = \"slab_bottom\""]),
         // parts and surfaces defined by values of a field
         ("meshio_ascii.vtu", ["slave = \"group_6_group=7\"", "master = \"group_1_group=3\"", "part = \"group=6\""]),
     ] {

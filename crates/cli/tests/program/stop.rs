@@ -68,6 +68,21 @@ mod by_signal {
         assert_eq!(place.table("case/history.csv").len(), 1 + 2);
     }
 
+    /// A command that has nothing to finish ends by the signal: this surface would take long to remesh.
+    #[test]
+    fn a_request_to_terminate_ends_an_export() {
+        use std::os::unix::process::ExitStatusExt;
+        let place = Place::new();
+        place.good("optimize case.toml --iterations 1 -q");
+        let mut child =
+            place.command("export case --threshold 0.1 --case part --size 0.006").spawn().expect("the program runs");
+        // long enough for a handler that would swallow the signal
+        std::thread::sleep(Duration::from_millis(500));
+        let sent = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill runs");
+        assert!(sent.success() && child.wait().expect("ends").signal() == Some(15));
+        assert!(!place.path("part").exists());
+    }
+
     /// Only one process at a time writes to a directory; the lock of a killed process blocks
     /// nobody.
     #[test]

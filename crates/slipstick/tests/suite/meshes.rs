@@ -293,7 +293,7 @@ fn errors_in_mesh_files_point_at_the_case() {
 }
 
 /// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it is
-/// disconnected.
+/// disconnected. What helps depends on whether they touch, and whether they are pieces of a design.
 #[test]
 fn unmerged_nodes_are_told() {
     let cube = |first: usize, x: f64| {
@@ -301,11 +301,14 @@ fn unmerged_nodes_are_told() {
         let line = |(n, c): (usize, &[i32; 3])| format!("{}, {}, {}, {}\n", first + n, x + f64::from(c[0]), c[1], c[2]);
         corners.iter().enumerate().map(line).collect::<String>()
     };
-    let inp = format!(
-        "*NODE\n{}{}*ELEMENT, TYPE=C3D8R\n1, 1,2,3,4,5,6,7,8\n2, 9,10,11,12,13,14,15,16\n*SURFACE, NAME=under\n1, S3\n",
-        cube(1, 0.0),
-        cube(9, 1.0)
-    );
+    let deck = |second: f64| {
+        format!(
+            "*NODE\n{}{}*ELEMENT, TYPE=C3D8R\n1, 1,2,3,4,5,6,7,8\n2, 9,10,11,12,13,14,15,16\n*SURFACE, NAME=under\n1, S3\n",
+            cube(1, 0.0),
+            cube(9, second)
+        )
+    };
+    let inp = deck(1.0);
     let text = "[[body]]\nname = 'a'\nmesh.file = 'two.inp'\n\
                 material.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n\
                 [[dirichlet]]\nset = 'a_under'\n[load_path]\nsteps = 1\n";
@@ -325,6 +328,16 @@ fn unmerged_nodes_are_told() {
              connected there"
         ]
     );
+    let help = |second: f64, more: &str| {
+        let files = |_: &str| Ok(deck(second).into_bytes());
+        let case = parse_case_with(&format!("{text}{more}"), "case.toml", &files).expect("a case").case;
+        let notices = inspect(&case, &mut build(&case).expect("a problem")).expect("inspected").notices;
+        notices.into_iter().find(|n| n.kind == NoticeKind::Disconnected).expect("a notice").help
+    };
+    assert!(help(1.0, "").starts_with("merge the coincident nodes"));
+    assert!(help(2.0, "").starts_with("the parts lie apart"));
+    let promise = "[[promise]]\nquantity = 'strain_energy'\nvalues = [1.0]\n";
+    assert!(help(2.0, promise).starts_with("the design consists of these pieces"));
 }
 
 /// The slab of 4 × 2 × 2 elements with selections by the given tables.

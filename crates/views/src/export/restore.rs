@@ -7,7 +7,7 @@
 
 use super::surface::TriangleSurface;
 use super::walls::{Wall, stop};
-use crate::vector::{dot, norm, subtract, unit};
+use crate::vector::{area, dot, norm, subtract, unit};
 
 /// Steps of averaging, each half way to the mean of the neighbours: ripples of up to four points fade
 /// to below 4 %.
@@ -37,13 +37,18 @@ pub(super) fn restore(
             around[triangle[k] as usize].push(triangle[(k + 2) % 3]);
         }
     }
+    // the normals of outer faces, which moves within them keep
+    let mut plane = vec![[0.0; 3]; count];
+    for (triangle, _) in surface.triangles.iter().zip(&kept).filter(|(_, kept)| **kept) {
+        let area = area(triangle.map(|n| before[n as usize]));
+        triangle.iter().for_each(|&n| (0..3).for_each(|c| plane[n as usize][c] += area[c]));
+    }
     for _ in 0..TIMES {
-        // normals and areas of the inner triangles at each point, and the normals of outer ones
-        let (mut inner, mut plane) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
-        for (t, triangle) in surface.triangles.iter().enumerate() {
+        // normals and areas of the inner triangles at each point
+        let mut inner = vec![[0.0; 3]; count];
+        for (t, triangle) in surface.triangles.iter().enumerate().filter(|(t, _)| !kept[*t]) {
             let area = surface.area_vector(t);
-            let into = if kept[t] { &mut plane } else { &mut inner };
-            triangle.iter().for_each(|&n| (0..3).for_each(|c| into[n as usize][c] += area[c]));
+            triangle.iter().for_each(|&n| (0..3).for_each(|c| inner[n as usize][c] += area[c]));
         }
         let normal: Vec<[f64; 3]> = inner.iter().map(|&v| unit(v)).collect();
         let weight: Vec<f64> = inner.iter().map(|&v| norm(v)).collect();

@@ -7,7 +7,7 @@ use super::restore::restore;
 use super::surface::TriangleSurface;
 use super::walls::{PLANE, Wall, Walls, stop};
 use crate::crossings::{Near, cross};
-use crate::vector::{dot, unit};
+use crate::vector::{dot, shape, unit};
 
 /// Step towards the mean of the neighbours, and step away from it: ripples are damped by
 /// (1 − λk)(1 − μk); frequencies k below 1/λ + 1/μ = 0.11 (of at most 2) pass.
@@ -15,6 +15,9 @@ const STEPS: [f64; 2] = [0.5, -0.53];
 
 /// Smallest share of its move that a point keeps if its triangles would cross others.
 const LEAST: f64 = 0.125;
+
+/// Quality of a triangle, 1 if equilateral, below which it counts as flat if moves made it so.
+const FLAT: f64 = 0.01;
 
 /// Options of smoothing.
 #[derive(Debug, Clone, Copy)]
@@ -37,8 +40,8 @@ pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules, walls: &mut 
     loop {
         surface.points = moved(&before, &neighbours, &walls, rules.passes);
         restore(&mut surface, &before, &neighbours, &walls, rules.keep_outer);
-        // An outer triangle that is flipped would overlap others, so its points are reset. Each
-        // pass of this loop fixes more points, so it ends.
+        // An outer triangle that is flipped would overlap others, and one that a wall makes flat has no
+        // normal, so the points of both are reset. Each pass of this loop fixes more points, so it ends.
         let over = turned_over(&surface, &before, rules);
         let mut held = 0;
         for n in over {
@@ -111,14 +114,17 @@ fn moved(before: &[[f64; 3]], neighbours: &[Vec<u32>], walls: &[Vec<Wall>], pass
     points
 }
 
-/// Points of outer triangles whose orientation has flipped.
+/// Points of outer triangles whose orientation has flipped, or of which moves left no more than a line.
 fn turned_over(surface: &TriangleSurface, before: &[[f64; 3]], rules: &Rules) -> Vec<u32> {
     if !rules.keep_outer {
         return Vec::new();
     }
     let original = TriangleSurface { points: before.to_vec(), ..surface.clone() };
     let outer = (0..surface.triangles.len()).filter(|&t| surface.outer[t]);
-    let over = outer.filter(|&t| dot(surface.area_vector(t), original.area_vector(t)) <= 0.0);
+    let over = outer.filter(|&t| {
+        let [(normal, quality), (earlier, before)] = [surface, &original].map(|of| shape(of.corners(t)));
+        dot(normal, earlier) <= 0.0 || quality < FLAT.min(before)
+    });
     over.flat_map(|t| surface.triangles[t]).collect()
 }
 
@@ -195,6 +201,39 @@ impl Kind {
             (None, _) => self.inside = true,
             (Some(face), None) => self.plane = Some(face),
             (Some((normal, label)), Some((other, known))) => self.bent |= dot(normal, other) < PLANE || label != known,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::{ExportOptions, design_surface};
+    use slipstick_mesh::{HollowCylinderShape, hollow_cylinder};
+
+    /// Random densities of a tube with 16 facets around: at the edges between these, walls stop points, which must not
+    /// leave triangles without an area. The triangles are those of the surface before it was smoothed.
+    #[test]
+    fn outer_triangles_do_not_become_flat() {
+        let tube = HollowCylinderShape { inner_radius: 3.0, outer_radius: 10.0, height: 10.0, elements: [4, 16, 6] };
+        let mesh = hollow_cylinder("tube", &tube).expect("a tube");
+        for seed in 1..4u64 {
+            let mut state = seed;
+            let mut next = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1u64 << 53) as f64
+            };
+            let density: Vec<f64> = mesh.elements.iter().map(|_| next()).collect();
+            let surface = |smoothing| {
+                let options = ExportOptions { threshold: Some(0.5), smoothing, ..ExportOptions::default() };
+                design_surface(&mesh, &density, &options).expect("a surface").surface
+            };
+            let (before, after) = (surface(0), surface(10));
+            assert_eq!(before.triangles, after.triangles);
+            let outer = (0..after.triangles.len()).filter(|&t| after.outer[t]);
+            let quality = |of: &TriangleSurface, t: usize| shape(of.corners(t)).1;
+            let flat = outer.filter(|&t| quality(&after, t) < 0.999 * FLAT.min(quality(&before, t))).count();
+            assert_eq!(flat, 0, "seed {seed}");
         }
     }
 }

@@ -11,17 +11,23 @@ faces, supports and loads keep their places and names. For a finer or coarser me
 """
 import json
 import os
+import subprocess
 import sys
 
-import gmsh
+try:
+    import gmsh
+except ImportError as missing:
+    sys.exit(f"error: {missing}\n    help: pip install gmsh")
 
 # For each body: its surface, the points of its curved faces between those of the surface, the mesh
 # to write, the length of the edges (mean and longest), the surfaces around each piece of material, those inside the design
 # domain, and the surfaces of each named face.
 BODIES = []
 
-# Gmsh's algorithms for the interior, in the order in which they are tried.
+# Gmsh's algorithms for the interior, in the order in which they are tried, each in a process of its own, which may
+# crash; and the optimizers afterwards.
 ALGORITHMS = {"Delaunay": 1, "HXT": 10, "Frontal": 4}
+ATTEMPTS = [("Delaunay", ["", "Netgen"]), ("HXT", ["", "Netgen"]), ("Frontal", ["", "Netgen"]), ("Delaunay", [])]
 
 
 def load(body):
@@ -40,23 +46,13 @@ def load(body):
     gmsh.option.setNumber("Mesh.MeshSizeMax", body["longest"])
 
 
-def fill(body):
-    """Fills the surface with tetrahedra by the first algorithm that can."""
-    said = []
-    for name, number in ALGORITHMS.items():
-        load(body)
-        gmsh.option.setNumber("Mesh.Algorithm3D", number)
-        try:
-            gmsh.model.mesh.generate(3)
-            if len(gmsh.model.mesh.getElements(3)[0]) > 0:
-                return
-            said.append(f"{name}: no elements")
-        except Exception as error:
-            said.append(f"{name}: {error}")
-    sys.exit(
-        f"error: Gmsh cannot fill {body['surface']} ({'; '.join(said)})\n"
-        "    help: export again with another --size (0.7 of this one, for instance) or --threshold"
-    )
+def fill(body, algorithm):
+    """Fills the surface with tetrahedra."""
+    load(body)
+    gmsh.option.setNumber("Mesh.Algorithm3D", ALGORITHMS[algorithm])
+    gmsh.model.mesh.generate(3)
+    if len(gmsh.model.mesh.getElements(3)[0]) == 0:
+        sys.exit("no elements")
 
 
 def round_off(body, point):
@@ -66,8 +62,8 @@ def round_off(body, point):
 # Edges of a hexahedron between its nodes.
 EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 
-# Worst quality that curved faces may cause.
-QUALITY = 0.05
+# Worst quality that curved faces may cause, and that of a mesh which is of use.
+QUALITY, USABLE = 0.05, 0.001
 
 
 def lift(body):
@@ -209,32 +205,63 @@ def raise_flat(body):
             return
 
 
-def mesh(body, hexahedra):
-    fill(body)
-    gmsh.model.mesh.optimize("")
-    gmsh.model.mesh.optimize("Netgen")
+def mesh(body, hexahedra, algorithm, optimizers):
+    """Writes the mesh of a body."""
+    fill(body, algorithm)
+    for optimizer in optimizers:
+        gmsh.model.mesh.optimize(optimizer)
     raise_flat(body)
     if hexahedra:
         gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
         gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)
         gmsh.model.mesh.refine()
         lift(body)
-    gmsh.write(body["mesh"])
+    said = []
     kinds, tags, _ = gmsh.model.mesh.getElements(3)
     for kind, elements in zip(kinds, tags):
         quality = min(gmsh.model.mesh.getElementQualities(elements, "minSICN"))
+        if quality < USABLE:
+            sys.exit(f"an element of quality {quality:.4f}")
         name = gmsh.model.mesh.getElementProperties(kind)[0]
-        print(f"{body['mesh']}: {len(elements)} elements ({name}), worst quality {quality:.3f}")
+        said.append(f"{body['mesh']}: {len(elements)} elements ({name}), worst quality {quality:.3f}")
+    gmsh.write(body["mesh"])
+    print("\n".join(said))
+
+
+def attempt(body, hexahedra, number):
+    """What a process does: one attempt for one body."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Verbosity", 1)
+    gmsh.option.setNumber("Mesh.Binary", 1)
+    try:
+        mesh(body, hexahedra, *ATTEMPTS[number])
+    except Exception as error:
+        sys.exit(f"{error}")
+    gmsh.finalize()
 
 
 def main():
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Verbosity", 2)
-    gmsh.option.setNumber("Mesh.Binary", 1)
-    for body in BODIES:
-        mesh(body, "--tetrahedra" not in sys.argv[1:])
-    gmsh.finalize()
+    words = sys.argv[1:]
+    hexahedra = "--tetrahedra" not in words
+    if "--attempt" in words:
+        at = words.index("--attempt")
+        return attempt(BODIES[int(words[at + 1])], hexahedra, int(words[at + 2]))
+    for place, body in enumerate(BODIES):
+        said = []
+        for number, (name, _) in enumerate(ATTEMPTS):
+            again = [sys.executable, os.path.basename(__file__), *words, "--attempt", str(place), str(number)]
+            done = subprocess.run(again, capture_output=True, text=True)
+            if done.returncode == 0:
+                print(done.stdout, end="", flush=True)
+                break
+            lines = done.stderr.strip().splitlines()
+            said.append(f"{name}: {lines[-1] if lines and done.returncode > 0 else 'crashed'}")
+        else:
+            sys.exit(
+                f"error: Gmsh cannot fill {body['surface']} ({'; '.join(said)})\n"
+                "    help: export again with another --size (0.7 of this one, for instance) or --threshold"
+            )
 
 
 if __name__ == "__main__":

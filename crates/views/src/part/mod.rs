@@ -28,12 +28,12 @@ mod tests;
 pub use error::PartError;
 pub use files::{SCRIPT, write_moves, write_script, write_surface};
 pub use per_node::PerNode;
-pub use pieces::LoosePiece;
+pub use pieces::{LoosePiece, PiecesOfBody, pieces_of_design};
 
 use std::collections::BTreeSet;
 
 use slipstick_case::construct::smooth_faces;
-use slipstick_case::file::{Case, SpringEnd};
+use slipstick_case::file::Case;
 use slipstick_mesh::{Mesh, SmoothSurface};
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
@@ -41,7 +41,7 @@ use crate::vector::{area, norm};
 use curved::Curved;
 use lengths::Lengths;
 use patches::{NamedFaces, Patch, patches};
-use pieces::pieces;
+use pieces::{Fate, fate};
 use remesh::{PatchedSurface, remeshed};
 
 /// A part: the designed bodies as surfaces to be meshed, and the case in which they are analysed.
@@ -232,38 +232,7 @@ fn part_body(
     if surface.triangles.is_empty() {
         return Err(PartError::Empty { body: name });
     }
-    let supports: Vec<&String> = case
-        .dirichlet
-        .iter()
-        .map(|support| &support.set)
-        .chain(case.springs.iter().flat_map(|spring| {
-            let to = spring.to.iter().filter_map(|to| match to {
-                SpringEnd::Set(to) => Some(to),
-                SpringEnd::Point(_) => None,
-            });
-            to.chain([&spring.set])
-        }))
-        .chain(case.contacts.iter().filter(|pair| pair.tied).flat_map(|pair| [&pair.slave, &pair.master]))
-        .chain(case.couplings.iter().map(|coupling| &coupling.set))
-        .chain(case.equations.iter().flat_map(|equation| equation.terms.iter().map(|term| &term.set)))
-        .collect();
-    let on = |t: usize, names: &[&String]| faces.of(surface.labels[t]).iter().any(|name| names.contains(&name));
-    let mut kept = pieces(surface, |t| on(t, &supports));
-    let names = |labels: &BTreeSet<u32>| labels.iter().flat_map(|&label| faces.of(label)).cloned().collect();
-    let mut left_out: BTreeSet<String> = names(&kept.loose_labels);
-    // contact holds pieces such as a ring inside a ring
-    let on_kept: BTreeSet<String> = names(&kept.surface.labels.iter().copied().collect());
-    let pairs = case.contacts.iter().flat_map(|pair| [&pair.slave, &pair.master]);
-    let missing: Vec<&String> = pairs.filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
-    let mut by_contact = Vec::new();
-    if !missing.is_empty() {
-        let held = |t: usize| kept.held[t] || on(t, &missing);
-        let with_contact = pieces(surface, held);
-        let unsupported = std::mem::take(&mut kept.loose);
-        kept = with_contact;
-        by_contact.extend(unsupported.into_iter().filter(|piece| !kept.loose.contains(piece)));
-        left_out = names(&kept.loose_labels);
-    }
+    let Fate { kept, by_contact, left_out } = fate(case, faces, surface);
     let lengths = size.map_or_else(|| Lengths::of_elements(mesh, body), Lengths::Uniform);
     let (patched, list) = patches(&kept.surface);
     let mut around = vec![Vec::new(); kept.piece.iter().max().map_or(0, |&most| most as usize + 1)];

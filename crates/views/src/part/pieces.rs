@@ -3,8 +3,13 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use super::patches::shells;
-use crate::export::TriangleSurface;
+use slipstick_case::file::{Case, SpringEnd};
+use slipstick_mesh::Mesh;
+
+#[cfg(doc)]
+use super::PartBody;
+use super::patches::{NamedFaces, shells};
+use crate::export::{ExportError, ExportOptions, TriangleSurface, labelled_surface};
 use crate::vector::{cross, dot, norm, subtract};
 
 /// A loose piece of material.
@@ -75,6 +80,92 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
     let attached = surface.restricted(|t| number(t).is_some());
     let held = (0..surface.triangles.len()).map(|t| number(t).is_some()).collect();
     Pieces { surface: attached, held, piece, loose, loose_labels }
+}
+
+/// The pieces of a body's material that stay, and what becomes of the others.
+pub(super) struct Fate {
+    pub kept: Pieces,
+    /// Pieces that only a contact pair holds, beside those with a support, the largest first.
+    pub by_contact: Vec<LoosePiece>,
+    /// Names of the faces with material on loose pieces.
+    pub left_out: BTreeSet<String>,
+}
+
+/// Decides which pieces of a body's surface are held: by a support or a joint or, where a face is on no
+/// such piece, by contact.
+pub(super) fn fate(case: &Case, faces: &NamedFaces, surface: &TriangleSurface) -> Fate {
+    let supports: Vec<&String> = case
+        .dirichlet
+        .iter()
+        .map(|support| &support.set)
+        .chain(case.springs.iter().flat_map(|spring| {
+            let to = spring.to.iter().filter_map(|to| match to {
+                SpringEnd::Set(to) => Some(to),
+                SpringEnd::Point(_) => None,
+            });
+            to.chain([&spring.set])
+        }))
+        .chain(case.contacts.iter().filter(|pair| pair.tied).flat_map(|pair| [&pair.slave, &pair.master]))
+        .chain(case.couplings.iter().map(|coupling| &coupling.set))
+        .chain(case.equations.iter().flat_map(|equation| equation.terms.iter().map(|term| &term.set)))
+        .collect();
+    let on = |t: usize, names: &[&String]| faces.of(surface.labels[t]).iter().any(|name| names.contains(&name));
+    let mut kept = pieces(surface, |t| on(t, &supports));
+    let names = |labels: &BTreeSet<u32>| labels.iter().flat_map(|&label| faces.of(label)).cloned().collect();
+    let mut left_out: BTreeSet<String> = names(&kept.loose_labels);
+    // contact holds pieces such as a ring inside a ring
+    let on_kept: BTreeSet<String> = names(&kept.surface.labels.iter().copied().collect());
+    let pairs = case.contacts.iter().flat_map(|pair| [&pair.slave, &pair.master]);
+    let missing: Vec<&String> = pairs.filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
+    let mut by_contact = Vec::new();
+    if !missing.is_empty() {
+        let held = |t: usize| kept.held[t] || on(t, &missing);
+        let with_contact = pieces(surface, held);
+        let unsupported = std::mem::take(&mut kept.loose);
+        kept = with_contact;
+        by_contact.extend(unsupported.into_iter().filter(|piece| !kept.loose.contains(piece)));
+        left_out = names(&kept.loose_labels);
+    }
+    Fate { kept, by_contact, left_out }
+}
+
+/// The pieces of a design that nothing holds, and those that only contact holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PiecesOfBody {
+    /// Name of the body.
+    pub body: String,
+    /// Pieces of its material; a cavity is none.
+    pub pieces: usize,
+    /// As [`PartBody::loose`].
+    pub loose: Vec<LoosePiece>,
+    /// As [`PartBody::by_contact`].
+    pub by_contact: Vec<LoosePiece>,
+}
+
+/// The pieces of each body of a surface of the design, for bodies of several ones.
+///
+/// # Errors
+/// As [`labelled_surface`].
+pub fn pieces_of_design(
+    case: &Case,
+    mesh: &Mesh,
+    density: &[f64],
+    options: &ExportOptions,
+) -> Result<Vec<PiecesOfBody>, ExportError> {
+    let all: Vec<usize> = (0..mesh.bodies.len()).collect();
+    let faces = NamedFaces::new(mesh, &all);
+    let surface = labelled_surface(mesh, density, options, &faces.labels)?.surface;
+    let of_body = |body: usize| {
+        let own = surface.restricted(|t| surface.bodies[t] as usize == body);
+        if own.triangles.is_empty() {
+            return None;
+        }
+        let Fate { kept, by_contact, .. } = fate(case, &faces, &own);
+        let pieces = kept.piece.iter().max().map_or(0, |&most| most as usize + 1) + kept.loose.len();
+        let body = mesh.bodies[body].name.clone();
+        (pieces > 1).then_some(PiecesOfBody { body, pieces, loose: kept.loose, by_contact })
+    };
+    Ok(all.into_iter().filter_map(of_body).collect())
 }
 
 fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {

@@ -20,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::lengths::Lengths;
 use crate::closest::{ClosestPoint, Simplex};
 use crate::crossings::{self, Near, cross};
-use crate::vector::{self, area, dot, norm, subtract, unit, unit_normal};
+use crate::vector::{area, dot, norm, shape, subtract, unit, unit_normal};
 
 /// Edges longer than `LONGEST` or shorter than `SHORTEST` times the target length are split or
 /// collapsed.
@@ -406,13 +406,4 @@ impl Remesh<'_> {
         }
         surface
     }
-}
-
-/// Unit normal of a triangle and its quality, 4√3 A / Σ l²: 1 if it is equilateral, 0 if it is flat.
-fn shape(corners: [[f64; 3]; 3]) -> ([f64; 3], f64) {
-    let [a, b, c] = corners;
-    let twice = vector::cross(subtract(b, a), subtract(c, a));
-    let squares: f64 = [subtract(b, a), subtract(c, b), subtract(a, c)].iter().map(|&e| dot(e, e)).sum();
-    let quality = if squares > 0.0 { 2.0 * 3f64.sqrt() * norm(twice) / squares } else { 0.0 };
-    (unit(twice), quality)
 }

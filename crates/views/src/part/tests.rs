@@ -52,11 +52,17 @@ fn part_of(text: &str, solid: impl Fn([f64; 3]) -> bool) -> Result<Part, PartErr
     sized(text, solid, Some(0.25))
 }
 
-fn sized(text: &str, solid: impl Fn([f64; 3]) -> bool, size: Option<f64>) -> Result<Part, PartError> {
+/// A case with its mesh and densities: the first body is solid where `solid` says so.
+fn scene(text: &str, solid: impl Fn([f64; 3]) -> bool) -> (Case, Mesh, Vec<f64>) {
     let case = parse_case(text, "case.toml").expect("a case").case;
     let mesh = build_mesh(&case).expect("a mesh");
     let filled = |e: usize| !mesh.bodies[0].elements.contains(&e) || solid(mesh.centroid(e));
-    let density: Vec<f64> = (0..mesh.elements.len()).map(|e| f64::from(u8::from(filled(e)))).collect();
+    let density = (0..mesh.elements.len()).map(|e| f64::from(u8::from(filled(e)))).collect();
+    (case, mesh, density)
+}
+
+fn sized(text: &str, solid: impl Fn([f64; 3]) -> bool, size: Option<f64>) -> Result<Part, PartError> {
+    let (case, mesh, density) = scene(text, solid);
     part(&case, &mesh, &density, &ExportOptions { threshold: Some(0.5), ..ExportOptions::default() }, size)
 }
 
@@ -181,6 +187,21 @@ fn contact_holds_a_loose_piece() {
         let body = &part.expect("a part").bodies[0];
         assert_eq!((body.loose.len(), body.pieces.len(), body.by_contact.len()), (0, 2, 0), "{ends}");
     }
+}
+
+/// The same pieces for a file without a part: one is loose where nothing touches it, another is held by contact.
+#[test]
+fn pieces_of_a_surface_are_told() {
+    let pieces = |solid: &dyn Fn([f64; 3]) -> bool| {
+        let (case, mesh, density) = scene(CASE, solid);
+        let options = ExportOptions { threshold: Some(0.5), ..ExportOptions::default() };
+        pieces_of_design(&case, &mesh, &density, &options).expect("pieces")
+    };
+    let apart = pieces(&|[x, ..]| !(3.5..4.0).contains(&x));
+    assert_eq!((apart.len(), apart[0].pieces, apart[0].loose.len(), apart[0].by_contact.len()), (1, 2, 1, 0));
+    let in_contact = pieces(&|[x, ..]| !(1.0..1.5).contains(&x));
+    assert_eq!((in_contact[0].pieces, in_contact[0].loose.len(), in_contact[0].by_contact.len()), (2, 0, 1));
+    assert!(pieces(&|[x, ..]| x < 2.0).is_empty(), "one piece");
 }
 
 /// A body that loses nothing keeps its shape, surfaces and sets; one that does gets a mesh.

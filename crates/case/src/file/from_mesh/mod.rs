@@ -113,4 +113,20 @@ mod tests {
         let notices = case_of_mesh(one.as_bytes(), "cubes.inp").expect("a case").notices;
         assert!(notices.len() == 1 && notices[0].contains("2 pieces that share no nodes"), "{notices:?}");
     }
+
+    /// A deck as Gmsh writes it: sets of the entities of the geometry, then those of the groups. A case has each
+    /// body and face once, under the name of its group; faces without a group keep the name of the entity.
+    #[test]
+    fn groups_come_before_entities_of_gmsh() {
+        let deck = "*Heading\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n\
+                    8, 0, 1, 1\n*ELEMENT, type=CPS4, ELSET=Surface1\n1, 1, 4, 3, 2\n*ELEMENT, type=CPS4, ELSET=Surface2\n\
+                    2, 5, 6, 7, 8\n*ELEMENT, type=C3D8, ELSET=Volume1\n3, 1, 2, 3, 4, 5, 6, 7, 8\n\
+                    *ELSET,ELSET=floor\n1\n*ELSET,ELSET=pad\n3\n";
+        let mesh = FileMesh::parse(deck.as_bytes()).expect("a mesh");
+        let survey = Survey::new(&mesh).expect("a survey");
+        let bodies: Vec<_> = survey.parts.iter().map(|part| part.part.as_deref()).collect();
+        assert_eq!(bodies, [Some("pad")]);
+        let faces: Vec<_> = survey.parts[0].faces.iter().map(|face| face.name.as_str()).collect();
+        assert_eq!(faces, ["pad_Surface2", "pad_floor"]);
+    }
 }

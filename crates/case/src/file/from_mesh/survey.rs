@@ -179,6 +179,15 @@ fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
             if sets.is_empty() {
                 sets = all;
             }
+            // the groups that the user made, if they leave out nothing
+            let named: Vec<&str> = sets.iter().copied().filter(|set| !is_elementary(set)).collect();
+            let covered = |sets: &[&str]| -> usize {
+                let cells = sets.iter().flat_map(|set| file.solid_cells(Some(set)));
+                cells.collect::<BTreeSet<u32>>().len()
+            };
+            if covered(&named) == covered(&sets) {
+                sets = named;
+            }
             sets.sort_by_key(|set| file.cell_sets[*set].len());
             let small = without_overlap(file, sets.clone());
             sets.sort_by_key(|set| Reverse(file.cell_sets[*set].len()));
@@ -196,6 +205,16 @@ fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
     };
     let chosen: Vec<_> = sets.into_iter().map(named).collect();
     if chosen.is_empty() { vec![(None, "part".into())] } else { chosen }
+}
+
+/// Whether Gmsh gave a set its name, when it wrote a deck: that of an entity of the geometry, such as `Volume1`, beside
+/// the groups of the user.
+fn is_elementary(set: &str) -> bool {
+    let number = ["volume", "surface"].iter().find_map(|kind| {
+        let (start, number) = set.split_at_checked(kind.len())?;
+        start.eq_ignore_ascii_case(kind).then_some(number)
+    });
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|c| c.is_ascii_digit()))
 }
 
 /// The sets that share no element with an earlier one, and the number of their elements.
@@ -230,8 +249,17 @@ fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, Mes
         false => file.first_order_body(&name, part.as_deref(), 1.0)?,
     };
     let mesh = read.mesh;
-    let mut faces: Vec<Face> =
-        mesh.surfaces.iter().map(|(name, surface)| Face::new(&mesh, name, surface, None)).collect();
+    // facets of groups that the user made are not listed again as faces of Gmsh's geometry
+    let prefix = format!("{name}_");
+    let of_geometry = |surface: &str| is_elementary(surface.strip_prefix(&prefix).unwrap_or(surface));
+    let groups = mesh.surfaces.iter().filter(|(name, _)| !of_geometry(name));
+    let grouped: BTreeSet<_> =
+        groups.flat_map(|(_, surface)| &surface.facets).map(|facet| facet.nodes.sorted()).collect();
+    let again = |name: &str, surface: &Surface| {
+        of_geometry(name) && surface.facets.iter().all(|facet| grouped.contains(&facet.nodes.sorted()))
+    };
+    let faces = mesh.surfaces.iter().filter(|(name, surface)| !again(name, surface));
+    let mut faces: Vec<Face> = faces.map(|(name, surface)| Face::new(&mesh, name, surface, None)).collect();
     if faces.is_empty() {
         faces = sides(&mesh, &name);
     }

@@ -13,6 +13,7 @@ use slipstick::part::{
 use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::counted;
 
+use super::summary;
 use crate::args::Export;
 use crate::context::Context;
 use crate::runs::refuse_shared;
@@ -224,19 +225,13 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
                 counted(body.crossings, "pair") + " of triangles"
             ));
         }
-        let told = |pieces: &[LoosePiece]| {
-            let largest = pieces.first()?;
-            let volume: f64 = pieces.iter().map(|piece| piece.volume).sum();
-            let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
-            Some((counted(pieces.len(), "piece"), digits(volume), at.join(", ")))
-        };
-        if let Some((pieces, volume, at)) = told(&body.loose) {
+        if let Some((pieces, volume, at)) = summary(&body.loose) {
             console.warning(&format!(
                 "{pieces} of `{name}` that neither support nor contact holds, with a volume of {volume}, left out; the \
                  largest is at ({at})"
             ));
         }
-        if let Some((pieces, volume, at)) = told(&body.by_contact) {
+        if let Some((pieces, volume, at)) = summary(&body.by_contact) {
             console.warning(&format!(
                 "only contact holds {pieces} of `{name}` (volume {volume}, the largest at ({at})). If elements below the \
                  threshold of {} connect them in the design, the part is weaker than the design promises: use a sharper \

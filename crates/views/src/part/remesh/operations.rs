@@ -2,8 +2,8 @@
 
 use std::collections::BinaryHeap;
 
-use super::{LONGEST, Place, Remesh, SHORTEST, TURN, shape};
-use crate::vector::{area, dot, norm};
+use super::{LONGEST, Place, Remesh, SHORTEST, TURN};
+use crate::vector::{area, dot, norm, shape};
 
 impl Remesh<'_> {
     /// Splits edges at their middle until none is too long, the longest first: in any other order,
