@@ -100,7 +100,7 @@ impl Measured {
 
     fn row(&self) -> Row {
         let place = self.place();
-        let inspection = place.good("--json check case.toml").event("result")["inspection"].clone();
+        let inspection = place.good("--json check case.toml --threads 1").event("result")["inspection"].clone();
         let number = |name: &str| inspection[name].as_f64().expect("a number") / 1e6;
         let result = place.good("--json optimize case.toml --iterations 1 --threads 1").event("result");
         let bodies = inspection["bodies"].as_array().expect("bodies");
@@ -158,7 +158,8 @@ fn predicted_memory_includes_contact() {
     let place = Place::new();
     place.good("new half-ball --out ball.toml");
     let set = "--set load_path.steps=2 --set adjoint.memory='0'";
-    let inspection = place.good(&format!("--json check ball.toml {set}")).event("result")["inspection"].clone();
+    let inspection =
+        place.good(&format!("--json check ball.toml --threads 1 {set}")).event("result")["inspection"].clone();
     let ran = place.good(&format!("--json optimize ball.toml --iterations 1 --threads 1 {set}")).event("result");
     let [predicted, measured] =
         [&inspection["peak_bytes"], &ran["peak_bytes"]].map(|of| of.as_f64().expect("a number"));
@@ -206,7 +207,7 @@ fn runs_larger_than_the_memory() {
         command.arg(env!("CARGO_BIN_EXE_slipstick")).args(line.split_whitespace());
         Ran::new(line, command.output().expect("sh"))
     };
-    let inspection = place.good("--json check case.toml").event("result")["inspection"].clone();
+    let inspection = place.good("--json check case.toml --threads 1").event("result")["inspection"].clone();
     let number = |name: &str| inspection[name].as_f64().expect("a number") / 1e6;
     let (peak, kept) = (number("peak_bytes"), number("kept_bytes"));
     assert!(kept > 0.5 * peak, "{kept} of {peak}");
