@@ -66,6 +66,7 @@ fn what_cannot_be_exported() {
     place.write("miles.toml", &case);
     place.good("optimize miles.toml --iterations 1 -q");
     place.bad("export miles --threshold 0.4 --3mf a.3mf", 2, &["3MF has no unit `furlong`", "[units] length"]);
+    place.bad("export case --threshold 0.1 --stl no/a.stl", 2, &["cannot write no/a.stl", "make the folder no first"]);
     place.bad("export nowhere", 2, &["there is no run.json in nowhere"]);
     std::fs::remove_file(place.path("case/design.csv")).expect("there");
     place.bad("export case", 2, &["there is no design.csv in case"]);

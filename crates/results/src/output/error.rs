@@ -100,4 +100,15 @@ impl OutputError {
         let path = path.to_owned();
         move |source| Self::Io { action, path, source }
     }
+
+    /// What helps against an error of the operating system.
+    pub fn cure(&self) -> String {
+        match self {
+            Self::Io { path, source, .. } if source.kind() == io::ErrorKind::NotFound => {
+                let folder = path.parent().unwrap_or(Path::new("."));
+                format!("make the folder {} first, or name a file in one that exists", folder.display())
+            }
+            _ => "check the permission to write there and the free space".into(),
+        }
+    }
 }

@@ -117,7 +117,7 @@ impl RunError {
                 "check the case for values near the limits of numbers; `slipstick check` shows its sizes".into()
             }
             Self::FirstRank => "see its message".into(),
-            Self::Output(_) => "check the permission to write there and the free space".into(),
+            Self::Output(error) => error.cure(),
         }
     }
 

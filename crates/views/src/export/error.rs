@@ -82,7 +82,7 @@ impl ExportError {
             Self::Unit { .. } => {
                 "3MF has µm, mm, cm, m, in and ft: use one of them for `[units] length`, or write STL or OBJ".into()
             }
-            Self::Output(_) => "check the permission to write there and the free space".into(),
+            Self::Output(error) => error.cure(),
         }
     }
 }

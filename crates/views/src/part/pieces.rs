@@ -6,8 +6,6 @@ use std::f64::consts::PI;
 use slipstick_case::file::{Case, SpringEnd};
 use slipstick_mesh::Mesh;
 
-#[cfg(doc)]
-use super::PartBody;
 use super::patches::{NamedFaces, shells};
 use crate::export::{ExportError, ExportOptions, TriangleSurface, labelled_surface};
 use crate::vector::{cross, dot, norm, subtract};
@@ -19,6 +17,8 @@ pub struct LoosePiece {
     pub volume: f64,
     /// The lowest and highest corners of its bounding box. \[L\]
     pub bounds: [[f64; 3]; 2],
+    /// Whether it is on a contact face.
+    pub on_contact: bool,
 }
 
 /// The material of a body without its loose pieces.
@@ -69,7 +69,11 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
         .filter(|s| !kept.contains(s))
         .map(|&s| {
             let own = (0..count).filter(|&other| owners[other] == Some(s));
-            LoosePiece { volume: own.map(|shell| volumes[shell]).sum(), bounds: bounds(surface, &triangles[s]) }
+            LoosePiece {
+                volume: own.map(|shell| volumes[shell]).sum(),
+                bounds: bounds(surface, &triangles[s]),
+                on_contact: false,
+            }
         })
         .collect();
     loose.sort_by(|a, b| b.volume.total_cmp(&a.volume));
@@ -115,8 +119,9 @@ pub(super) fn fate(case: &Case, faces: &NamedFaces, surface: &TriangleSurface) -
     let mut left_out: BTreeSet<String> = names(&kept.loose_labels);
     // contact holds pieces such as a ring inside a ring
     let on_kept: BTreeSet<String> = names(&kept.surface.labels.iter().copied().collect());
-    let pairs = case.contacts.iter().flat_map(|pair| [&pair.slave, &pair.master]);
-    let missing: Vec<&String> = pairs.filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
+    let pairs: Vec<&String> = case.contacts.iter().flat_map(|pair| [&pair.slave, &pair.master]).collect();
+    let missing: Vec<&String> =
+        pairs.iter().copied().filter(|&name| left_out.contains(name) && !on_kept.contains(name)).collect();
     let mut by_contact = Vec::new();
     if !missing.is_empty() {
         let held = |t: usize| kept.held[t] || on(t, &missing);
@@ -126,6 +131,8 @@ pub(super) fn fate(case: &Case, faces: &NamedFaces, surface: &TriangleSurface) -
         by_contact.extend(unsupported.into_iter().filter(|piece| !kept.loose.contains(piece)));
         left_out = names(&kept.loose_labels);
     }
+    let apart = pieces(surface, |t| kept.held[t] || on(t, &pairs)).loose;
+    kept.loose.iter_mut().for_each(|piece| piece.on_contact = !apart.contains(piece));
     Fate { kept, by_contact, left_out }
 }
 
@@ -136,9 +143,9 @@ pub struct PiecesOfBody {
     pub body: String,
     /// Pieces of its material; a cavity is none.
     pub pieces: usize,
-    /// As [`PartBody::loose`].
+    /// Those that neither a support nor contact holds, the largest first.
     pub loose: Vec<LoosePiece>,
-    /// As [`PartBody::by_contact`].
+    /// Those that only contact holds, the largest first.
     pub by_contact: Vec<LoosePiece>,
 }
 
@@ -163,7 +170,10 @@ pub fn pieces_of_design(
         let Fate { kept, by_contact, .. } = fate(case, &faces, &own);
         let pieces = kept.piece.iter().max().map_or(0, |&most| most as usize + 1) + kept.loose.len();
         let body = mesh.bodies[body].name.clone();
-        (pieces > 1).then_some(PiecesOfBody { body, pieces, loose: kept.loose, by_contact })
+        let (touching, loose): (Vec<_>, Vec<_>) = kept.loose.into_iter().partition(|piece| piece.on_contact);
+        let mut by_contact: Vec<LoosePiece> = by_contact.into_iter().chain(touching).collect();
+        by_contact.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+        (pieces > 1).then_some(PiecesOfBody { body, pieces, loose, by_contact })
     };
     Ok(all.into_iter().filter_map(of_body).collect())
 }

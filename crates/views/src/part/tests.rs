@@ -201,6 +201,12 @@ fn pieces_of_a_surface_are_told() {
     assert_eq!((apart.len(), apart[0].pieces, apart[0].loose.len(), apart[0].by_contact.len()), (1, 2, 1, 0));
     let in_contact = pieces(&|[x, ..]| !(1.0..1.5).contains(&x));
     assert_eq!((in_contact[0].pieces, in_contact[0].loose.len(), in_contact[0].by_contact.len()), (2, 0, 1));
+    // the second piece is held by contact, although the first one has a part of the contact face too
+    let gap = |[x, ..]: [f64; 3]| !(2.0..2.5).contains(&x);
+    let shared = pieces(&gap);
+    assert_eq!((shared[0].pieces, shared[0].loose.len(), shared[0].by_contact.len()), (2, 0, 1));
+    let body = &part_of(CASE, gap).expect("a part").bodies[0];
+    assert_eq!(body.loose.iter().map(|piece| piece.on_contact).collect::<Vec<_>>(), [true]);
     assert!(pieces(&|[x, ..]| x < 2.0).is_empty(), "one piece");
 }
 

@@ -144,7 +144,8 @@ fn case_text(part: &Part, promised: &[Promise]) -> Outcome<String> {
 }
 
 fn of_body(body: &PartBody) -> Value {
-    let loose = |piece: &LoosePiece| json!({ "volume": piece.volume, "bounds": piece.bounds });
+    let loose =
+        |piece: &LoosePiece| json!({ "volume": piece.volume, "bounds": piece.bounds, "on_contact": piece.on_contact });
     let faces: serde_json::Map<String, Value> = body
         .faces
         .iter()
@@ -226,9 +227,12 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             ));
         }
         if let Some((pieces, volume, at)) = summary(&body.loose) {
+            let held = match body.loose.iter().any(|piece| piece.on_contact) {
+                true => "no support holds (their contact faces are on the rest of the body too)",
+                false => "neither support nor contact holds",
+            };
             console.warning(&format!(
-                "{pieces} of `{name}` that neither support nor contact holds, with a volume of {volume}, left out; the \
-                 largest is at ({at})"
+                "{pieces} of `{name}` that {held}, with a volume of {volume}, left out; the largest is at ({at})"
             ));
         }
         if let Some((pieces, volume, at)) = summary(&body.by_contact) {
