@@ -319,7 +319,10 @@ fn build_interfaces(
         let largest_offset = contact.offset.iter().map(|point| point.offset.abs()).fold(0.0, f64::max);
         // at least as far as the bodies can approach each other in one step, so that no contact is
         // missed
-        let adjust = contact.adjust.unwrap_or(0.0);
+        let adjust = contact.adjust.as_ref().map_or(0.0, |adjust| {
+            let distance = adjust.distance();
+            adjust.gap().abs() + if distance.is_finite() { distance } else { size }
+        });
         let reach = match contact.tied {
             true => tie_reach(contact, i, mesh, &points)?,
             false => contact.search_radius.unwrap_or(2.0 * size + 1.5 * approach + largest_offset + adjust),
@@ -361,7 +364,7 @@ fn build_interfaces(
             friction: contact.friction,
             shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
             offset: contact.offset.clone(),
-            adjusted: adjusted(&interface, contact, points.as_flattened(), &slants, i)?,
+            adjusted: adjusted(&interface, contact, mesh, &points, &slants, i)?,
             slants,
             active: contact.active,
             bond: tie.map(Arc::new),
@@ -377,18 +380,35 @@ fn folded(error: &InterfaceError, pair: usize) -> BuildError {
     BuildError::new(format!("contact[{pair}]"), error, "choose surfaces without folds")
 }
 
-/// For each slave node, the gap in the mesh that counts as closed: [`file::Contact::adjust`].
+/// For each slave node, the part of its gap in the mesh that does not count: [`file::Contact::adjust`].
 fn adjusted(
     interface: &ContactInterface,
     contact: &file::Contact,
-    coordinates: &[f64],
+    mesh: &Mesh,
+    points: &[[f64; 3]],
     slants: &[f64],
     pair: usize,
 ) -> Result<Vec<f64>, BuildError> {
-    let Some(adjust) = contact.adjust else { return Ok(Vec::new()) };
+    let Some(adjust) = &contact.adjust else { return Ok(Vec::new()) };
+    let nodes = adjust.nodes().map(|set| mesh.node_sets.get(set).map_or(&[][..], Vec::as_slice));
+    let slaves = interface.slave_nodes();
+    let chosen = |k: usize| nodes.is_none_or(|nodes| nodes.contains(&slaves[k].node));
+    if let (Some(set), false) = (adjust.nodes(), (0..slaves.len()).any(chosen)) {
+        let message = format!("no node of `{set}` is on the slave surface `{}`", contact.slave);
+        return Err(BuildError::new(
+            format!("contact[{pair}].adjust.nodes"),
+            message,
+            "name a set of nodes of the slave",
+        ));
+    }
+    let coordinates = points.as_flattened();
     let offset = OffsetPoint::at(&contact.offset, contact.active[0]);
     let gaps = ModelInterface::gaps_of(interface, coordinates, offset, slants).map_err(|e| folded(&e, pair))?;
-    Ok(gaps.into_iter().map(|gap| gap.filter(|gap| gap.abs() <= adjust).unwrap_or(0.0)).collect())
+    let of = |(k, gap): (usize, Option<f64>)| {
+        let within = |gap: &f64| gap.abs() <= adjust.distance() && chosen(k);
+        gap.filter(within).map_or(0.0, |gap| gap - adjust.gap())
+    };
+    Ok(gaps.into_iter().enumerate().map(of).collect())
 }
 
 /// Checks that the stiffness of a pair is known: the default is that of the bodies, and rigid bodies

@@ -78,17 +78,23 @@ pub(crate) fn adjusted(inspection: &Inspection) -> Vec<String> {
         let at = pair.adjusted?;
         let removed = match at.at_node {
             None => "no gap or penetration to remove".into(),
-            Some(node) => format!(
+            Some(node) if at.gap == 0.0 => format!(
                 "gaps and penetrations removed without stress at {}, the largest of {} at node {node}",
                 counted(at.nodes, "node"),
+                quantity(at.largest.abs())
+            ),
+            Some(node) => format!(
+                "gaps of {} count as {}, the largest change of {} at node {node}",
+                counted(at.nodes, "node"),
+                quantity(at.gap),
                 quantity(at.largest.abs())
             ),
         };
         let left = match at.left {
             0 => String::new(),
             left => format!(
-                "; larger than {} and left at {}, with penetrations of up to {}",
-                quantity(at.distance),
+                "; {}left at {}, with penetrations of up to {}",
+                at.distance.map_or("others ".into(), |distance| format!("larger than {} and ", quantity(distance))),
                 counted(left, "node"),
                 quantity(at.deepest_left)
             ),

@@ -143,6 +143,16 @@ fn laws_of_surfaces() {
     let linear = pair("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n5e4\n*FRICTION, TAUMAX=7\n0.2, 1e4\n");
     assert!(linear.ends_with("friction = 0.2; shear_limit = 7.0; adjust = 0.02; enforcement = { penalty = { stiffness = { normal = 50000.0, tangential = 10000.0 } } }"), "{linear}");
     assert!(pair("").ends_with("friction = 0.0; adjust = 0.02"));
+    let gap = |deck: &str| {
+        let table = tables(deck).into_iter().find(|table| table.starts_with("[[contact]]")).expect("a pair");
+        table.split("friction = 0.3; ").nth(1).expect("what follows").to_owned()
+    };
+    let clearance = CUBES.replace("*STEP", "*CLEARANCE, MASTER=up, SLAVE=DOWN, VALUE=-0.03\n*STEP");
+    assert_eq!(gap(&clearance), "adjust = { gap = -0.03 }");
+    assert_eq!(gap(&CUBES.replace("ADJUST=0.02", "ADJUST=all_high")), "adjust = { nodes = \"HIGH_ALL_HIGH\" }");
+    assert!(refused(&CUBES.replace("ADJUST=0.02", "ADJUST=NOWHERE"))[0].contains("neither a distance nor a node set"));
+    assert!(refused(&clearance.replace("SLAVE=DOWN", "SLAVE=LID"))[0].contains("no *CONTACT PAIR of `LID` and `up`"));
+    assert!(refused(&clearance.replace(", VALUE=-0.03", ""))[0].contains("needs a VALUE"));
     assert!(pair("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1e5\n").ends_with("tied = true"));
     let tie = new_tables(&CUBES.replace("*STEP", "*TIE, NAME=glue, POSITION TOLERANCE=0.1\nDOWN, UP\n*STEP"));
     assert_eq!(tie[0], "[[surface]]; name = \"HIGH_DOWN_2\"; of = [\"HIGH_DOWN\"]", "the slave of two pairs");

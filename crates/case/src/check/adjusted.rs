@@ -7,15 +7,17 @@ use slipstick_model::model::{ModelInterface, NodalContact};
 /// What `adjust` of a contact pair has removed, and what it has left.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Adjustment {
-    /// Gaps and penetrations up to this count as closed. \[L\]
-    pub distance: f64,
-    /// Number of slave nodes with a gap or penetration that is removed.
+    /// Gaps and penetrations up to this change; `None`: any. \[L\]
+    pub distance: Option<f64>,
+    /// The gap as which they count; 0: closed. \[L\]
+    pub gap: f64,
+    /// Number of slave nodes with another gap or penetration than in the mesh.
     pub nodes: usize,
-    /// The largest of them; negative: a penetration. \[L\]
+    /// The largest difference; negative: the gap becomes larger. \[L\]
     pub largest: f64,
     /// Its node.
     pub at_node: Option<u32>,
-    /// Number of slave nodes that face the master with a larger gap or penetration, which remains.
+    /// Number of slave nodes that face the master with another gap or penetration, which remains.
     pub left: usize,
     /// The deepest penetration that remains; 0 if there is none. \[L\]
     pub deepest_left: f64,
@@ -26,13 +28,17 @@ const ROUND_OFF: f64 = 1e-9;
 
 /// The adjustment of a pair with the contact of its slave nodes at the start; `None` without `adjust`.
 pub(super) fn adjustment(contact: &Contact, model: &ModelInterface, nodes: &[NodalContact]) -> Option<Adjustment> {
-    let distance = contact.adjust?;
-    let moved = |gap: f64| gap.abs() > ROUND_OFF * distance;
+    let adjust = contact.adjust.as_ref()?;
+    let largest = model.adjusted.iter().fold(0.0, |most: f64, gap| most.max(gap.abs()));
+    let distance = Some(adjust.distance()).filter(|distance| distance.is_finite());
+    let size = distance.unwrap_or(0.0).max(adjust.gap().abs()).max(largest);
+    let moved = |gap: f64| gap.abs() > ROUND_OFF * size;
     let removed = nodes.iter().zip(&model.adjusted).filter(|(_, gap)| moved(**gap));
     let worst = removed.clone().reduce(|a, b| if b.1.abs() > a.1.abs() { b } else { a });
-    let left = nodes.iter().filter_map(|node| node.gap).filter(|gap| moved(*gap));
+    let left = nodes.iter().filter_map(|node| node.gap).filter(|gap| moved(*gap - adjust.gap()));
     Some(Adjustment {
         distance,
+        gap: adjust.gap(),
         nodes: removed.count(),
         largest: worst.map_or(0.0, |(_, gap)| *gap),
         at_node: worst.map(|(node, _)| node.node),

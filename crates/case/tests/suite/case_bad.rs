@@ -293,6 +293,9 @@ fn joints() {
     }
     one(18, "friction = 0.3", &with("tied = true"), ChooseOne, "0.3");
     one(18, "friction = 0.3", &with("adjust = 0"), OutOfRange, "0\n");
+    one(18, "friction = 0.3", &with("adjust = { distance = -1 }"), OutOfRange, "-1 }");
+    one(18, "friction = 0.3", &with("adjust = { nodes = \"nowhere\" }"), UnknownSet, "\"nowhere\"");
+    one(18, "friction = 0.3", &with("adjust = { }"), MissingKey, "{ }");
     let tied = GOOD.replace("friction = 0.3", "tied = true");
     assert!(parse_case(&tied, "case.toml").is_ok());
     only_error(&tied.replace("lagrange = {}", "penalty = {}"), Unsupported, (19, 15));

@@ -22,9 +22,14 @@ pub enum Behavior {
 }
 
 /// What `ADJUST` of a contact pair says.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum Adjust {
+    /// Gaps up to this distance are closed.
     Distance(f64),
+    /// Those of the nodes of this set are, as written.
+    Set(String),
+    /// All gaps are this one: `*CLEARANCE`.
+    Clearance(f64),
 }
 
 /// `*CONTACT PAIR`: names as written.
@@ -70,6 +75,7 @@ impl Reader<'_> {
             "TIE" => self.tie(card),
             "RIGID BODY" => self.rigid_body(card),
             "MODEL CHANGE" => self.model_change(card),
+            "CLEARANCE" => self.clearance(&card.keyword),
             _ => return false,
         }
         true
@@ -153,11 +159,7 @@ impl Reader<'_> {
         let (keyword, line) = (&card.keyword, card.keyword.line);
         let adjust = match keyword.parameter("ADJUST").map(str::parse::<f64>) {
             Some(Ok(distance)) => Some(Adjust::Distance(distance)),
-            Some(Err(_)) => {
-                let cure = "write the distance, ADJUST=0.01";
-                self.ledger.refuse("CONTACT PAIR", line, "ADJUST with a set is not supported", cure);
-                None
-            }
+            Some(Err(_)) => keyword.parameter("ADJUST").map(|set| Adjust::Set(plain(set))),
             None => None,
         };
         let interaction = keyword.parameter("INTERACTION").unwrap_or_default().to_ascii_uppercase();
@@ -172,8 +174,29 @@ impl Reader<'_> {
                 continue;
             };
             let (slave, master) = (plain(slave), plain(master));
-            let interaction = interaction.clone();
+            let (interaction, adjust) = (interaction.clone(), adjust.clone());
             self.deck.pairs.push(Pair { slave, master, interaction, adjust, active: [0, usize::MAX], line });
+        }
+    }
+
+    /// The gap of a pair, whatever that in the mesh is.
+    fn clearance(&mut self, keyword: &Keyword<'_>) {
+        let line = keyword.line;
+        let side = |name: &str| keyword.parameter(name).map(plain).unwrap_or_default();
+        let (slave, master) = (side("SLAVE"), side("MASTER"));
+        let value = keyword.parameter("VALUE").and_then(|value| value.parse::<f64>().ok());
+        let is =
+            |pair: &&mut Pair| pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master);
+        match (self.deck.pairs.iter_mut().find(is), value) {
+            (Some(pair), Some(value)) if value.is_finite() => {
+                pair.adjust = Some(Adjust::Clearance(value));
+                self.ledger.translated("CLEARANCE", line, "`adjust` with this `gap`");
+            }
+            (None, _) => {
+                let why = format!("there is no *CONTACT PAIR of `{slave}` and `{master}` before it");
+                self.ledger.wrong("CLEARANCE", [line; 2], why, "name SLAVE and MASTER of a pair above");
+            }
+            _ => self.ledger.wrong("CLEARANCE", [line; 2], "it needs a VALUE", DAMAGED),
         }
     }
 

@@ -1,10 +1,11 @@
 //! Contact pairs and ties.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::{Writer, quoted};
 use crate::bodies::find;
-use crate::read::{Adjust, Behavior, Interaction};
+use crate::read::{Adjust, Behavior, Interaction, Pair};
 
 impl Writer<'_> {
     pub(super) fn contact(&mut self) {
@@ -46,8 +47,19 @@ impl Writer<'_> {
             if let Some((.., Some(limit), _)) = interaction.friction {
                 let _ = writeln!(text, "shear_limit = {limit:?}");
             }
-            if let Some(Adjust::Distance(distance)) = pair.adjust.filter(|Adjust::Distance(distance)| *distance > 0.0) {
-                let _ = writeln!(text, "adjust = {distance:?}");
+            match &pair.adjust {
+                Some(Adjust::Distance(distance)) if *distance > 0.0 => {
+                    let _ = writeln!(text, "adjust = {distance:?}");
+                }
+                Some(Adjust::Clearance(gap)) => {
+                    let _ = writeln!(text, "adjust = {{ gap = {gap:?} }}");
+                }
+                Some(Adjust::Set(set)) => {
+                    if let Some(nodes) = self.nodes_of_slave(pair, set) {
+                        let _ = writeln!(text, "adjust = {{ nodes = {} }}", quoted(&nodes));
+                    }
+                }
+                Some(Adjust::Distance(_)) | None => {}
             }
             if let Some((Behavior::Linear(normal), _)) = interaction.behavior {
                 let stiffness = match slope {
@@ -63,6 +75,23 @@ impl Writer<'_> {
             self.table("contact", "TIE", tie.line);
             self.line(format!("slave = {slave}\nmaster = {master}\ntied = true"));
         }
+    }
+
+    /// The name in the case of a node set, on the body of a pair's slave.
+    fn nodes_of_slave(&mut self, pair: &Pair, set: &str) -> Option<String> {
+        let known = |name| find(&self.mesh.face_sets, name).or_else(|| find(&self.mesh.cell_sets, name));
+        let bodies: BTreeSet<usize> =
+            known(&pair.slave).into_iter().flat_map(|name| self.bodies.under(self.mesh, name)).collect();
+        let set = find(&self.mesh.node_sets, set);
+        let (Some(set), Some(&body), 1) = (set, bodies.first(), bodies.len()) else {
+            let why = match set {
+                None => "ADJUST names neither a distance nor a node set of the deck",
+                Some(_) => "ADJUST with a set is not supported for a slave surface on several bodies",
+            };
+            self.ledger.wrong("CONTACT PAIR", [pair.line; 2], why, "write the distance, ADJUST=0.01");
+            return None;
+        };
+        Some(self.on(body, set))
     }
 
     /// Whether one of the surfaces lies on elements with nodes between corners. Facets of linear elements are

@@ -202,6 +202,62 @@ fn initial_gaps_and_penetrations_are_removed_without_stress() {
     }
 }
 
+/// A prescribed interference has Lamé's pressure within 1 %, whatever the facets' own gaps.
+#[test]
+fn an_interference_replaces_the_gaps_of_the_mesh() {
+    let more = format!("surfaces = 'faceted'\nadjust = {{ gap = {:?} }}", -FIT);
+    let text = fit([32, 24], 1, 0.0, &more).replace(&format!("offset = {FIT:?} }}"), "offset = 0.0 }");
+    let [mean, spread] = pressure_of(&text, &[]);
+    println!("{mean:.4} {spread:.3}");
+    assert!((mean - 1.0).abs() < 0.01, "{mean}");
+    let adjusted = inspected(&text).contacts[0].adjusted.expect("an adjustment");
+    assert_eq!((adjusted.gap, adjusted.distance, adjusted.left), (-FIT, None, 0));
+}
+
+/// Two cubes in one dimension (ν = 0) that touch in the mesh and count as 0.05 apart: pressed by δ, they transmit
+/// E (δ − 0.05)/2 per area. Where only the nodes of one half are chosen, those of the other half touch at once.
+#[test]
+fn a_clearance_is_closed_before_forces_act() {
+    let cubes = |adjust: &str, press: f64| {
+        let cube = |name: &str, y: f64| {
+            format!(
+                "[[body]]\nname = '{name}'\nbox = {{ min = [0, {y:?}, 0], max = [1, {:?}, 1], elements = [4, 1, 1] }}\n\
+                 material = {{ linear_elastic = {{ youngs_modulus = 1000.0, poisson_ratio = 0.0 }} }}\n",
+                y + 1.0
+            )
+        };
+        cube("low", 0.0)
+            + &cube("high", 1.0)
+            + &format!(
+                "[[set]]\nname = 'right'\nwithin = 'high_ymin'\nboxes = [{{ min = [0.6, 1, 0], max = [1, 1, 1] }}]\n\
+                 [[contact]]\nslave = 'high_ymin'\nmaster = 'low_ymax'\nfriction = 0.0\nadjust = {adjust}\n\
+                 [[dirichlet]]\nset = 'low_ymin'\n[[dirichlet]]\nset = 'high_ymax'\n\
+                 motion = [{{ t = 1, u = [0, {:?}, 0] }}]\n[load_path]\nsteps = 1\n",
+                -press
+            )
+    };
+    let force = |adjust: &str, press: f64| {
+        let mut problem = problem(&cubes(adjust, press));
+        let density = problem.initial_density().clone();
+        let run = forward(&mut problem, &density);
+        let found = slipstick::quantities::quantities(&problem, &run.path);
+        *found.get("high_ymin_normal_force").unwrap().last().unwrap()
+    };
+    for (press, expected) in [(0.04, 0.0), (0.08, 15.0), (0.25, 100.0)] {
+        let found = force("{ gap = 0.05 }", press);
+        assert!((found - expected).abs() < 1e-8 * (1.0 + expected), "{press}: {found} {expected}");
+    }
+    // an overlap stresses the cubes before they are moved
+    assert!((force("{ gap = -0.02 }", 1e-9) - 10.0).abs() < 1e-5);
+    let [all, some, none] =
+        ["{ gap = 0.05 }", "{ nodes = 'right', gap = 0.05 }", "{ nodes = 'right' }"].map(|of| force(of, 0.08));
+    assert!(all < some && some < none && (none - 40.0).abs() < 1e-6, "{all} {some} {none}");
+    let within = force("{ distance = 0.01, gap = 0.05 }", 0.08);
+    assert!((within - all).abs() < 1e-9, "they touch, so they are within the distance: {within} {all}");
+    let adjusted = inspected(&cubes("{ nodes = 'right', gap = 0.05 }", 0.08)).contacts[0].adjusted.expect("adjusted");
+    assert_eq!((adjusted.nodes, adjusted.left), (4, 6), "{adjusted:?}");
+}
+
 /// A fit of 6 on 8 facets with fewer elements, as a design whose objective is the contact force.
 fn designed(fit: &str) -> String {
     fit.replace("elements = [6, 4, 1]", "elements = [6, 1, 1]")
@@ -214,10 +270,15 @@ fn designed(fit: &str) -> String {
 /// Adjoint gradients of a case with adjusted nodes agree with central differences.
 #[test]
 fn gradient_of_an_adjusted_fit() {
-    for (enforcement, shape) in [("lagrange = {}", "standard"), ("lagrange = {}", "dual"), ("penalty = {}", "standard")]
-    {
+    let interference = "{ gap = -0.01 }";
+    for (enforcement, shape, adjust) in [
+        ("lagrange = {}", "standard", "0.5"),
+        ("lagrange = {}", "dual", "0.5"),
+        ("penalty = {}", "standard", "0.5"),
+        ("lagrange = {}", "standard", interference),
+    ] {
         let more = format!(
-            "surfaces = 'faceted'\nadjust = 0.5\nmultiplier_shape = '{shape}'\nenforcement = {{ {enforcement} }}"
+            "surfaces = 'faceted'\nadjust = {adjust}\nmultiplier_shape = '{shape}'\nenforcement = {{ {enforcement} }}"
         );
         let text = designed(&fit([6, 8], 1, 0.2, &more));
         let mut problem: Problem = problem(&text);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, equations_of, springs_of};
-use slipstick_case::file::{Contact, CouplingKind, Enforcement, StiffnessScaling, Surfaces};
+use slipstick_case::file::{Adjust, Contact, CouplingKind, Enforcement, StiffnessScaling, Surfaces};
 use slipstick_mesh::facet_area;
 use slipstick_solid::spring::Acts;
 
@@ -74,7 +74,24 @@ impl Writer<'_> {
                     }
                 }
             }
-            let adjust = contact.adjust.map_or(String::new(), |distance| format!(", ADJUST={}", number(distance)));
+            let (adjust, clearance) = match &contact.adjust {
+                None => (String::new(), None),
+                Some(adjust @ Adjust::Chosen { nodes: None, .. }) if adjust.gap() != 0.0 => {
+                    if adjust.distance().is_finite() {
+                        let message = "in a deck, a clearance holds for all nodes, at any distance";
+                        self.warn(at("adjust.distance"), message, "omit it to compare the same gaps");
+                    }
+                    (String::new(), Some(adjust.gap()))
+                }
+                Some(adjust) if adjust.nodes().is_none() && adjust.distance().is_finite() => {
+                    (format!(", ADJUST={}", number(adjust.distance())), None)
+                }
+                Some(_) => {
+                    let message = "a deck has no such choice of nodes whose gaps change";
+                    self.refuse(at("adjust"), message, "give a `distance` alone, or a `gap` alone");
+                    (String::new(), None)
+                }
+            };
             let _ = writeln!(
                 self.model,
                 "*CONTACT PAIR, INTERACTION={name}, TYPE=SURFACE TO SURFACE{adjust}\n{slave}, {master}"
@@ -82,6 +99,9 @@ impl Writer<'_> {
             if !adjust.is_empty() {
                 let message = "CalculiX and Abaqus move nodes of the slave, where here the gap is subtracted";
                 self.warn(at("adjust"), message, "close the gaps in the mesh to compare the same geometry");
+            }
+            if let Some(gap) = clearance {
+                let _ = writeln!(self.model, "*CLEARANCE, MASTER={master}, SLAVE={slave}, VALUE={}", number(gap));
             }
             if !contact.offset.is_empty() {
                 let message = "a deck has no distance at which meshes touch that changes over the path";

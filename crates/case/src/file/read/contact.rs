@@ -5,8 +5,8 @@ use super::super::document::Table;
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Sides, Stiffness, StiffnessScaling,
-    Surfaces, ToleranceScaling,
+    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Sides, Stiffness,
+    StiffnessScaling, Surfaces, ToleranceScaling,
 };
 use super::motion;
 use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, OffsetPoint};
@@ -128,7 +128,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         .or(Contact::EDGE_COVER);
     let surfaces =
         table.word("surfaces", &[("smooth", Surfaces::Smooth), ("faceted", Surfaces::Faceted)]).or(Surfaces::Smooth);
-    let adjust = positive(&table, "adjust").optional();
+    let adjust = adjust(&table, names);
     let normals = table.word("normals", &[("touched", Normals::Touched), ("averaged", Normals::Averaged)]).optional();
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     if tied {
@@ -201,6 +201,27 @@ fn offset(table: &Table<'_>, steps: usize) -> Vec<OffsetPoint> {
         points.push(OffsetPoint { t, offset });
     }
     points
+}
+
+/// A distance, or `{ distance = …, nodes = …, gap = … }`.
+fn adjust(table: &Table<'_>, names: &Names) -> Option<Adjust> {
+    if !table.value("adjust")?.get_ref().is_table() {
+        return positive(table, "adjust").optional().map(Adjust::Distance);
+    }
+    let inner = table.table("adjust")?;
+    let distance = positive(&inner, "distance").optional();
+    let nodes = inner.string("nodes").optional();
+    if let Some(nodes) = &nodes {
+        names.check_set(inner.reader, &inner.path_of("nodes"), nodes);
+    }
+    let gap = inner.number("gap").optional();
+    if !["distance", "nodes", "gap"].into_iter().any(|key| inner.has(key)) {
+        let help =
+            "give the largest `distance` that is closed, the `nodes` that are adjusted, or the `gap` that they get";
+        inner.reader.error(inner.path(), CaseCode::MissingKey, "nothing is adjusted", help);
+    }
+    inner.finish();
+    Some(Adjust::Chosen { distance, nodes, gap: gap.unwrap_or(0.0) })
 }
 
 /// The part `[from, to]` of the load path.

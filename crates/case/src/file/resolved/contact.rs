@@ -52,10 +52,9 @@ pub struct Contact {
     pub edge_cover: f64,
     /// The surfaces between which the gap is measured.
     pub surfaces: Surfaces,
-    /// Gaps and penetrations in the mesh of at most this distance count as closed; `None`: none
-    /// do. \[L\]
+    /// Gaps and penetrations in the mesh that count as closed, or as a given gap; `None`: none do.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub adjust: Option<f64>,
+    pub adjust: Option<Adjust>,
     /// The direction of contact forces where the slave surface meets an edge of its body; `None`: that of
     /// the master where a flat slave surface ends at an edge, unless the bodies lie on each other in the
     /// mesh, where the slave is a curved surface of few facets, and at edges on inclined curved surfaces;
@@ -112,7 +111,7 @@ impl Serialize for Contact {
             edge_cover: f64,
             surfaces: Surfaces,
             #[serde(skip_serializing_if = "Option::is_none")]
-            adjust: Option<f64>,
+            adjust: Option<&'a Adjust>,
             #[serde(skip_serializing_if = "Option::is_none")]
             normals: Option<Normals>,
         }
@@ -123,7 +122,7 @@ impl Serialize for Contact {
             feature_angle: self.feature_angle,
             edge_cover: self.edge_cover,
             surfaces: self.surfaces,
-            adjust: self.adjust,
+            adjust: self.adjust.as_ref(),
             normals: self.normals,
         };
         Written {
@@ -138,6 +137,51 @@ impl Serialize for Contact {
             enforcement: self.enforcement,
         }
         .serialize(serializer)
+    }
+}
+
+/// The slave nodes whose gaps in the mesh count as another gap, without stress.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Adjust {
+    /// Those with a gap or penetration of at most this distance count as touching. \[L\]
+    Distance(f64),
+    /// Those of a set.
+    Chosen {
+        /// The largest gap or penetration that changes; `None`: any that is found. \[L\]
+        #[serde(skip_serializing_if = "Option::is_none")]
+        distance: Option<f64>,
+        /// The node set; `None`: all slave nodes.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        nodes: Option<String>,
+        /// The gap that they get; negative: a penetration. \[L\]
+        gap: f64,
+    },
+}
+
+impl Adjust {
+    /// The largest gap or penetration that changes; infinite if any does. \[L\]
+    pub fn distance(&self) -> f64 {
+        match *self {
+            Self::Distance(distance) => distance,
+            Self::Chosen { distance, .. } => distance.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// The node set whose nodes are chosen; `None`: all slave nodes.
+    pub fn nodes(&self) -> Option<&str> {
+        match self {
+            Self::Chosen { nodes, .. } => nodes.as_deref(),
+            Self::Distance(_) => None,
+        }
+    }
+
+    /// The gap that the nodes get; negative: a penetration. \[L\]
+    pub fn gap(&self) -> f64 {
+        match *self {
+            Self::Distance(_) => 0.0,
+            Self::Chosen { gap, .. } => gap,
+        }
     }
 }
 
