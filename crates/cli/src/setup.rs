@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use slipstick::build::Problem;
 use slipstick::case::{CaseCode, Resolved};
 use slipstick::design::{DesignVariables, ElementValues, Role};
-use slipstick::run::{StoredDesign, load_design};
+use slipstick::run::{StoredDesign, bytes_of, load_design};
 use slipstick::words::{counted, quantity};
 use slipstick_service::check::{self, Checked, above_volume_bound};
 use slipstick_service::read::case_or_deck;
@@ -222,6 +222,6 @@ fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<
 /// # Errors
 /// [`Failure::Input`] if it cannot be read.
 pub fn text(path: &Path) -> Outcome<String> {
-    std::fs::read_to_string(path)
-        .map_err(|error| Failure::input(format!("cannot read {}: {error}", path.display()), "check the name"))
+    let text = bytes_of(path).and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
+    text.map_err(|error| Failure::input(format!("cannot read {}: {error}", path.display()), "check the name"))
 }

@@ -4,7 +4,8 @@
 //! multiplier. Where facets are coarse against the curvature, or a corner points into a facet, a
 //! node may lie far below the other surface while this mean is still open. The measure here does
 //! not use mortar rows: it is the distance of a node to the nearest point of the other surface's
-//! facets, if it lies below them, plus the height of the true surface above that point.
+//! facets, if it lies below them, plus the height of the true surface above that point, and above the
+//! node: the points of edge midpoints of quadratic elements lie outside curved surfaces.
 
 use crate::ContactInterface;
 use crate::kinematics::height::FacetHeight;
@@ -109,7 +110,7 @@ impl ContactInterface {
                 let nearest = other.nearest(&p, size.max(largest) + allowed).filter(|nearest| nearest.below)?;
                 let (facet_size, smaller) =
                     (size.max(other.sizes[nearest.facet]), size.min(other.sizes[nearest.facet]));
-                let depth = nearest.distance + nearest.height - allowed;
+                let depth = nearest.distance + nearest.height + side.height_at(node) - allowed;
                 let counts = depth > counted * smaller && depth < facet_size;
                 let transmits = own == 1 && !is_open(&other.facets[nearest.facet]);
                 let facing = |&f: &u32| normal(&side.facets[f as usize], x).dot(&nearest.normal) < -FACING;
@@ -171,6 +172,17 @@ impl<'a> Side<'a> {
             }
         }
         best
+    }
+
+    /// Height of the true surface above a node: the mean over its facets. \[L\]
+    fn height_at(&self, node: u32) -> f64 {
+        let around = &self.around[&node];
+        let height = |&f: &u32| {
+            let facet = &self.facets[f as usize];
+            let corner = facet.iter().position(|&of| of == node).unwrap_or(0);
+            self.height(f as usize, corner, [1.0, 0.0, 0.0])
+        };
+        around.iter().map(height).sum::<f64>() / around.len() as f64
     }
 
     /// Height of the true surface above a point with these weights of the corners of edge i and the centre. \[L\]
@@ -322,6 +334,25 @@ mod tests {
                 (Some(found), Some(deep)) => assert!((found - deep).abs() < 1e-14, "{found} {deep}"),
                 _ => assert_eq!(found, deep),
             }
+        }
+    }
+
+    /// The tip of the pyramid stands for a point of a surface that is 0.06 above or below it; its facets' heights are
+    /// zero elsewhere.
+    #[test]
+    fn the_height_at_the_node_itself_counts() {
+        for height in [0.06, -0.06] {
+            let (interface, x) = pyramid([0.6, 1.3, -0.1], 0.1, true);
+            // a triangle's values at the corners: 0, 1 and 0, by linear functions of ξ
+            let bubble = std::array::from_fn(|i| height * 0.25 * (i % 5) as f64);
+            let unit = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
+            let heights = vec![Some(FacetHeight::new(bubble, &unit)); interface.slave_facets().len()];
+            let at_tip = heights[0].map_or(0.0, |of| of.value(3, &[0.0, 1.0, 0.0, 0.0]));
+            let interface = interface.with_heights([heights, Vec::new()]);
+            let open = vec![true; interface.slave_nodes().len()];
+            let found = interface.deepest_overlap(&x, &open, 0.0).expect("an overlap");
+            assert!((found.depth - (0.1 + at_tip)).abs() < 1e-14, "{found:?} {at_tip}");
+            assert!((at_tip - height).abs() < 1e-14, "{at_tip}");
         }
     }
 

@@ -98,7 +98,7 @@ pub fn overlaps(problem: &Problem, path: &Path) -> Vec<OpenOverlap> {
 /// The deepest overlap of each pair that is active at a time, at unknowns `y`; `open` says for the
 /// slave nodes of all pairs whether they transmit no force.
 pub fn overlaps_at(mesh: &Mesh, model: &ContactModel, y: &[f64], time: LoadTime, open: &[bool]) -> Vec<OpenOverlap> {
-    let x = model.contact_positions(y);
+    let (nodes, x) = (model.positions(y), model.contact_positions(y));
     let of = |(pair, (at, open)): (usize, (&ModelInterface, &[bool]))| {
         let interface = &at.interface;
         let complete = open.len() == interface.slave_nodes().len();
@@ -113,7 +113,7 @@ pub fn overlaps_at(mesh: &Mesh, model: &ContactModel, y: &[f64], time: LoadTime,
         let deepest = at.adjusted.iter().fold(0.0, |deepest: f64, gap| deepest.min(*gap));
         let allowed = (-at.offset_at(time) - deepest).max(0.0);
         let Overlap { node, on_slave, depth, facet_size } = interface.deepest_overlap(&x, open, allowed)?;
-        let position = std::array::from_fn(|c| x[3 * node as usize + c]);
+        let position = std::array::from_fn(|c| nodes[3 * node as usize + c]);
         let surfaces = at.surfaces.clone();
         Some(OpenOverlap { pair, surfaces, step: 0, node, position, on_slave, depth, facet_size })
     };

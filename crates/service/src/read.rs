@@ -7,7 +7,7 @@ use slipstick::case::{
     CaseDiagnostic, CaseErrors, KeywordUse, Ledger, NotUtf8, Override, OverrideError, Resolved, Severity, case_of_deck,
     override_case, parse_case_with, utf8, with_deck,
 };
-use slipstick::run::mesh_files;
+use slipstick::run::{bytes_of, mesh_files};
 
 use crate::failure::Failure;
 
@@ -82,7 +82,7 @@ pub fn case_or_deck(path: &Path, overrides: &[Override], ignored: &[String]) -> 
 pub fn text_of(path: &Path) -> Result<String, Unreadable> {
     match deck_name(path) {
         Some(deck) => std::fs::metadata(path).map(|_| case_of_deck(&deck)).map_err(Unreadable::Io),
-        None => utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding),
+        None => utf8(bytes_of(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding),
     }
 }
 

@@ -41,7 +41,11 @@ fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool], touching: bool, prom
     let free: Vec<&Vec<u32>> = parts.iter().filter(loose).collect();
     let free_ones = match free[..] {
         [] => "each part is supported".into(),
-        [first, ..] => format!("{} can move freely, one of which is at {}", free.len(), place(mesh, first[0])),
+        [first, ..] => format!(
+            "supports do not hold {} of them (contact, ties and springs may), one of which is at {}",
+            free.len(),
+            place(mesh, first[0])
+        ),
     };
     let message =
         format!("body `{}` consists of {} parts that share no nodes; {free_ones}", mesh.bodies[body].name, parts.len());
@@ -56,7 +60,7 @@ fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool], touching: bool, prom
         }
         () => {
             "the parts lie apart: join them in the geometry, or make each part a body, from a group of its own (Gmsh: a \
-             physical volume; Abaqus, CalculiX: an ELSET), and hold it with contact, a tie or a support"
+             physical volume; Abaqus, CalculiX: an ELSET), unless contact, a tie, a spring or a support holds each"
         }
     };
     Some(notice(body, message, help))

@@ -269,3 +269,13 @@ fn output_that_cannot_be_written() {
     let status = place.command("check case.toml").stdout(writer).status().expect("it runs");
     assert_eq!(status.code(), Some(0));
 }
+
+/// A device has no end: it is refused instead of filling the memory.
+#[cfg(unix)]
+#[test]
+fn devices_are_no_input() {
+    let place = Place::new();
+    for line in ["check /dev/zero", "solve case.toml --design /dev/zero", "study /dev/zero"] {
+        place.bad(line, 2, &["/dev/zero", "it is a device, not a file"]);
+    }
+}

@@ -185,6 +185,32 @@ fn a_part_and_its_promises() {
     assert!(place.read("case/report.html").contains("thinnest member"));
 }
 
+/// What acts per area on a face of which a part is missing shrinks with it, and a contact face may be lost: both are
+/// said. An export that replaces another one removes its mesh, and bounds at other steps are named.
+#[test]
+fn a_face_that_is_partly_missing() {
+    let place = Place::new();
+    let bound = "[[quantity]]\nname = \"reaction\"\nreaction = { set = \"slab_ymin\", component = \"y\" }\n\
+                 [[constraint]]\nquantity = \"reaction\"\nmax = 50.0\nsteps = \"all\"\n\
+                 [[load]]\nsurface = \"slab_ymax\"\npressure = 0.01\n";
+    place.write("case.toml", &place.read("case.toml").replacen("[objective]", &format!("{bound}[objective]"), 1));
+    // the bottom, and half of the top layer along x
+    let solid = |e: usize| e >= 16 || (e / 4) % 2 == 0 || e % 4 < 2;
+    let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", f64::from(u8::from(solid(e))))).collect();
+    place.write("start.csv", &format!("element,density\n{}\n", rows.join("\n")));
+    place.good("solve case.toml --design start.csv --out case -q");
+    let told = place.good("export case --case part --threshold 0.5 --size 0.5");
+    for expected in
+        ["% of `slab_ymax` is left, and a pressure acts there per area", "material below the threshold took part"]
+    {
+        assert!(told.err.contains(expected), "{}", told.err);
+    }
+    assert!(told.out.contains("bounds of `reaction` hold at load steps before the last too"), "{}", told.out);
+    place.write("part/slab_part.msh", "of an earlier design");
+    place.good("export case --case part --threshold 0.5 --size 0.5 --force");
+    assert!(!place.path("part/slab_part.msh").exists());
+}
+
 #[test]
 fn what_is_no_part() {
     let place = Place::new();

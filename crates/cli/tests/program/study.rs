@@ -64,6 +64,27 @@ fn values_are_set_on_the_command_line() {
     assert_eq!(place.json("case/run.json")["case"]["contact"][0]["friction"], 0.0);
 }
 
+/// Before anything runs, the cases of all runs are read with their replaced values.
+#[test]
+fn replaced_values_are_checked_first() {
+    let place = place("{}");
+    place.write("study.toml", &STUDY.replace("contact[0].friction = 0", "contact[0].frictio = 0"));
+    place.bad("study study.toml --plan", 2, &["run `smooth`", "did you mean `friction`?"]);
+}
+
+/// A bound that no iteration meets: the table shows the violation, and no best objective.
+#[test]
+fn the_best_design_is_a_feasible_one() {
+    let place = Place::new();
+    let bound = "[[quantity]]\nname = \"peak\"\ncontact_pressure = { slave = \"block_ymin\", measure = \"peak\" }\n\
+                 [[constraint]]\nquantity = \"peak\"\nmax = 1e-6\n";
+    place.write("case.toml", &place.read("case.toml").replacen("[objective]", &format!("{bound}[objective]"), 1));
+    place.write("study.toml", "[[run]]\nname = \"tight\"\ncommand = \"optimize\"\ncase = \"case.toml\"\noptions = [\"--iterations\", \"1\"]\n");
+    place.good("study study.toml");
+    let tables = place.read("study/tables.md");
+    assert!(tables.contains("violation") && !tables.contains("best_objective"), "{tables}");
+}
+
 #[test]
 fn a_study_does_what_is_not_done() {
     let place = place(r#"{ "runs": { "rough": { "iteration": { "value": 2, "source": "as asked for" } } } }"#);

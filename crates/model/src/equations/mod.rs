@@ -459,7 +459,7 @@ impl ContactModel {
     }
 
     /// Current positions x = X + d.
-    fn positions(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn positions(&self, y: &[f64]) -> Vec<f64> {
         self.coordinates.iter().zip(y).map(|(x, d)| x + d).collect()
     }
 }

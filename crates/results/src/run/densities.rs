@@ -1,12 +1,11 @@
 //! Densities of elements as tables.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 
-use super::{RunDirectory, RunError};
+use super::{RunDirectory, RunError, bytes_of};
 use crate::output::{OutputError, read_fields, write_atomically};
 use slipstick_case::file::utf8;
 use slipstick_model::words::list;
@@ -126,7 +125,7 @@ fn wrong(path: &Path, line: Option<usize>, reason: String) -> RunError {
 
 /// The column of this name; `None` if there is no such column.
 pub(super) fn read_column(path: &Path, mesh: &Mesh, name: &str) -> Result<Option<ElementValues>, RunError> {
-    let bytes = fs::read(path).map_err(RunError::read(path))?;
+    let bytes = bytes_of(path).map_err(RunError::read(path))?;
     let text = utf8(bytes).map_err(|error| RunError::Densities {
         path: path.to_owned(),
         line: Some(error.line),

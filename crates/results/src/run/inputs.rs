@@ -34,6 +34,22 @@ fn regular(path: &Path) -> io::Result<Vec<u8>> {
     fs::read(path)
 }
 
+/// The bytes of a file or a pipe. A device such as `/dev/zero` may have no end.
+///
+/// # Errors
+/// Those of the operating system, and that it is a device.
+pub fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let kind = fs::metadata(path)?.file_type();
+        if kind.is_char_device() || kind.is_block_device() {
+            return Err(io::Error::other("it is a device, not a file"));
+        }
+    }
+    fs::read(path)
+}
+
 /// The bytes of a file, with the files that an Abaqus or CalculiX deck includes in their places.
 pub fn with_includes(path: &Path) -> io::Result<Vec<u8>> {
     let bytes = regular(path)?;

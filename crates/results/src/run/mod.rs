@@ -66,7 +66,7 @@ pub use error::RunError;
 pub use failure::FailureReport;
 pub use fields::{write_failure, write_path};
 pub use first::on_first;
-pub use inputs::{InputFile, keep_mesh_files, mesh_files, with_includes};
+pub use inputs::{InputFile, bytes_of, keep_mesh_files, mesh_files, with_includes};
 pub use kept::{Kept, keep_failure};
 pub use lifetime::Run;
 pub use path_writer::PathWriter;

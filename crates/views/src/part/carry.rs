@@ -3,12 +3,14 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use slipstick_case::file::{Case, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SurfaceSet};
+use slipstick_case::file::{
+    Case, LoadKind, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SpringStiffness, SurfaceSet,
+};
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
 use super::per_node::{self, PerNode};
-use super::{NamedFace, PartBody, PartError, Scarce, on_body};
+use super::{NamedFace, PartBody, PartError, Reduced, Scarce, on_body};
 
 /// A case without a design, and its files and sets.
 pub(super) struct Carried {
@@ -20,12 +22,18 @@ pub(super) struct Carried {
     /// Surfaces and sets that are left out: nothing uses them, and they may be empty.
     pub unused: Vec<String>,
     pub scarce: Vec<Scarce>,
+    /// Faces of which a part is missing that matters.
+    pub reduced: Vec<Reduced>,
     /// Forces and springs that the design's case gives for each node.
     pub per_node: Vec<PerNode>,
 }
 
 /// Share below which hardly anything of a face is left.
 const SCARCE: f64 = 0.01;
+
+/// Shares below which what acts per area on a face, and contact on it, differ from the design.
+const PER_AREA: f64 = 0.98;
+const IN_CONTACT: f64 = 0.9;
 
 /// Gives each surface and set of a body its name in the mesh file: `{body}_{name}`, or the name
 /// itself if it already starts with `{body}_`. A name that a table of the case defines is not used again;
@@ -141,7 +149,39 @@ pub(super) fn carried(
     let nearest: BTreeSet<String> =
         part.sets.iter().filter(|set| set.nearest.is_some()).map(|set| set.name.clone()).collect();
     let per_node = per_node::summed(&mut part, mesh, bodies, |name| nearest.contains(name))?;
-    Ok(Carried { case: part, copies, reselected, unused, scarce, per_node })
+    let reduced = reduced(&part, bodies);
+    Ok(Carried { case: part, copies, reselected, unused, scarce, reduced, per_node })
+}
+
+/// The faces that something acts on per area, or in contact, and of which a part is missing.
+fn reduced(case: &Case, bodies: &[PartBody]) -> Vec<Reduced> {
+    let mut faces: Vec<(&String, &str, bool)> = Vec::new();
+    for load in &case.loads {
+        match load.kind {
+            LoadKind::Pressure(_) => faces.push((&load.surface, "a pressure", true)),
+            LoadKind::Traction(_) => faces.push((&load.surface, "a traction", true)),
+            _ => {}
+        }
+    }
+    for spring in case.springs.iter().filter(|spring| matches!(spring.stiffness, SpringStiffness::StiffnessPerArea(_)))
+    {
+        faces.push((&spring.set, "a spring", true));
+    }
+    for pair in &case.contacts {
+        faces.extend([(&pair.slave, "contact", false), (&pair.master, "contact", false)]);
+    }
+    let share = |name: &String| -> Option<f64> {
+        Some(bodies.iter().flat_map(|body| &body.faces).find(|face| face.name == *name)?.share)
+    };
+    let mut found: Vec<Reduced> = Vec::new();
+    for (name, acts, per_area) in faces {
+        let limit = if per_area { PER_AREA } else { IN_CONTACT };
+        let Some(share) = share(name).filter(|&share| share >= SCARCE && share < limit) else { continue };
+        if found.iter().all(|known| known.name != *name || known.acts != acts) {
+            found.push(Reduced { name: name.clone(), acts, per_area, share });
+        }
+    }
+    found
 }
 
 /// Removes the surfaces and sets that nothing uses and that may be empty on the part, themselves or

@@ -243,12 +243,18 @@ def attempt(body, hexahedra, number):
 def main():
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
     words = sys.argv[1:]
+    unknown = [word for word in words if word != "--tetrahedra"]
+    if unknown and "--attempt" not in words:
+        sys.exit(f"error: {unknown[0]}: the only option is --tetrahedra\n    help: `slipstick export --case` has --size")
     hexahedra = "--tetrahedra" not in words
     if "--attempt" in words:
         at = words.index("--attempt")
         return attempt(BODIES[int(words[at + 1])], hexahedra, int(words[at + 2]))
     for place, body in enumerate(BODIES):
         said = []
+        for file in (body["surface"], body["curved"]):
+            if not os.path.isfile(file):
+                sys.exit(f"error: there is no {file}\n    help: export the part again")
         for number, (name, _) in enumerate(ATTEMPTS):
             again = [sys.executable, os.path.basename(__file__), *words, "--attempt", str(place), str(number)]
             done = subprocess.run(again, capture_output=True, text=True)

@@ -61,6 +61,8 @@ pub struct Part {
     pub unused: Vec<String>,
     /// Faces that the case needs and of which hardly anything is left.
     pub scarce: Vec<Scarce>,
+    /// Faces of which a part is missing, where that changes loads or contact.
+    pub reduced: Vec<Reduced>,
     /// Forces and springs that the design's case gives for each node of a remeshed body.
     pub per_node: Vec<PerNode>,
     /// The surface of the design, as exported.
@@ -74,6 +76,19 @@ pub struct Scarce {
     pub name: String,
     /// What needs it, for example "a support or motion".
     pub used: String,
+    /// As [`NamedFace::share`].
+    pub share: f64,
+}
+
+/// A face with a part of its area, where less area means less load or contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reduced {
+    /// Its name.
+    pub name: String,
+    /// What acts there, for example "a pressure".
+    pub acts: &'static str,
+    /// Whether it acts per area, so that its resultant shrinks with the face.
+    pub per_area: bool,
     /// As [`NamedFace::share`].
     pub share: f64,
 }
@@ -200,6 +215,7 @@ pub fn part(
         reselected: carried.reselected,
         unused: carried.unused,
         scarce: carried.scarce,
+        reduced: carried.reduced,
         per_node: carried.per_node,
         export,
     })

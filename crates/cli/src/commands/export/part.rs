@@ -1,14 +1,15 @@
 //! `slipstick export --case`: the design as a part, with a case that analyses it.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use slipstick::case::{Case, Promise};
+use slipstick::case::{Case, Constraint, Promise};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::output::write_atomically;
 use slipstick::part::{
-    LoosePiece, NamedFace, Part, PartBody, PerNode, SCRIPT, Scarce, write_moves, write_script, write_surface,
+    LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, write_moves, write_script, write_surface,
 };
 use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::counted;
@@ -60,6 +61,16 @@ pub(super) fn write(
     // the tables of a run belong to its last design
     let promised = if args.iteration.is_none() { promises(run, design)? } else { Vec::new() };
     part.case.promises.clone_from(&promised);
+    // what mesh.py made of an earlier design would be taken for this one
+    for body in &part.bodies {
+        match fs::remove_file(folder.join(body.mesh_file())) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                let message = format!("cannot remove {}: {error}", folder.join(body.mesh_file()).display());
+                return Err(Failure::input(message, "check the permissions of the folder"));
+            }
+            _ => {}
+        }
+    }
     fs::create_dir_all(folder).map_err(|error| {
         Failure::input(format!("cannot create {}: {error}", folder.display()), "check its name and permissions")
     })?;
@@ -87,6 +98,17 @@ pub(super) fn write(
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
     tell(context, folder, &part, &promised);
+    let steps = design.load_path.steps;
+    let elsewhere = |of: &&Constraint| (1..steps).any(|step| of.steps.contains(step, steps));
+    let names: BTreeSet<String> =
+        design.constraints.iter().filter(elsewhere).map(|of| format!("`{}`", of.quantity)).collect();
+    if !promised.is_empty() && !names.is_empty() {
+        context.console.text(&format!(
+            "bounds of {} hold at load steps before the last too: `solve` compares the part at the last one only; the others \
+             are in its quantities.csv",
+            names.into_iter().collect::<Vec<_>>().join(", ")
+        ));
+    }
     if !promised.is_empty() {
         expect(context, run, design, &part, (mesh, density));
     }
@@ -108,7 +130,7 @@ fn expect(context: &Context, run: &RunDirectory, design: &Case, part: &Part, (me
         if discreteness >= GREY && design.design.as_ref().is_some_and(|design| design.simp.penalization > 1.0) {
             context.console.warning(&format!(
                 "`{}` of the design is grey (discreteness {discreteness:.2}): its intermediate densities are softer than \
-                 the solid material of the part, by about a tenth in the examples of the tutorial; a sharper \
+                 the solid material of the part, by about a tenth in the examples of the tutorial and by more in others; a sharper \
                  `projection` in [design] leaves fewer",
                 body.name
             ));
@@ -213,7 +235,7 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
                 false => format!(" lies up to {} from that of the design and", digits(face.distance)),
             };
             console.warning(&format!(
-                "`{}` of the part{away} differs by {:+.2} % in area: contact and supports there may differ; a smaller \
+                "`{}` of the part{away} differs by {:+.2} % in area: what acts there may differ; a smaller \
                  --size follows the face more closely",
                 face.name,
                 100.0 * face.area_change
@@ -227,12 +249,16 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             ));
         }
         if let Some((pieces, volume, at)) = summary(&body.loose) {
-            let held = match body.loose.iter().any(|piece| piece.on_contact) {
-                true => "no support holds (their contact faces are on the rest of the body too)",
-                false => "neither support nor contact holds",
+            let touching = body.loose.iter().filter(|piece| piece.on_contact).count();
+            let held = match touching {
+                0 => "neither support nor contact holds".to_owned(),
+                _ => format!("no support holds ({touching} on a contact face: contact there is lost)"),
             };
             console.warning(&format!(
-                "{pieces} of `{name}` that {held}, with a volume of {volume}, left out; the largest is at ({at})"
+                "{pieces} of `{name}` that {held}, with a volume of {volume}, left out; the largest is at ({at}). If \
+                 elements below the threshold of {} connect them in the design, a lower --threshold or a sharper \
+                 `projection` in [design] does so here",
+                digits(part.export.threshold)
             ));
         }
         if let Some((pieces, volume, at)) = summary(&body.by_contact) {
@@ -248,6 +274,19 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         console.warning(&format!(
             "only {:.2} % of `{name}`, which {used} needs, is left: the part may not be held or loaded like the design; a \
              solid skin there (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
+            100.0 * share
+        ));
+    }
+    for Reduced { name, acts, per_area, share } in &part.reduced {
+        let less = match per_area {
+            true => format!(
+                "{acts} acts there per area: its resultant is that much smaller than in the design, unlike that of a `force`"
+            ),
+            false => "material below the threshold took part in contact there, and does not in the part".into(),
+        };
+        console.warning(&format!(
+            "{:.1} % of `{name}` is left, and {less}; a solid skin there (`[[design.passive_solid]]` with `surface` and \
+             `within`) keeps the face",
             100.0 * share
         ));
     }

@@ -52,6 +52,11 @@ pub fn expand(entries: Vec<Entry>, set: &[String], folder: &Path) -> (Vec<Entry>
             if entry.tabulate.is_some() {
                 wrong.push(format!("run `{}`: `tabulate` belongs to a grid, and there is no `grid`", entry.name));
             }
+            // a deck may need options before it can be read
+            if entry.case.extension().is_some_and(|extension| extension == "toml") {
+                let checked = check(std::slice::from_ref(&entry), set, folder);
+                wrong.extend(checked.err().map(|reason| format!("run `{}`: {reason}", entry.name)));
+            }
             runs.push(entry);
             continue;
         }

@@ -19,6 +19,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slipstick::build::build_mesh;
+use slipstick::optimize::FEASIBLE;
 use slipstick::output::write_atomically;
 use slipstick::run::{Image, ResultRecord, RunDirectory, asymmetry, load_density, sha256};
 use slipstick::words::counted;
@@ -221,7 +222,7 @@ fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
     numbers
 }
 
-/// The row of the result in the history of a run, its first and its best objective.
+/// The row of the result in the history of a run, its first objective, and the best one of a feasible design.
 fn history(directory: &Path) -> Vec<(String, f64)> {
     let text = std::fs::read_to_string(directory.join("history.csv")).unwrap_or_default();
     let mut lines = text.lines();
@@ -241,7 +242,8 @@ fn history(directory: &Path) -> Vec<(String, f64)> {
     }
     let first = rows.first().and_then(|row| cell(row, "objective"));
     found.extend(first.map(|value| ("first_objective".to_owned(), value)));
-    let best = rows.iter().filter_map(|row| cell(row, "objective")).fold(f64::INFINITY, f64::min);
+    let feasible = |row: &&Vec<Option<f64>>| cell(row, "violation").is_none_or(|violation| violation <= FEASIBLE);
+    let best = rows.iter().filter(feasible).filter_map(|row| cell(row, "objective")).fold(f64::INFINITY, f64::min);
     if best.is_finite() {
         found.push(("best_objective".into(), best));
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::json;
+use slipstick::optimize::FEASIBLE;
 use slipstick::output::{Cell, Csv, write_atomically};
 
 use super::entry::{Entry, Word};
@@ -79,8 +80,10 @@ fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<Str
     let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command != Word::Evaluate).collect();
     let all = runs.iter().flat_map(|(_, numbers, _)| numbers.keys().map(String::as_str));
     let asymmetries: BTreeSet<&str> = all.filter(|name| name.starts_with("asymmetry ")).collect();
-    let names =
-        ["objective", "best_objective", "volume_fraction"].into_iter().chain(asymmetries).chain(["gradient_error"]);
+    let violated = |(_, numbers, _): &&(&Entry, Numbers, f64)| numbers.get("violation").is_some_and(|&v| v > FEASIBLE);
+    let violation = runs.iter().copied().any(|run| violated(&run)).then_some("violation");
+    let names = ["objective", "best_objective", "volume_fraction"].into_iter().chain(violation).chain(asymmetries);
+    let names = names.chain(["gradient_error"]);
     let shown: Vec<&str> =
         names.filter(|name| runs.iter().any(|(_, numbers, _)| numbers.contains_key(*name))).collect();
     let cell = |numbers: &Numbers, name: &str| numbers.get(name).map_or(String::new(), |&value| digits(value));
