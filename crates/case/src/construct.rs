@@ -390,9 +390,9 @@ fn adjusted(
     pair: usize,
 ) -> Result<Vec<f64>, BuildError> {
     let Some(adjust) = &contact.adjust else { return Ok(Vec::new()) };
-    let nodes = adjust.nodes().map(|set| mesh.node_sets.get(set).map_or(&[][..], Vec::as_slice));
+    let nodes = adjust.nodes().map(|set| mesh.set_nodes(set).unwrap_or_default());
     let slaves = interface.slave_nodes();
-    let chosen = |k: usize| nodes.is_none_or(|nodes| nodes.contains(&slaves[k].node));
+    let chosen = |k: usize| nodes.as_ref().is_none_or(|nodes| nodes.binary_search(&slaves[k].node).is_ok());
     if let (Some(set), false) = (adjust.nodes(), (0..slaves.len()).any(chosen)) {
         let message = format!("no node of `{set}` is on the slave surface `{}`", contact.slave);
         return Err(BuildError::new(

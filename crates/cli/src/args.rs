@@ -23,7 +23,7 @@ use values::{count, fraction, memory, not_negative, override_of, positive, size,
     propagate_version = true,
     arg_required_else_help = true,
     after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input; results cannot be written\n  \
-                  3  the analysis failed, or a gradient does not agree with finite differences\n  4  interrupted: the first Ctrl-C stops when the current Newton iteration ends, a second one stops at once; finished iterations are on disk\n\n\
+                  3  the analysis failed, or a gradient does not agree with finite differences\n  4  interrupted: the first Ctrl-C stops when the current Newton iteration ends, a second one stops at once; finished iterations are on disk. Commands that run nothing (check, render, export, new) end by the signal\n\n\
                   A first run:\n  slipstick new half-ball\n  slipstick check half_ball.toml\n  \
                   slipstick optimize half_ball.toml"
 )]

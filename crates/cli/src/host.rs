@@ -77,7 +77,8 @@ pub(crate) fn adjusted(inspection: &Inspection) -> Vec<String> {
     let line = |pair: &ContactSummary| {
         let at = pair.adjusted?;
         let removed = match at.at_node {
-            None => "no gap or penetration to remove".into(),
+            None if at.gap == 0.0 => "no gap or penetration to remove".into(),
+            None => "no gap to change".into(),
             Some(node) if at.gap == 0.0 => format!(
                 "gaps and penetrations removed without stress at {}, the largest of {} at node {node}",
                 counted(at.nodes, "node"),
@@ -92,12 +93,17 @@ pub(crate) fn adjusted(inspection: &Inspection) -> Vec<String> {
         };
         let left = match at.left {
             0 => String::new(),
-            left => format!(
-                "; {}left at {}, with penetrations of up to {}",
-                at.distance.map_or("others ".into(), |distance| format!("larger than {} and ", quantity(distance))),
-                counted(left, "node"),
-                quantity(at.deepest_left)
-            ),
+            left => {
+                let why = match at.distance.filter(|_| !at.chosen) {
+                    Some(distance) => format!("larger than {} and left", quantity(distance)),
+                    None => "not adjusted".into(),
+                };
+                let deepest = match at.deepest_left > 0.0 {
+                    true => format!(", with penetrations of up to {}", quantity(at.deepest_left)),
+                    false => String::new(),
+                };
+                format!("; {why} at {}{deepest}", counted(left, "node"))
+            }
         };
         Some(format!("{} on {}: {removed}{left}", pair.slave, pair.master))
     };

@@ -42,7 +42,7 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
     if !parallel.leads() {
         console.silence();
     }
-    // other commands end at once, and the files on disk are valid then too
+    // other commands end at once: each file is written atomically, and a part is complete once it has its case
     let interrupt = if runs(&cli.command) { Interrupt::install(parallel.leads()) } else { Interrupt::default() };
     let context = Context { console, interrupt, parallel, common: cli.common, line };
     let result = context.parallel.guard(|| execute(&context, &cli.command).and_then(|()| context.console.check()));

@@ -152,6 +152,8 @@ fn laws_of_surfaces() {
     assert_eq!(gap(&CUBES.replace("ADJUST=0.02", "ADJUST=all_high")), "adjust = { nodes = \"HIGH_ALL_HIGH\" }");
     assert!(refused(&CUBES.replace("ADJUST=0.02", "ADJUST=NOWHERE"))[0].contains("neither a distance nor a node set"));
     assert!(refused(&clearance.replace("SLAVE=DOWN", "SLAVE=LID"))[0].contains("no *CONTACT PAIR of `LID` and `up`"));
+    let tied = clearance.replace("PRESSURE-OVERCLOSURE=HARD\n", "PRESSURE-OVERCLOSURE=TIED\n1e5\n");
+    assert!(refused(&tied)[0].contains("surfaces that are tied"), "{:?}", refused(&tied));
     assert!(refused(&clearance.replace(", VALUE=-0.03", ""))[0].contains("needs a VALUE"));
     assert!(pair("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1e5\n").ends_with("tied = true"));
     let tie = new_tables(&CUBES.replace("*STEP", "*TIE, NAME=glue, POSITION TOLERANCE=0.1\nDOWN, UP\n*STEP"));

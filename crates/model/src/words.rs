@@ -86,6 +86,16 @@ pub fn is_hidden(c: char) -> bool {
     (c.is_control() && c != '\n' && c != '\t') || marks.contains(&c) || overrides.iter().any(|range| range.contains(&c))
 }
 
+/// A word of a command line, quoted for a shell where that is needed.
+pub fn shell_word(word: &str) -> String {
+    let bare = |c: char| c.is_alphanumeric() || "-_./,=:".contains(c);
+    match word {
+        _ if !word.is_empty() && word.chars().all(bare) => word.to_owned(),
+        _ if word.contains(['"', '$', '`', '\\', '!']) => format!("'{}'", word.replace('\'', "'\\''")),
+        _ => format!("\"{word}\""),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,6 +103,12 @@ mod tests {
     #[test]
     fn numbers_are_listed_in_runs() {
         assert_eq!(list(&[0, 1, 2, 5, 7, 8]), "0 to 2, 5, 7 to 8");
+    }
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        let found = ["runs/arm_1.toml", "my arm (1).toml", "it's", "$HOME's", "", "arm_ü"].map(shell_word);
+        assert_eq!(found, ["runs/arm_1.toml", "\"my arm (1).toml\"", "\"it's\"", "'$HOME'\\''s'", "\"\"", "arm_ü"]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use slipstick::output::OutputError;
 use slipstick::part::PartError;
 use slipstick::picture::PictureError;
 use slipstick::run::{ExitState, FailureReport, RunError};
+use slipstick::words::shell_word;
 
 /// Why a request failed. The program renders it as text, an event and its exit status, the Python
 /// package as an exception.
@@ -78,7 +79,10 @@ impl Failure {
             Self::Analysis { report, kept } => format!("error: {report}\n    kept: {kept}"),
             Self::Interrupted { message, resume: None } => format!("interrupted: {message}"),
             Self::Interrupted { message, resume: Some(directory) } => {
-                format!("interrupted: {message}\n    continue with: slipstick resume {}", directory.display())
+                format!(
+                    "interrupted: {message}\n    continue with: slipstick resume {}",
+                    shell_word(&directory.display().to_string())
+                )
             }
         }
     }

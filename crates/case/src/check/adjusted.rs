@@ -9,15 +9,17 @@ use slipstick_model::model::{ModelInterface, NodalContact};
 pub struct Adjustment {
     /// Gaps and penetrations up to this change; `None`: any. \[L\]
     pub distance: Option<f64>,
-    /// The gap as which they count; 0: closed. \[L\]
+    /// The gap that they get; 0: closed. \[L\]
     pub gap: f64,
-    /// Number of slave nodes with another gap or penetration than in the mesh.
+    /// Whether only the nodes of a set are adjusted.
+    pub chosen: bool,
+    /// Number of slave nodes whose gap differs from that in the mesh.
     pub nodes: usize,
     /// The largest difference; negative: the gap becomes larger. \[L\]
     pub largest: f64,
     /// Its node.
     pub at_node: Option<u32>,
-    /// Number of slave nodes that face the master with another gap or penetration, which remains.
+    /// Number of slave nodes that face the master and whose gap remains different from `gap`.
     pub left: usize,
     /// The deepest penetration that remains; 0 if there is none. \[L\]
     pub deepest_left: f64,
@@ -29,9 +31,8 @@ const ROUND_OFF: f64 = 1e-9;
 /// The adjustment of a pair with the contact of its slave nodes at the start; `None` without `adjust`.
 pub(super) fn adjustment(contact: &Contact, model: &ModelInterface, nodes: &[NodalContact]) -> Option<Adjustment> {
     let adjust = contact.adjust.as_ref()?;
-    let largest = model.adjusted.iter().fold(0.0, |most: f64, gap| most.max(gap.abs()));
     let distance = Some(adjust.distance()).filter(|distance| distance.is_finite());
-    let size = distance.unwrap_or(0.0).max(adjust.gap().abs()).max(largest);
+    let size = distance.unwrap_or(model.interface.reach());
     let moved = |gap: f64| gap.abs() > ROUND_OFF * size;
     let removed = nodes.iter().zip(&model.adjusted).filter(|(_, gap)| moved(**gap));
     let worst = removed.clone().reduce(|a, b| if b.1.abs() > a.1.abs() { b } else { a });
@@ -39,6 +40,7 @@ pub(super) fn adjustment(contact: &Contact, model: &ModelInterface, nodes: &[Nod
     Some(Adjustment {
         distance,
         gap: adjust.gap(),
+        chosen: adjust.nodes().is_some(),
         nodes: removed.count(),
         largest: worst.map_or(0.0, |(_, gap)| *gap),
         at_node: worst.map(|(node, _)| node.node),

@@ -42,23 +42,23 @@ fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool], touching: bool, prom
     let free_ones = match free[..] {
         [] => "each part is supported".into(),
         [first, ..] => format!(
-            "supports do not hold {} of them (contact, ties and springs may), one of which is at {}",
+            "supports do not hold {} of them, for instance the one at {}; contact, ties or springs may",
             free.len(),
             place(mesh, first[0])
         ),
     };
     let message =
         format!("body `{}` consists of {} parts that share no nodes; {free_ones}", mesh.bodies[body].name, parts.len());
-    let help = match () {
-        () if touching => {
+    let help = match (touching, promised) {
+        (true, _) => {
             "merge the coincident nodes in the mesher (Gmsh: Coherence Mesh), or make each part a body, from a group of its \
              own (Gmsh: a physical volume; Abaqus, CalculiX: an ELSET)"
         }
-        () if promised => {
+        (false, true) => {
             "the design consists of these pieces: a lower --threshold of `export --case`, or a sharper `projection` in the \
              design's case, connects them if material below the threshold does"
         }
-        () => {
+        (false, false) => {
             "the parts lie apart: join them in the geometry, or make each part a body, from a group of its own (Gmsh: a \
              physical volume; Abaqus, CalculiX: an ELSET), unless contact, a tie, a spring or a support holds each"
         }

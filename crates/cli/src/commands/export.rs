@@ -1,6 +1,7 @@
 //! `slipstick export`: a design as a closed triangle surface, as a part with its own case, or as a deck; a
 //! load path as a result file of CalculiX.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
@@ -95,7 +96,9 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
             counted(crossings, "pair") + " of triangles"
         ));
     }
-    if pieces > 1 && part.is_none() {
+    let bodies: BTreeSet<u32> = surface.bodies.iter().copied().collect();
+    if pieces > bodies.len() && part.is_none() {
+        let options = ExportOptions { threshold: Some(export.threshold), ..options.clone() };
         tell_pieces(context, &pieces_of_design(&resolved.case, &mesh, &density, &options)?, export.threshold);
     }
     for file in paths {

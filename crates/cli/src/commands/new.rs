@@ -6,6 +6,7 @@ use serde_json::json;
 use slipstick::case::{TEMPLATES, case_of_mesh, design_of_deck, template};
 use slipstick::output::write_atomically;
 use slipstick::run::with_includes;
+use slipstick::words::shell_word;
 use slipstick_service::read::case_or_deck;
 
 use crate::args::New;
@@ -123,7 +124,7 @@ fn write(context: &Context, args: &New, file: &Path, text: &str, name: &str, abo
     write_atomically(file, |writer| writer.write_all(text.as_bytes()))?;
     let shown = file.display();
     console.text(&format!("wrote {shown}: {about}"));
-    console.text(&format!("next: slipstick check {shown}"));
+    console.text(&format!("next: slipstick check {}", shell_word(&shown.to_string())));
     console.event("result", json!({ "command": "new", "template": name, "file": file }));
     Ok(())
 }

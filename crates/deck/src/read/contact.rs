@@ -75,7 +75,7 @@ impl Reader<'_> {
             "TIE" => self.tie(card),
             "RIGID BODY" => self.rigid_body(card),
             "MODEL CHANGE" => self.model_change(card),
-            "CLEARANCE" => self.clearance(&card.keyword),
+            "CLEARANCE" => self.clearance(card),
             _ => return false,
         }
         true
@@ -179,9 +179,10 @@ impl Reader<'_> {
         }
     }
 
-    /// The gap of a pair, whatever that in the mesh is.
-    fn clearance(&mut self, keyword: &Keyword<'_>) {
-        let line = keyword.line;
+    /// `*CLEARANCE`: the initial gap of a pair; replaces the gap in the mesh.
+    fn clearance(&mut self, card: &Card<'_>) {
+        self.allow(card, &["MASTER", "SLAVE", "VALUE"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
         let side = |name: &str| keyword.parameter(name).map(plain).unwrap_or_default();
         let (slave, master) = (side("SLAVE"), side("MASTER"));
         let value = keyword.parameter("VALUE").and_then(|value| value.parse::<f64>().ok());

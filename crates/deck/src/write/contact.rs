@@ -35,6 +35,10 @@ impl Writer<'_> {
                 self.line(format!("active = [{:?}, {:?}]", active[0], active[1]));
             }
             if let Some((Behavior::Tied, _)) = interaction.behavior {
+                if let Some(Adjust::Clearance(_)) = pair.adjust {
+                    let why = "the *CLEARANCE of surfaces that are tied, with the gap that they have in the mesh";
+                    self.ledger.wrong("CONTACT PAIR", [pair.line; 2], why, "move a body in the mesh instead");
+                }
                 self.line("tied = true");
                 continue;
             }

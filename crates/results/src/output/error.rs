@@ -104,9 +104,13 @@ impl OutputError {
     /// What helps against an error of the operating system.
     pub fn cure(&self) -> String {
         match self {
-            Self::Io { path, source, .. } if source.kind() == io::ErrorKind::NotFound => {
-                let folder = path.parent().unwrap_or(Path::new("."));
-                format!("make the folder {} first, or name a file in one that exists", folder.display())
+            Self::Io { action: "write", path, source } if source.kind() == io::ErrorKind::NotFound => {
+                let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+                let folder = folder.unwrap_or(Path::new(".")).display();
+                format!("create the folder {folder} first, or name a file in an existing folder")
+            }
+            Self::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+                "check the name, or restore the file".into()
             }
             _ => "check the permission to write there and the free space".into(),
         }

@@ -45,8 +45,8 @@ impl Factors {
 /// The program itself on one thread, with memory that the allocator retains. Measured. \[bytes\]
 const PROGRAM: f64 = 18.3e6;
 
-/// What each further thread adds: freed memory that the system's allocator keeps for it. Measured with two threads
-/// (docs/robustness.md). \[bytes\]
+/// What each further thread adds at least: freed memory that the system's allocator keeps for it. Measured with
+/// `cases/clutch/coarse.toml` on two threads; more where load steps are many (docs/robustness.md). \[bytes\]
 const THREAD: f64 = 7e6;
 
 /// Memory during a factorization relative to the memory of its factors: fronts that wait for their

@@ -3,7 +3,7 @@
 use crate::common::*;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
-use slipstick::check::{Inspection, SurfaceKind, inspect};
+use slipstick::check::{Inspection, NoticeKind, SurfaceKind, inspect};
 use slipstick::mesh::{HalfRingShape, Mesh, half_ring};
 
 /// Two rings of which the inner one is too large by `FIT`, in plane strain: half of them, with
@@ -210,8 +210,10 @@ fn an_interference_replaces_the_gaps_of_the_mesh() {
     let [mean, spread] = pressure_of(&text, &[]);
     println!("{mean:.4} {spread:.3}");
     assert!((mean - 1.0).abs() < 0.01, "{mean}");
-    let adjusted = inspected(&text).contacts[0].adjusted.expect("an adjustment");
+    let found = inspected(&text);
+    let adjusted = found.contacts[0].adjusted.expect("an adjustment");
     assert_eq!((adjusted.gap, adjusted.distance, adjusted.left), (-FIT, None, 0));
+    assert!(found.notices.iter().all(|notice| notice.kind != NoticeKind::PenetratingStart), "{:?}", found.notices);
 }
 
 /// Two cubes in one dimension (ν = 0) that touch in the mesh and count as 0.05 apart: pressed by δ, they transmit
@@ -252,6 +254,8 @@ fn a_clearance_is_closed_before_forces_act() {
     let [all, some, none] =
         ["{ gap = 0.05 }", "{ nodes = 'right', gap = 0.05 }", "{ nodes = 'right' }"].map(|of| force(of, 0.08));
     assert!(all < some && some < none && (none - 40.0).abs() < 1e-6, "{all} {some} {none}");
+    let surface = force("{ nodes = 'high_ymin', gap = 0.05 }", 0.08);
+    assert!((surface - all).abs() < 1e-9, "a surface is a set of nodes too: {surface} {all}");
     let within = force("{ distance = 0.01, gap = 0.05 }", 0.08);
     assert!((within - all).abs() < 1e-9, "they touch, so they are within the distance: {within} {all}");
     let adjusted = inspected(&cubes("{ nodes = 'right', gap = 0.05 }", 0.08)).contacts[0].adjusted.expect("adjusted");

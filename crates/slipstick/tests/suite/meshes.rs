@@ -323,8 +323,8 @@ fn unmerged_nodes_are_told() {
     assert_eq!(
         told,
         [
-            "body `a` consists of 2 parts that share no nodes; supports do not hold 1 of them (contact, ties and springs may), \
-             one of which is at (1.0000, 0.0000, 0.0000)",
+            "body `a` consists of 2 parts that share no nodes; supports do not hold 1 of them, for instance the one at \
+             (1.0000, 0.0000, 0.0000); contact, ties or springs may",
             "body `a` has 4 pairs of coincident nodes, for instance 1 and 8 at (1.0000, 0.0000, 0.0000): elements are not \
              connected there"
         ]

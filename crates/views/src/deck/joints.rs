@@ -76,7 +76,9 @@ impl Writer<'_> {
             }
             let (adjust, clearance) = match &contact.adjust {
                 None => (String::new(), None),
-                Some(adjust @ Adjust::Chosen { nodes: None, .. }) if adjust.gap() != 0.0 => {
+                Some(adjust @ Adjust::Chosen { nodes: None, distance, .. })
+                    if adjust.gap() != 0.0 || distance.is_none() =>
+                {
                     if adjust.distance().is_finite() {
                         let message = "in a deck, a clearance holds for all nodes, at any distance";
                         self.warn(at("adjust.distance"), message, "omit it to compare the same gaps");
@@ -86,9 +88,19 @@ impl Writer<'_> {
                 Some(adjust) if adjust.nodes().is_none() && adjust.distance().is_finite() => {
                     (format!(", ADJUST={}", number(adjust.distance())), None)
                 }
+                Some(Adjust::Chosen { nodes: Some(nodes), distance: None, gap: 0.0 }) => {
+                    match &self.node_sets(nodes)[..] {
+                        [set] => (format!(", ADJUST={set}"), None),
+                        _ => {
+                            let message = format!("the nodes of `{nodes}` are not on one body");
+                            self.refuse(at("adjust.nodes"), message, "name a set of nodes of the slave");
+                            (String::new(), None)
+                        }
+                    }
+                }
                 Some(_) => {
-                    let message = "a deck has no such choice of nodes whose gaps change";
-                    self.refuse(at("adjust"), message, "give a `distance` alone, or a `gap` alone");
+                    let message = "a deck cannot give the nodes of a set a gap or a distance";
+                    self.refuse(at("adjust"), message, "give `nodes` alone, a `distance` alone, or a `gap` alone");
                     (String::new(), None)
                 }
             };

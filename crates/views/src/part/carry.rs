@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slipstick_case::file::{
-    Case, LoadKind, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SpringStiffness, SurfaceSet,
+    Adjust, Case, LoadKind, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SpringStiffness, SurfaceSet,
 };
 use slipstick_mesh::Mesh;
 
@@ -168,7 +168,8 @@ fn reduced(case: &Case, bodies: &[PartBody]) -> Vec<Reduced> {
         faces.push((&spring.set, "a spring", true));
     }
     for pair in &case.contacts {
-        faces.extend([(&pair.slave, "contact", false), (&pair.master, "contact", false)]);
+        let acts = if pair.tied { "a tie" } else { "contact" };
+        faces.extend([(&pair.slave, acts, false), (&pair.master, acts, false)]);
     }
     let share = |name: &String| -> Option<f64> {
         Some(bodies.iter().flat_map(|body| &body.faces).find(|face| face.name == *name)?.share)
@@ -247,6 +248,9 @@ fn uses(case: &Case) -> Vec<(String, String)> {
     for contact in &case.contacts {
         need(&contact.slave, "a contact pair".into());
         need(&contact.master, "a contact pair".into());
+        if let Some(nodes) = contact.adjust.as_ref().and_then(Adjust::nodes) {
+            need(nodes, "`adjust` of a contact pair".into());
+        }
     }
     for support in &case.dirichlet {
         need(&support.set, "a support or motion".into());

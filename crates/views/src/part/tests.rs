@@ -210,6 +210,21 @@ fn pieces_of_a_surface_are_told() {
     assert!(pieces(&|[x, ..]| x < 2.0).is_empty(), "one piece");
 }
 
+/// The set of nodes whose gaps `adjust` changes belongs to the part, whose case refers to it.
+#[test]
+fn adjusted_nodes_stay() {
+    let text = CASE
+        .replace("slave = \"block_ymin\"\nmaster = \"pad\"", "slave = \"pad\"\nmaster = \"block_ymin\"")
+        .replace("friction = 0.3", "friction = 0.3\nadjust = { nodes = \"line\" }")
+        .replace(
+            "[[contact]]",
+            "[[set]]\nname = \"line\"\nboxes = [{ min = [2, 1, 0], max = [2, 1, 2] }]\n[[contact]]",
+        );
+    let part = part_of(&text, |[x, ..]| x < 4.0).expect("a part");
+    assert!(part.case.sets.iter().any(|set| set.name == "line"), "{:?}", part.case.sets);
+    assert_eq!(part.reselected, ["line"]);
+}
+
 /// A body that loses nothing keeps its shape, surfaces and sets; one that does gets a mesh.
 #[test]
 fn a_solid_body_keeps_its_mesh() {

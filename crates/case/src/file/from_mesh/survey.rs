@@ -181,18 +181,8 @@ fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
             }
             // the groups that the user made, if they leave out nothing
             let named: Vec<&str> = sets.iter().copied().filter(|set| !is_elementary(set)).collect();
-            let covered = |sets: &[&str]| -> usize {
-                let cells = sets.iter().flat_map(|set| file.solid_cells(Some(set)));
-                cells.collect::<BTreeSet<u32>>().len()
-            };
-            if covered(&named) == covered(&sets) {
-                sets = named;
-            }
-            sets.sort_by_key(|set| file.cell_sets[*set].len());
-            let small = without_overlap(file, sets.clone());
-            sets.sort_by_key(|set| Reverse(file.cell_sets[*set].len()));
-            let large = without_overlap(file, sets);
-            if large.1 > small.1 { large.0 } else { small.0 }
+            let (of_named, of_all) = (best_cover(file, named), best_cover(file, sets));
+            if of_named.1 == of_all.1 { of_named.0 } else { of_all.0 }
         }
     };
     let mut names = BTreeSet::new();
@@ -205,6 +195,16 @@ fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
     };
     let chosen: Vec<_> = sets.into_iter().map(named).collect();
     if chosen.is_empty() { vec![(None, "part".into())] } else { chosen }
+}
+
+/// Disjoint sets that cover as many elements as possible, taken in ascending or in descending order of their sizes; and
+/// the number of these elements.
+fn best_cover<'a>(file: &FileMesh, mut sets: Vec<&'a str>) -> (Vec<&'a str>, usize) {
+    sets.sort_by_key(|set| file.cell_sets[*set].len());
+    let small = without_overlap(file, sets.clone());
+    sets.sort_by_key(|set| Reverse(file.cell_sets[*set].len()));
+    let large = without_overlap(file, sets);
+    if large.1 > small.1 { large } else { small }
 }
 
 /// Whether Gmsh gave a set its name, when it wrote a deck: that of an entity of the geometry, such as `Volume1`, beside

@@ -146,7 +146,7 @@ impl Serialize for Contact {
 pub enum Adjust {
     /// Those with a gap or penetration of at most this distance count as touching. \[L\]
     Distance(f64),
-    /// Those of a set.
+    /// Which gaps change, and the gap that these nodes get; at least one of the keys.
     Chosen {
         /// The largest gap or penetration that changes; `None`: any that is found. \[L\]
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -154,7 +154,8 @@ pub enum Adjust {
         /// The node set; `None`: all slave nodes.
         #[serde(skip_serializing_if = "Option::is_none")]
         nodes: Option<String>,
-        /// The gap that they get; negative: a penetration. \[L\]
+        /// The gap that they get, 0 by default; negative: a penetration. \[L\]
+        #[schemars(default)]
         gap: f64,
     },
 }

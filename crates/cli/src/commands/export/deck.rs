@@ -10,7 +10,7 @@ use slipstick::deck::{DeckOptions, DeckRecord, Note, deck, solid_part};
 use slipstick::mesh::Mesh;
 use slipstick::output::write_atomically;
 use slipstick::run::{RunDirectory, design_density, promises};
-use slipstick::words::counted;
+use slipstick::words::{counted, shell_word};
 use slipstick_service::failure::{Failure, Outcome};
 use slipstick_service::read::case_or_deck;
 use slipstick_service::run::OpenRun;
@@ -154,6 +154,6 @@ fn write(
     for record in &records {
         context.console.text(&format!("written: {shown}/{}, {}", record.deck, record.case));
     }
-    context.console.text(&format!("next: slipstick verify deck {shown}"));
+    context.console.text(&format!("next: slipstick verify deck {}", shell_word(&shown.to_string())));
     Ok(())
 }

@@ -12,7 +12,7 @@ use slipstick::part::{
     LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, write_moves, write_script, write_surface,
 };
 use slipstick::run::{RunDirectory, mesh_files, promises};
-use slipstick::words::counted;
+use slipstick::words::{counted, shell_word};
 
 use super::summary;
 use crate::args::Export;
@@ -61,23 +61,29 @@ pub(super) fn write(
     // the tables of a run belong to its last design
     let promised = if args.iteration.is_none() { promises(run, design)? } else { Vec::new() };
     part.case.promises.clone_from(&promised);
-    // what mesh.py made of an earlier design would be taken for this one
-    for body in &part.bodies {
-        match fs::remove_file(folder.join(body.mesh_file())) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                let message = format!("cannot remove {}: {error}", folder.join(body.mesh_file()).display());
-                return Err(Failure::input(message, "check the permissions of the folder"));
-            }
-            _ => {}
-        }
-    }
     fs::create_dir_all(folder).map_err(|error| {
         Failure::input(format!("cannot create {}: {error}", folder.display()), "check its name and permissions")
     })?;
     let case_file = run.file("case.toml");
     let read = mesh_files(&case_file);
-    for (name, copy) in &part.copies {
-        let bytes = read(name).map_err(|error| Failure::input(format!("{name}: {error}"), "restore the file"))?;
+    let restore = |name: &String, error| Failure::input(format!("{name}: {error}"), "restore the file");
+    let copies: Vec<(&String, Vec<u8>)> = part
+        .copies
+        .iter()
+        .map(|(name, copy)| Ok((copy, read(name).map_err(|error| restore(name, error))?)))
+        .collect::<Outcome<_>>()?;
+    // what belongs to an earlier design would be taken for this one; the case is written last
+    let meshes = part.bodies.iter().map(PartBody::mesh_file);
+    for name in meshes.chain(["case.toml".to_owned()]) {
+        match fs::remove_file(folder.join(&name)) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                let message = format!("cannot remove {}: {error}", folder.join(&name).display());
+                return Err(Failure::input(message, "check the permissions of the folder"));
+            }
+            _ => {}
+        }
+    }
+    for (copy, bytes) in copies {
         write_atomically(&folder.join(copy), |writer| writer.write_all(&bytes))?;
     }
     for body in &part.bodies {
@@ -104,9 +110,10 @@ pub(super) fn write(
         design.constraints.iter().filter(elsewhere).map(|of| format!("`{}`", of.quantity)).collect();
     if !promised.is_empty() && !names.is_empty() {
         context.console.text(&format!(
-            "bounds of {} hold at load steps before the last too: `solve` compares the part at the last one only; the others \
-             are in its quantities.csv",
-            names.into_iter().collect::<Vec<_>>().join(", ")
+            "{} {} bounded at load steps before the last: `solve` compares the part with the design at the last step only; see \
+             its quantities.csv for the others",
+            names.iter().map(String::as_str).collect::<Vec<_>>().join(", "),
+            if names.len() == 1 { "is" } else { "are" }
         ));
     }
     if !promised.is_empty() {
@@ -279,9 +286,13 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
     }
     for Reduced { name, acts, per_area, share } in &part.reduced {
         let less = match per_area {
+            true if *acts == "a spring" => {
+                format!("{acts} acts there per area: it is that much softer than in the design")
+            }
             true => format!(
                 "{acts} acts there per area: its resultant is that much smaller than in the design, unlike that of a `force`"
             ),
+            false if *acts == "a tie" => "the tie is that much smaller than in the design".into(),
             false => "material below the threshold took part in contact there, and does not in the part".into(),
         };
         console.warning(&format!(
@@ -320,12 +331,13 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         console.warning("there are no quantities of this design to compare with: solve it, and export that run");
     }
     let shown = folder.display();
-    let solve = format!("slipstick solve {shown}/case.toml");
+    let file = |name: &str| shell_word(&folder.join(name).display().to_string());
+    let solve = format!("slipstick solve {}", file("case.toml"));
     if part.bodies.is_empty() {
         console.text(&format!("written: {shown}/case.toml, {RECORD}"));
         console.text(&format!("next: {solve}"));
     } else {
         console.text(&format!("written: {shown}/case.toml, {SCRIPT}, {RECORD} and the surfaces"));
-        console.text(&format!("next: pip install gmsh; python3 {shown}/{SCRIPT}; {solve}"));
+        console.text(&format!("next: pip install gmsh; python3 {}; {solve}", file(SCRIPT)));
     }
 }

@@ -22,7 +22,7 @@ use slipstick::build::build_mesh;
 use slipstick::optimize::FEASIBLE;
 use slipstick::output::write_atomically;
 use slipstick::run::{Image, ResultRecord, RunDirectory, asymmetry, load_density, sha256};
-use slipstick::words::counted;
+use slipstick::words::{counted, shell_word};
 
 use self::entry::{Entry, Word};
 use self::file::Study as Plan;
@@ -114,16 +114,12 @@ pub fn run(context: &Context, args: &Study) -> Outcome {
 
 /// A command line, quoted for a shell.
 fn quoted(line: &[String]) -> String {
-    let bare = |c: char| c.is_ascii_alphanumeric() || "-_./,=:".contains(c);
-    let word = |word: &String| match word.chars().all(bare) {
-        true => word.clone(),
-        false => format!("\"{word}\""),
-    };
-    line.iter().map(word).collect::<Vec<_>>().join(" ")
+    line.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ")
 }
 
 fn interrupted(study: &Path) -> Failure {
-    let message = format!("finished runs are kept; continue with: slipstick study {}", study.display());
+    let message =
+        format!("finished runs are kept; continue with: slipstick study {}", shell_word(&study.display().to_string()));
     Failure::Interrupted { message, resume: None }
 }
 
