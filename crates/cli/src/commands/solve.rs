@@ -55,16 +55,15 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
         return Ok(());
     }
     let row = |of: &Comparison| {
-        let name = if of.load_case.is_empty() { String::new() } else { format!(" in {}", of.load_case) };
         let deviation = of.deviation_text();
         let beyond = if of.violation().is_some() { ", violated" } else { "" };
         let bounds: Vec<String> = of.bounds.iter().map(|&bound| words::bound(bound)).collect();
         let bounds = if bounds.is_empty() { String::new() } else { bounds.join(", ") + beyond };
-        vec![format!("{}{name}", of.quantity), digits(of.promised), digits(of.found), deviation, bounds]
+        vec![of.name(), digits(of.promised), digits(of.found), deviation, bounds]
     };
     let event = |of: &Comparison| {
         json!({
-            "quantity": of.quantity, "load_case": of.load_case, "promised": of.promised, "found": of.found,
+            "quantity": of.quantity, "load_case": of.load_case, "steps": of.steps, "promised": of.promised, "found": of.found,
             "deviation": of.deviation(), "violation": of.violation().map(|(_, by)| by),
         })
     };
@@ -79,16 +78,15 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
     context.console.lines(&lines(&titles, &rows));
     for of in &found {
         let Some((bound, by)) = of.violation() else { continue };
-        let place = if of.load_case.is_empty() { String::new() } else { format!(" in `{}`", of.load_case) };
         // beyond zero, the distance itself counts
         let by = match bound {
             Bound::AtMost(0.0) | Bound::AtLeast(0.0) => quantity(by),
             _ => format!("{:.1} %", 100.0 * by),
         };
         context.console.warning(&format!(
-            "the part violates a bound that the design had to meet{place}: `{}` is {}, {by} beyond {} (design: {}); \
+            "the part violates a bound that the design had to meet: `{}` is {}, {by} beyond {} (design: {}); \
              give the bound that much margin and optimize again, or compare on a finer mesh",
-            of.quantity,
+            of.name(),
             digits(of.found),
             words::bound(bound),
             digits(of.promised)

@@ -1,10 +1,12 @@
 //! What a design promised, and what its part keeps: quantities at the end of each load case.
 
+use std::collections::BTreeMap;
 use std::fs;
 
-use slipstick_case::file::{Case, Promise};
+use slipstick_case::file::{Case, Constraint, ObservedSteps, Promise};
 use slipstick_design::{Bound, extreme_of};
 use slipstick_model::optimize::FEASIBLE;
+use slipstick_model::words::list;
 
 use super::{ExitState, RunDirectory, RunError, RunRecord};
 
@@ -15,6 +17,8 @@ pub struct Comparison {
     pub quantity: String,
     /// The load case; empty if there is only one load path.
     pub load_case: String,
+    /// The load steps over which the values are the worst ones; empty: the last one.
+    pub steps: Vec<usize>,
     /// The value that the design promised.
     pub promised: f64,
     /// The value in this run.
@@ -32,6 +36,21 @@ impl Comparison {
     pub fn violation(&self) -> Option<(Bound, f64)> {
         let beyond = self.bounds.iter().map(|&bound| (bound, bound.violation(self.found).0));
         beyond.filter(|(_, by)| *by > FEASIBLE).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The quantity, with the load case and the load steps, if they are not the only or the last ones.
+    pub fn name(&self) -> String {
+        let load_case = if self.load_case.is_empty() { String::new() } else { format!(" in {}", self.load_case) };
+        format!("{}{load_case}{}", self.quantity, self.at_steps())
+    }
+
+    /// The load steps in words, if they are not the last ones: ` at step 2`, `, worst of steps 1 to 4`.
+    pub fn at_steps(&self) -> String {
+        match self.steps[..] {
+            [] => String::new(),
+            [step] => format!(" at step {step}"),
+            _ => format!(", worst of steps {}", list(&self.steps)),
+        }
     }
 
     /// The relative deviation from the promise; for a promise that is small among those of its kind,
@@ -83,7 +102,8 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
         // the path may be that of an earlier design
         return Ok(Vec::new());
     }
-    let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
+    let Some(table) = rows(run, case)? else { return Ok(Vec::new()) };
+    let (columns, rows) = (&table.columns, table.ends());
     let values_of = |name: &str| -> Option<Vec<f64>> {
         let column = columns.iter().position(|column| column == name)?;
         rows.iter().map(|row| row.get(column)?.parse().ok()).collect()
@@ -109,10 +129,11 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     for quantity in names {
         let values = values_of(&quantity);
         if let Some(values) = values.filter(|_| promises.iter().all(|other| other.quantity != quantity)) {
-            promises.push(Promise { quantity, values, max: None, min: None });
+            promises.push(Promise { quantity, values, max: None, min: None, steps: ObservedSteps::Last });
         }
     }
     add_bounds(&mut promises, case);
+    promises.extend(bounds_before_the_end(&table, case));
     Ok(promises)
 }
 
@@ -128,11 +149,12 @@ fn of_contact(rest: &str) -> bool {
     rest.strip_prefix('_').is_some_and(|what| OF_PAIR.contains(&what))
 }
 
-/// Adds the bounds of the design that hold at the ends of load cases. Those of a smooth measure are bounds on the
+/// Adds the bounds of the design that hold only at the ends of load cases. Those of a smooth measure are bounds on the
 /// extreme for which it stands, unless they are for the measure itself.
 fn add_bounds(promises: &mut [Promise], case: &Case) {
     let steps = case.load_path.steps;
-    for constraint in case.constraints.iter().filter(|constraint| constraint.steps.contains(steps, steps)) {
+    let at_end = |constraint: &&Constraint| steps_of(&constraint.steps, steps).is_empty();
+    for constraint in case.constraints.iter().filter(at_end) {
         let extreme = constraint.corrected.then(|| extreme_of(&constraint.quantity));
         let of = [extreme, Some(constraint.quantity.clone())];
         let found = of.iter().flatten().find_map(|name| promises.iter().position(|promise| promise.quantity == *name));
@@ -146,6 +168,41 @@ fn add_bounds(promises: &mut [Promise], case: &Case) {
     }
 }
 
+/// The load steps of a path of `last` steps that are meant; none if that is only the last one.
+fn steps_of(steps: &ObservedSteps, last: usize) -> Vec<usize> {
+    let all: Vec<usize> = (1..=last).filter(|&step| steps.contains(step, last)).collect();
+    if all == [last] { Vec::new() } else { all }
+}
+
+/// The bounds of the design at load steps before the last, each with the worst values over its steps.
+fn bounds_before_the_end(table: &Rows, case: &Case) -> Vec<Promise> {
+    let last = case.load_path.steps;
+    let mut promises = Vec::new();
+    for constraint in &case.constraints {
+        let steps = steps_of(&constraint.steps, last);
+        let extreme = constraint.corrected.then(|| extreme_of(&constraint.quantity));
+        let of = [extreme, Some(constraint.quantity.clone())];
+        let Some(quantity) = of.into_iter().flatten().find(|name| table.columns.contains(name)) else { continue };
+        if steps.is_empty() {
+            continue;
+        }
+        for [max, min] in [[constraint.max, None], [None, constraint.min]] {
+            let bounded = max.is_some() || min.is_some();
+            let values = table.worst(&quantity, &steps, max.is_some());
+            if let Some(values) = values.filter(|_| bounded) {
+                promises.push(Promise {
+                    quantity: quantity.clone(),
+                    values,
+                    max,
+                    min,
+                    steps: constraint.steps.clone(),
+                });
+            }
+        }
+    }
+    promises
+}
+
 /// The promises of a case and the values of its run. Empty if the case has none, or if the run has
 /// no complete load path; quantities that the run does not have are left out.
 ///
@@ -155,7 +212,7 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
     if case.promises.is_empty() {
         return Ok(Vec::new());
     }
-    let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
+    let Some(table) = rows(run, case)? else { return Ok(Vec::new()) };
     let names = case.load_case_names();
     let mut found = Vec::new();
     // parts of earlier versions also promise the friction of ties
@@ -164,13 +221,16 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
         tie.is_none_or(|pair| of_pair(case, &pair.slave).iter().any(|what| name == format!("{}_{what}", pair.slave)))
     };
     for promise in case.promises.iter().filter(|promise| known(&promise.quantity)) {
-        let Some(column) = columns.iter().position(|column| *column == promise.quantity) else { continue };
-        for (number, (row, &promised)) in rows.iter().zip(&promise.values).enumerate() {
-            let Some(value) = row.get(column).and_then(|cell| cell.parse().ok()) else { continue };
+        let last = case.load_path.steps;
+        let steps = steps_of(&promise.steps, last);
+        let of = if steps.is_empty() { &[last][..] } else { &steps };
+        let Some(values) = table.worst(&promise.quantity, of, promise.max.is_some()) else { continue };
+        for (number, (value, &promised)) in values.into_iter().zip(&promise.values).enumerate() {
+            let steps = steps.clone();
             let (quantity, load_case) = (promise.quantity.clone(), names.get(number).cloned().unwrap_or_default());
             let bounds = [promise.max.map(Bound::AtMost), promise.min.map(Bound::AtLeast)];
             let bounds = bounds.into_iter().flatten().collect();
-            found.push(Comparison { quantity, load_case, promised, found: value, scale: 0.0, bounds });
+            found.push(Comparison { quantity, load_case, steps, promised, found: value, scale: 0.0, bounds });
         }
     }
     for kind in ["energy", "force", "pressure"] {
@@ -189,15 +249,35 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
     Ok(found)
 }
 
-/// Columns of `quantities.csv`, and one row for each load case.
-struct LastRows {
+/// The table `quantities.csv`.
+struct Rows {
     columns: Vec<String>,
-    rows: Vec<Vec<String>>,
+    /// Rows of each load case, of the load steps 1, 2, …
+    rows: Vec<Vec<Vec<String>>>,
 }
 
-/// Columns of `quantities.csv` and its rows at the end of each load case; `None` if the file does
-/// not exist, belongs to an evaluation under several coefficients of friction, or lacks such a row.
-fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<LastRows>, RunError> {
+impl Rows {
+    /// The rows at the ends of load cases.
+    fn ends(&self) -> Vec<&Vec<String>> {
+        self.rows.iter().filter_map(|rows| rows.last()).collect()
+    }
+
+    /// For each load case, the largest or smallest value of a column over load steps; `None` if there is no such
+    /// column, or a value is no number.
+    fn worst(&self, column: &str, steps: &[usize], largest: bool) -> Option<Vec<f64>> {
+        let column = self.columns.iter().position(|of| of == column)?;
+        let of_case = |rows: &Vec<Vec<String>>| -> Option<f64> {
+            let value = |&step: &usize| rows.get(step.checked_sub(1)?)?.get(column)?.parse::<f64>().ok();
+            let values = steps.iter().map(value).collect::<Option<Vec<f64>>>()?;
+            values.into_iter().reduce(if largest { f64::max } else { f64::min })
+        };
+        self.rows.iter().map(of_case).collect()
+    }
+}
+
+/// The rows of all load steps; `None` if the file does not exist, belongs to an evaluation under several
+/// coefficients of friction, or lacks such a row.
+fn rows(run: &RunDirectory, case: &Case) -> Result<Option<Rows>, RunError> {
     let path = run.file("quantities.csv");
     if !path.is_file() {
         return Ok(None);
@@ -209,11 +289,12 @@ fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<LastRows>, RunErr
     if columns.first().is_none_or(|first| first != "step") {
         return Ok(None);
     }
-    let rows: Vec<Vec<String>> = lines.map(cells).collect();
+    let all: BTreeMap<String, Vec<String>> = lines.map(cells).map(|row| (row[0].clone(), row)).collect();
+    let row = |step: usize| all.get(&step.to_string()).cloned();
     let steps = case.load_path.steps;
-    let ends = (1..=case.steps() / steps).map(|number| (number * steps).to_string());
-    let rows: Option<Vec<Vec<String>>> = ends.map(|end| rows.iter().find(|row| row[0] == end).cloned()).collect();
-    Ok(rows.map(|rows| LastRows { columns, rows }))
+    let of_case = |number: usize| (1..=steps).map(|step| row(number * steps + step)).collect::<Option<Vec<_>>>();
+    let rows = (0..case.steps() / steps).map(of_case).collect::<Option<Vec<_>>>();
+    Ok(rows.map(|rows| Rows { columns, rows }))
 }
 
 #[cfg(test)]
@@ -226,13 +307,15 @@ mod tests {
     fn deviations_have_a_sensible_scale() {
         let of = |quantity: &str, promised: f64, found: f64, scale: f64| {
             let (quantity, load_case) = (quantity.to_owned(), String::new());
-            Comparison { quantity, load_case, promised, found, scale, bounds: Vec::new() }.deviation()
+            Comparison { quantity, load_case, steps: Vec::new(), promised, found, scale, bounds: Vec::new() }
+                .deviation()
         };
         assert_eq!(of("reaction_low_y", -100.0, -105.0, 100.0).map(|d| (1e9 * d).round()), Some(5e7));
         assert_eq!(of("reaction_low_x", 1e-15, -0.5, 100.0).map(|d| (1e9 * d).round()), Some(-5e6));
         let small = Comparison {
             quantity: "reaction_low_x".into(),
             load_case: String::new(),
+            steps: Vec::new(),
             promised: 0.02,
             found: 0.001,
             scale: 100.0,
@@ -250,7 +333,7 @@ mod tests {
     fn bounds_of_the_design_hold_for_the_part() {
         let of = |found: f64, bounds: Vec<Bound>| {
             let (quantity, load_case) = ("stress".to_owned(), String::new());
-            Comparison { quantity, load_case, promised: 35.0, found, scale: 0.0, bounds }.violation()
+            Comparison { quantity, load_case, steps: Vec::new(), promised: 35.0, found, scale: 0.0, bounds }.violation()
         };
         let (most, least) = (Bound::AtMost(40.0), Bound::AtLeast(20.0));
         assert_eq!(of(44.0, vec![least, most]), Some((most, 0.1)));
@@ -268,7 +351,13 @@ mod tests {
         let bounds = |constraint: &str| {
             let text = format!("{text}\n{quantity}[[constraint]]\nquantity = \"peak\"\nmax = 40\n{constraint}\n");
             let case = slipstick_case::file::parse_case(&text, "case.toml").expect("a case").case;
-            let promise = |name: &str| Promise { quantity: name.into(), values: vec![30.0], max: None, min: None };
+            let promise = |name: &str| Promise {
+                quantity: name.into(),
+                values: vec![30.0],
+                max: None,
+                min: None,
+                steps: ObservedSteps::Last,
+            };
             let mut promises = ["peak", "peak_extreme"].map(promise);
             add_bounds(&mut promises, &case);
             promises.map(|promise| promise.max)
@@ -276,5 +365,18 @@ mod tests {
         assert_eq!(bounds(""), [None, Some(40.0)]);
         assert_eq!(bounds("corrected = false"), [Some(40.0), None]);
         assert_eq!(bounds("steps = [1]"), [None, None]);
+    }
+
+    /// By hand: the largest of steps 1 and 2 in each of two load cases, and the smallest of all.
+    #[test]
+    fn the_worst_over_steps_counts() {
+        let rows = [["1", "5"], ["2", "3"], ["3", "9"]].map(|row| row.map(str::to_owned).to_vec()).to_vec();
+        let other = [["4", "-1"], ["5", "2"], ["6", "0"]].map(|row| row.map(str::to_owned).to_vec()).to_vec();
+        let table = Rows { columns: vec!["step".into(), "f".into()], rows: vec![rows, other] };
+        assert_eq!(table.worst("f", &[1, 2], true), Some(vec![5.0, 2.0]));
+        assert_eq!(table.worst("f", &[1, 2, 3], false), Some(vec![3.0, -1.0]));
+        assert_eq!((table.worst("f", &[4], true), table.worst("g", &[1], true)), (None, None));
+        assert_eq!(steps_of(&ObservedSteps::All, 3), [1, 2, 3]);
+        assert!(steps_of(&ObservedSteps::Last, 3).is_empty() && steps_of(&ObservedSteps::Only(vec![3]), 3).is_empty());
     }
 }

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use slipstick_case::file::{ForceComponent, ForceWord, Promise, Quantity, QuantityKind, VectorComponent, VectorWord};
+use slipstick_case::file::{
+    ForceComponent, ForceWord, ObservedSteps, Promise, Quantity, QuantityKind, VectorComponent, VectorWord,
+};
 use slipstick_mesh::facet_area_vector;
 use slipstick_solid::load::nodal_areas;
 use toml::{Table, Value};
@@ -181,7 +183,11 @@ impl Writer<'_> {
     }
 
     fn promised(&self, column: &str) -> Option<f64> {
-        let promise = self.options.promises.iter().find(|promise| promise.quantity == column)?;
+        let promise = self
+            .options
+            .promises
+            .iter()
+            .find(|promise| promise.quantity == column && promise.steps == ObservedSteps::Last)?;
         promise.values.get(self.options.load_case).copied()
     }
 
@@ -336,12 +342,18 @@ impl Writer<'_> {
         }
         columns
             .extend(["strain_energy", "friction_work", "external_work"].map(|name| (name.to_owned(), name.to_owned())));
-        for promise in self.options.promises {
+        for promise in self.options.promises.iter().filter(|promise| promise.steps == ObservedSteps::Last) {
             let value = promise.values.get(self.options.load_case);
             if let (Some(column), Some(&value)) = (columns.get(&promise.quantity), value) {
                 promises.extend(
-                    Value::try_from(Promise { quantity: column.clone(), values: vec![value], max: None, min: None })
-                        .ok(),
+                    Value::try_from(Promise {
+                        quantity: column.clone(),
+                        values: vec![value],
+                        max: None,
+                        min: None,
+                        steps: ObservedSteps::Last,
+                    })
+                    .ok(),
                 );
             }
         }

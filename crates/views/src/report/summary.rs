@@ -144,7 +144,7 @@ fn promised(run: &RunDirectory, case: &Case) -> Result<Option<Table>, RunError> 
     let bounded = found.iter().any(|of| !of.bounds.is_empty());
     columns.extend(bounded.then(|| "bound".to_owned()));
     let row = |of: &Comparison| {
-        let mut row: Vec<Value> = vec![of.quantity.as_str().into()];
+        let mut row: Vec<Value> = vec![format!("{}{}", of.quantity, of.at_steps()).into()];
         row.extend(cases.then(|| of.load_case.as_str().into()));
         let deviation = of.deviation_text();
         row.extend([quantity(of.promised).into(), quantity(of.found).into(), deviation.into()]);

@@ -69,7 +69,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) ->
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known, load_path.steps);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
-    let promises = promise::promises(&root, load_cases.len().max(1));
+    let promises = promise::promises(&root, load_cases.len().max(1), load_path.steps);
     let optimizer = design::optimizer(&root, design.as_ref());
     if let Some(design) = &design {
         design::warn_initial(root.reader, design, optimizer.as_ref());

@@ -191,7 +191,7 @@ fn reference(table: &Table<'_>, quantities: &[Quantity]) -> String {
 }
 
 /// `"last"`, `"all"` or a list of steps.
-fn observed_steps(table: &Table<'_>, steps: usize) -> ObservedSteps {
+pub(super) fn observed_steps(table: &Table<'_>, steps: usize) -> ObservedSteps {
     let Some(value) = table.value("steps") else {
         return ObservedSteps::Last;
     };

@@ -1,11 +1,10 @@
 //! `slipstick export --case`: the design as a part, with a case that analyses it.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use slipstick::case::{Case, Constraint, Promise};
+use slipstick::case::{Case, Promise};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::output::write_atomically;
 use slipstick::part::{
@@ -104,18 +103,6 @@ pub(super) fn write(
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
     tell(context, folder, &part, &promised);
-    let steps = design.load_path.steps;
-    let elsewhere = |of: &&Constraint| (1..steps).any(|step| of.steps.contains(step, steps));
-    let names: BTreeSet<String> =
-        design.constraints.iter().filter(elsewhere).map(|of| format!("`{}`", of.quantity)).collect();
-    if !promised.is_empty() && !names.is_empty() {
-        context.console.text(&format!(
-            "{} {} bounded at load steps before the last: `solve` compares the part with the design at the last step only; see \
-             its quantities.csv for the others",
-            names.iter().map(String::as_str).collect::<Vec<_>>().join(", "),
-            if names.len() == 1 { "is" } else { "are" }
-        ));
-    }
     if !promised.is_empty() {
         expect(context, run, design, &part, (mesh, density));
     }
