@@ -56,7 +56,7 @@ pub(super) fn contacts(
             .fold(f64::INFINITY, f64::min);
         notices.extend(model.bond.as_ref().and_then(|bond| apart(bond, i, contact, size)));
         notices.extend(moves.get(i).copied().flatten().and_then(|moved| shifted(moved, i, contact, size)));
-        // an interference that the case asks for is no surprise
+        // the case may prescribe an interference
         let wanted = contact.adjust.as_ref().map_or(0.0, |adjust| adjust.gap().min(0.0));
         if let Some((gap, node)) = closest.filter(|c| c.0 < wanted - PENETRATION * size) {
             notices.push(Notice {

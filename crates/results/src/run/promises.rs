@@ -263,7 +263,7 @@ impl Rows {
     }
 
     /// For each load case, the largest or smallest value of a column over load steps; `None` if there is no such
-    /// column, or a value is no number.
+    /// column, or a value is not a number.
     fn worst(&self, column: &str, steps: &[usize], largest: bool) -> Option<Vec<f64>> {
         let column = self.columns.iter().position(|of| of == column)?;
         let of_case = |rows: &Vec<Vec<String>>| -> Option<f64> {

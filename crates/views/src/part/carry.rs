@@ -10,7 +10,7 @@ use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
 use super::per_node::{self, PerNode};
-use super::{NamedFace, PartBody, PartError, Reduced, Scarce, on_body};
+use super::{Acts, NamedFace, PartBody, PartError, Reduced, Scarce, on_body};
 
 /// A case without a design, and its files and sets.
 pub(super) struct Carried {
@@ -155,31 +155,31 @@ pub(super) fn carried(
 
 /// The faces that something acts on per area, or in contact, and of which a part is missing.
 fn reduced(case: &Case, bodies: &[PartBody]) -> Vec<Reduced> {
-    let mut faces: Vec<(&String, &str, bool)> = Vec::new();
+    let mut faces: Vec<(&String, Acts)> = Vec::new();
     for load in &case.loads {
         match load.kind {
-            LoadKind::Pressure(_) => faces.push((&load.surface, "a pressure", true)),
-            LoadKind::Traction(_) => faces.push((&load.surface, "a traction", true)),
+            LoadKind::Pressure(_) => faces.push((&load.surface, Acts::Pressure)),
+            LoadKind::Traction(_) => faces.push((&load.surface, Acts::Traction)),
             _ => {}
         }
     }
     for spring in case.springs.iter().filter(|spring| matches!(spring.stiffness, SpringStiffness::StiffnessPerArea(_)))
     {
-        faces.push((&spring.set, "a spring", true));
+        faces.push((&spring.set, Acts::Spring));
     }
     for pair in &case.contacts {
-        let acts = if pair.tied { "a tie" } else { "contact" };
-        faces.extend([(&pair.slave, acts, false), (&pair.master, acts, false)]);
+        let acts = if pair.tied { Acts::Tie } else { Acts::Contact };
+        faces.extend([(&pair.slave, acts), (&pair.master, acts)]);
     }
     let share = |name: &String| -> Option<f64> {
         Some(bodies.iter().flat_map(|body| &body.faces).find(|face| face.name == *name)?.share)
     };
     let mut found: Vec<Reduced> = Vec::new();
-    for (name, acts, per_area) in faces {
-        let limit = if per_area { PER_AREA } else { IN_CONTACT };
+    for (name, acts) in faces {
+        let limit = if matches!(acts, Acts::Contact | Acts::Tie) { IN_CONTACT } else { PER_AREA };
         let Some(share) = share(name).filter(|&share| share >= SCARCE && share < limit) else { continue };
         if found.iter().all(|known| known.name != *name || known.acts != acts) {
-            found.push(Reduced { name: name.clone(), acts, per_area, share });
+            found.push(Reduced { name: name.clone(), acts, share });
         }
     }
     found

@@ -24,8 +24,8 @@ except ImportError as missing:
 # domain, and the surfaces of each named face.
 BODIES = []
 
-# Gmsh's algorithms for the interior, in the order in which they are tried, each in a process of its own, which may
-# crash; and the optimizers afterwards.
+# Gmsh's algorithms for the interior; the attempts in their order, with the optimizers that follow. Each attempt runs in
+# its own process, which may crash.
 ALGORITHMS = {"Delaunay": 1, "HXT": 10, "Frontal": 4}
 ATTEMPTS = [("Delaunay", ["", "Netgen"]), ("HXT", ["", "Netgen"]), ("Frontal", ["", "Netgen"]), ("Delaunay", [])]
 
@@ -62,7 +62,7 @@ def round_off(body, point):
 # Edges of a hexahedron between its nodes.
 EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 
-# Worst quality that curved faces may cause, and that of a mesh which is of use.
+# Worst quality that curved faces may cause, and that of a usable mesh.
 QUALITY, USABLE = 0.05, 0.001
 
 

@@ -80,15 +80,28 @@ pub struct Scarce {
     pub share: f64,
 }
 
+/// What acts on a face, and becomes less with its area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acts {
+    /// A pressure.
+    Pressure,
+    /// A traction.
+    Traction,
+    /// A spring with a stiffness per area.
+    Spring,
+    /// Contact.
+    Contact,
+    /// A tie.
+    Tie,
+}
+
 /// A face with a part of its area, where less area means less load or contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reduced {
     /// Its name.
     pub name: String,
-    /// What acts there, for example "a pressure".
-    pub acts: &'static str,
-    /// Whether it acts per area, so that its resultant shrinks with the face.
-    pub per_area: bool,
+    /// What acts there.
+    pub acts: Acts,
     /// As [`NamedFace::share`].
     pub share: f64,
 }

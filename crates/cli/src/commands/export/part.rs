@@ -8,7 +8,8 @@ use slipstick::case::{Case, Promise};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::output::write_atomically;
 use slipstick::part::{
-    LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, write_moves, write_script, write_surface,
+    Acts, LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, write_moves, write_script,
+    write_surface,
 };
 use slipstick::run::{RunDirectory, mesh_files, promises};
 use slipstick::words::{counted, shell_word};
@@ -271,16 +272,22 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             100.0 * share
         ));
     }
-    for Reduced { name, acts, per_area, share } in &part.reduced {
-        let less = match per_area {
-            true if *acts == "a spring" => {
-                format!("{acts} acts there per area: it is that much softer than in the design")
+    for Reduced { name, acts, share } in &part.reduced {
+        let smaller =
+            "acts there per area: its resultant is that much smaller than in the design, unlike that of a `force`";
+        let less = match acts {
+            Acts::Pressure => format!("a pressure {smaller}"),
+            Acts::Traction => format!("a traction {smaller}"),
+            Acts::Spring => "a spring acts there per area: it is that much softer than in the design".into(),
+            Acts::Contact => {
+                // where the bodies touch is not known here
+                console.text(&format!(
+                    "{:.1} % of the contact face `{name}` is left: contact elsewhere on it is lost (`passive_solid` keeps it)",
+                    100.0 * share
+                ));
+                continue;
             }
-            true => format!(
-                "{acts} acts there per area: its resultant is that much smaller than in the design, unlike that of a `force`"
-            ),
-            false if *acts == "a tie" => "the tie is that much smaller than in the design".into(),
-            false => "material below the threshold took part in contact there, and does not in the part".into(),
+            Acts::Tie => "the tie is that much smaller than in the design".into(),
         };
         console.warning(&format!(
             "{:.1} % of `{name}` is left, and {less}; a solid skin there (`[[design.passive_solid]]` with `surface` and \
