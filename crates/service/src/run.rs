@@ -8,7 +8,7 @@ use slipstick::case::Resolved;
 use slipstick::linalg::Ranks;
 use slipstick::mesh::Mesh;
 use slipstick::path::{StepFailureKind, SweepError};
-use slipstick::run::{ExitState, Kept, Run, RunDirectory, RunPart, keep_failure, mesh_files};
+use slipstick::run::{ExitState, Kept, Run, RunDirectory, RunPart, RunRecord, keep_failure, mesh_files};
 
 use crate::check::Checked;
 use crate::failure::{Failure, Outcome};
@@ -40,6 +40,8 @@ impl OpenRun {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn of(directory: RunDirectory) -> Outcome<Self> {
+        // without it, the copies of mesh files would not be found
+        RunRecord::read(&directory)?;
         let file = directory.file("case.toml");
         let resolved = case_file(&file, &[]).map_err(|error| error.at(&file))?;
         let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;

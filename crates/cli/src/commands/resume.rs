@@ -29,7 +29,10 @@ pub fn run(context: &Context, args: &args::Resume) -> Outcome {
             context.console.text(&format!(
                 "the run is complete after {}: {}",
                 counted(iterations, "iteration"),
-                if criteria_met { "the criteria for stopping are met" } else { "give --iterations for more" }
+                match criteria_met {
+                    true => "the criteria for stopping are met".to_owned(),
+                    false => format!("give --iterations above {iterations} for more"),
+                }
             ));
             let told = serde_json::json!({ "command": "resume", "directory": directory, "iterations": iterations });
             context.console.event("result", told);

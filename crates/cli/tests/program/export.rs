@@ -207,7 +207,12 @@ fn a_face_that_is_partly_missing() {
     for expected in ["% of `slab_ymax` is left, and a pressure acts there per area", "unlike that of a `force`"] {
         assert!(told.err.contains(expected), "{}", told.err);
     }
-    assert!(told.out.contains("of the contact face `slab_ymax` is left: contact elsewhere"), "{}", told.out);
+    // the block ends where the material does
+    assert!(
+        told.out.contains("of the contact face `slab_ymax` is left, with 100.0 % of its contact force"),
+        "{}",
+        told.out
+    );
     // the bound at all steps, with the worst value of the design
     let promised = place.read("part/case.toml");
     let table = place.table("case/quantities.csv");
@@ -218,6 +223,26 @@ fn a_face_that_is_partly_missing() {
     place.write("part/slab_part.msh", "of an earlier design");
     place.good("export case --case part --threshold 0.5 --size 0.5 --force");
     assert!(!place.path("part/slab_part.msh").exists());
+    // the block on material below the threshold
+    let below = |e: usize| if e < 16 && (e / 4) % 2 == 1 { [0.4, 1.0][usize::from(e % 4 > 1)] } else { 1.0 };
+    let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", below(e))).collect();
+    place.write("start.csv", &format!("element,density\n{}\n", rows.join("\n")));
+    place.good("solve case.toml --design start.csv --out case -q --force");
+    let told = place.good("export case --case below --threshold 0.5 --size 0.5 --smooth 0").err;
+    let lost = told
+        .lines()
+        .find_map(|line| line.strip_prefix("warning: ")?.split_once(" % of the contact force on `slab_ymax`"));
+    let (lost, rest) = lost.unwrap_or_else(|| panic!("{told}"));
+    // the isosurface ends at x = 4/3; nodes are numbered along x, y and z
+    let fields = slipstick::output::read_fields(&place.path("case/path_0004.vtu")).expect("fields");
+    let forces = &fields.iter().find(|field| field.name == "contact_force").expect("a field").values;
+    let force =
+        |i: usize, k: usize| forces[3 * (i + 5 * (2 + 3 * k))..].iter().take(3).map(|f| f * f).sum::<f64>().sqrt();
+    let up_to = |last: usize| (0..=last).flat_map(|i| (0..3).map(move |k| force(i, k))).sum::<f64>();
+    assert!((number(lost) - 100.0 * up_to(1) / up_to(4)).abs() < 0.051 && number(lost) > 20.0, "{told}");
+    assert!(rest.contains("path_0004.vtu"), "{told}");
+    let record = place.read("below/part.json");
+    assert!(record.contains("\"contact_force\": 0."), "{record}");
 }
 
 #[test]
@@ -238,6 +263,10 @@ fn what_is_no_part() {
         place.bad(&format!("export case --case {shared} --threshold 0.5 --force"), 2, &told);
         place.bad(&format!("export case --deck {shared} --force"), 2, &["is no folder of its own", "--deck deck"]);
     }
+    let record = place.read("case/run.json");
+    place.write("case/run.json", &record[..record.len() / 2]);
+    place.bad("export case --case part --threshold 0.5", 2, &["run.json", "is not the record of a run"]);
+    place.write("case/run.json", &record);
     std::fs::create_dir(place.path("other")).expect("a new folder");
     std::fs::copy(place.path("case.toml"), place.path("other/case.toml")).expect("a copy");
     place.bad("export case --case other --threshold 0.5 --force", 2, &["case.toml is not the case of a part"]);

@@ -24,11 +24,13 @@ mod pieces;
 mod remesh;
 #[cfg(test)]
 mod tests;
+mod touching;
 
 pub use error::PartError;
 pub use files::{SCRIPT, write_moves, write_script, write_surface};
 pub use per_node::PerNode;
 pub use pieces::{LoosePiece, PiecesOfBody, pieces_of_design};
+pub use touching::Touching;
 
 use std::collections::BTreeSet;
 

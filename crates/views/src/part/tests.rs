@@ -146,6 +146,30 @@ fn unused_sets_never_block_the_part() {
     assert_eq!(error.to_string(), "no material is left on `tip`, which the quantity `lift` needs");
 }
 
+/// Forces of magnitude 1 + x at the nodes of the top face, x from 0.5 to 4.5. A part that ends at x = 2.5 keeps those
+/// with x ≤ 2.5, and no more if a loose piece beyond it is left out.
+#[test]
+fn the_share_of_a_contact_force_that_a_part_keeps() {
+    let (_, mesh, _) = scene(CASE, |_| true);
+    let name = "slab_ymax";
+    let mut forces = vec![0.0; 3 * mesh.nodes.len()];
+    let (mut sum, mut kept) = (0.0, 0.0);
+    for &node in mesh.set_nodes(name).expect("a face").iter() {
+        let x = mesh.nodes[node as usize][0];
+        forces[3 * node as usize] = 0.6 * (1.0 + x);
+        forces[3 * node as usize + 1] = -0.8 * (1.0 + x);
+        sum += 1.0 + x;
+        kept += if x < 2.6 { 1.0 + x } else { 0.0 };
+    }
+    for loose in [f64::INFINITY, 4.0] {
+        let part = part_of(CASE, |[x, ..]| x < 2.5 || x > loose).expect("a part");
+        assert_eq!(part.bodies[0].loose.len(), usize::from(loose.is_finite()));
+        let found = part.bodies[0].touching(&mesh, name, &forces).expect("a force");
+        assert!((found.force / sum - 1.0).abs() < 1e-12 && (found.kept - kept / sum).abs() < 1e-12, "{found:?}");
+        assert_eq!(part.bodies[0].touching(&mesh, "slab_ymin", &forces), None);
+    }
+}
+
 /// A piece that touches no support is left out, with its volume; the rest keeps its named faces.
 #[test]
 fn loose_material_is_left_out() {

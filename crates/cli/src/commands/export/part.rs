@@ -1,14 +1,15 @@
 //! `slipstick export --case`: the design as a part, with a case that analyses it.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
 use slipstick::case::{Case, Promise};
 use slipstick::mesh::{Element, Mesh};
-use slipstick::output::write_atomically;
+use slipstick::output::{read_fields, write_atomically};
 use slipstick::part::{
-    Acts, LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, write_moves, write_script,
+    Acts, LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, Touching, write_moves, write_script,
     write_surface,
 };
 use slipstick::run::{RunDirectory, mesh_files, promises};
@@ -61,6 +62,7 @@ pub(super) fn write(
     // the tables of a run belong to its last design
     let promised = if args.iteration.is_none() { promises(run, design)? } else { Vec::new() };
     part.case.promises.clone_from(&promised);
+    let touched = if args.iteration.is_none() { touched(run, mesh, &part)? } else { Touched::new() };
     fs::create_dir_all(folder).map_err(|error| {
         Failure::input(format!("cannot create {}: {error}", folder.display()), "check its name and permissions")
     })?;
@@ -95,7 +97,7 @@ pub(super) fn write(
     }
     let record = json!({
         "threshold": part.export.threshold, "density_volume": part.export.density_volume,
-        "crossings": part.export.surface.crossings(), "whole": part.whole, "bodies": part.bodies.iter().map(of_body).collect::<Vec<_>>(), "promises": promised,
+        "crossings": part.export.surface.crossings(), "whole": part.whole, "bodies": part.bodies.iter().map(|body| of_body(body, &touched)).collect::<Vec<_>>(), "promises": promised,
         "measures": measures,
     });
     let text = format!("{record:#}\n");
@@ -103,11 +105,42 @@ pub(super) fn write(
     let case = case_text(&part, &promised)?;
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
-    tell(context, folder, &part, &promised);
+    tell(context, folder, &part, &promised, &touched);
     if !promised.is_empty() {
         expect(context, run, design, &part, (mesh, density));
     }
     Ok(())
+}
+
+/// The contact face's force at the state with the largest one, the share on elements of the part, and the number
+/// of that state.
+type Touched = BTreeMap<String, (Touching, usize)>;
+
+/// The contact forces of the design on the faces of the part's contact pairs.
+fn touched(run: &RunDirectory, mesh: &Mesh, part: &Part) -> Outcome<Touched> {
+    let pairs = part.case.contacts.iter().filter(|pair| !pair.tied).flat_map(|pair| [&pair.slave, &pair.master]);
+    let names: BTreeSet<&String> = pairs.collect();
+    let of_body = |body: &PartBody, name: &str| body.faces.iter().any(|face| face.name == name);
+    let faces = || {
+        part.bodies
+            .iter()
+            .flat_map(|body| names.iter().filter(|name| of_body(body, name)).map(move |name| (body, *name)))
+    };
+    let mut found = Touched::new();
+    if faces().next().is_none() {
+        return Ok(found);
+    }
+    for state in run.numbers("path")? {
+        let fields = read_fields(&run.file(&RunDirectory::numbered("path", state)))?;
+        let Some(forces) = fields.iter().find(|field| field.name == "contact_force") else { continue };
+        for (body, name) in faces() {
+            let Some(touching) = body.touching(mesh, name, &forces.values) else { continue };
+            if found.get(name).is_none_or(|(known, _)| touching.force > known.force) {
+                found.insert(name.clone(), (touching, state));
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// Discreteness from which a warning says that the part is stiffer than the grey design.
@@ -125,8 +158,8 @@ fn expect(context: &Context, run: &RunDirectory, design: &Case, part: &Part, (me
         if discreteness >= GREY && design.design.as_ref().is_some_and(|design| design.simp.penalization > 1.0) {
             context.console.warning(&format!(
                 "`{}` of the design is grey (discreteness {discreteness:.2}): its intermediate densities are softer than \
-                 the solid material of the part, by about a tenth in the examples of the tutorial and by more in others; a sharper \
-                 `projection` in [design] leaves fewer",
+                 the solid material of the part, so values may differ by tens of per cent; a sharper `projection` in [design] leaves \
+                 fewer",
                 body.name
             ));
         }
@@ -160,7 +193,7 @@ fn case_text(part: &Part, promised: &[Promise]) -> Outcome<String> {
     Ok(format!("# The part of a design, of solid material.{made}{promise}\n{text}"))
 }
 
-fn of_body(body: &PartBody) -> Value {
+fn of_body(body: &PartBody, touched: &Touched) -> Value {
     let loose =
         |piece: &LoosePiece| json!({ "volume": piece.volume, "bounds": piece.bounds, "on_contact": piece.on_contact });
     let faces: serde_json::Map<String, Value> = body
@@ -170,7 +203,10 @@ fn of_body(body: &PartBody) -> Value {
             let NamedFace { group, share, area_change, distance, .. } = face;
             (
                 face.name.clone(),
-                json!({ "group": group, "share": share, "area_change": area_change, "distance": distance }),
+                json!({
+                    "group": group, "share": share, "area_change": area_change, "distance": distance,
+                    "contact_force": touched.get(&face.name).map(|(touching, _)| touching.kept),
+                }),
             )
         })
         .collect();
@@ -182,13 +218,20 @@ fn of_body(body: &PartBody) -> Value {
     })
 }
 
+/// Share of a contact force that a part loses without a warning.
+const LOST: f64 = 0.02;
+
+fn lost(touching: &Touching) -> bool {
+    touching.kept < 1.0 - LOST
+}
+
 /// A count with its two leading digits.
 fn rounded(count: usize) -> usize {
     let unit = 10usize.pow(count.checked_ilog10().unwrap_or(0).saturating_sub(1));
     (count + unit / 2) / unit * unit
 }
 
-fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
+fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], touched: &Touched) {
     let console = &context.console;
     for name in &part.whole {
         console.text(&format!("part {name}: solid everywhere, so it keeps its mesh (--size remeshes it)"));
@@ -272,6 +315,14 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             100.0 * share
         ));
     }
+    for (name, (touching, state)) in touched.iter().filter(|(_, (touching, _))| lost(touching)) {
+        console.warning(&format!(
+            "{:.1} % of the contact force on `{name}` acts on material that the part lacks (path_{state:04}.vtu): contact there \
+             is lost, and larger elsewhere; a lower --threshold or a solid skin there (`[[design.passive_solid]]` with \
+             `surface` and `within`) keeps it",
+            100.0 * (1.0 - touching.kept)
+        ));
+    }
     for Reduced { name, acts, share } in &part.reduced {
         let smaller =
             "acts there per area: its resultant is that much smaller than in the design, unlike that of a `force`";
@@ -280,11 +331,16 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
             Acts::Traction => format!("a traction {smaller}"),
             Acts::Spring => "a spring acts there per area: it is that much softer than in the design".into(),
             Acts::Contact => {
-                // where the bodies touch is not known here
-                console.text(&format!(
-                    "{:.1} % of the contact face `{name}` is left: contact elsewhere on it is lost (`passive_solid` keeps it)",
-                    100.0 * share
-                ));
+                let left = format!("{:.1} % of the contact face `{name}` is left", 100.0 * share);
+                match touched.get(name) {
+                    Some((touching, _)) if lost(touching) => {}
+                    Some((touching, _)) => {
+                        console.text(&format!("{left}, with {:.1} % of its contact force", 100.0 * touching.kept))
+                    }
+                    None => {
+                        console.text(&format!("{left}: contact elsewhere on it is lost (`passive_solid` keeps it)"))
+                    }
+                }
                 continue;
             }
             Acts::Tie => "the tie is that much smaller than in the design".into(),
