@@ -28,6 +28,7 @@ mod history;
 mod ledger;
 mod read;
 mod targets;
+mod vector;
 mod write;
 
 use slipstick_meshio::abaqus::{Places, cards, decoded, flat};

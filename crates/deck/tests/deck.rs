@@ -134,6 +134,69 @@ fn materials() {
     assert!(large[0].contains("{ st_venant_kirchhoff = {"), "{large:?}");
 }
 
+/// The law of the lower cube, its axes, and how `*ORIENTATION` is treated.
+#[test]
+fn orthotropic_materials() {
+    let deck = |elastic: &str, orientation: &str| {
+        let deck = CUBES.replace("*ELASTIC\n1000, 0.3\n", &format!("{elastic}{orientation}"));
+        deck.replace("ELSET=LOW, MATERIAL=steel", "ELSET=LOW, MATERIAL=steel, ORIENTATION=grain")
+    };
+    let engineering = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n12e3, 800, 600, 0.4, 0.5, 0.3, 700, 650,\n60\n";
+    let constants = "{ orthotropic = { e1 = 12000.0, e2 = 800.0, e3 = 600.0, nu12 = 0.4, nu13 = 0.5, nu23 = 0.3, \
+                     g12 = 700.0, g13 = 650.0, g23 = 60.0";
+    // axis 1 along z, and axis 2 in the plane of z and x
+    for (data, axes) in [
+        ("0,0,2, 1,0,3", "axis1 = [0.0, 0.0, 1.0], axis2 = [1.0, 0.0, 0.0]"),
+        ("1,1,3, 2,1,4, 1,1,1", "axis1 = [0.0, 0.0, 1.0], axis2 = [1.0, 0.0, 0.0]"),
+        ("0,0,2, 1,0,3\n2, 0", "axis1 = [0.0, 0.0, 1.0], axis2 = [1.0, 0.0, 0.0]"),
+    ] {
+        let deck = deck(engineering, &format!("*ORIENTATION, NAME=GRAIN\n{data}\n"));
+        let found = tables(&deck);
+        assert!(found[0].contains(&format!("{constants}, {axes} }} }}")), "{found:?}");
+        assert!(found[1].contains(&format!("{constants} }} }}")), "the other section has global axes: {found:?}");
+        let uses = translated(&deck).ledger.uses;
+        let how = |keyword: &str| uses.iter().find(|of| of.keyword == keyword).expect(keyword).how.word();
+        assert_eq!(["ORIENTATION", "ELASTIC"].map(how), ["translated", "translated"]);
+    }
+    // 30° about axis 3, which is z: (cos, sin, 0) and (−sin, cos, 0)
+    let turned = tables(&deck(engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n3, 30\n"))[0].clone();
+    let after = |key: &str| -> Vec<f64> {
+        let text = turned.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).expect(key);
+        text.split(", ").map(|number| number.parse().expect(number)).collect()
+    };
+    let (sin, cos) = (0.5, 0.75_f64.sqrt());
+    for (key, expected) in [("axis1", [cos, sin, 0.0]), ("axis2", [-sin, cos, 0.0])] {
+        assert!(after(key).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{turned}");
+    }
+    // the stiffness of an isotropic material, λ = 300, μ = 200: E = μ(3λ + 2μ)/(λ + μ) = 520, ν = λ/(2(λ + μ)) = 0.3
+    let stiffness = "*ELASTIC, TYPE=ORTHO\n700, 300, 700, 300, 300, 700, 200, 200,\n200\n";
+    let found = tables(&deck(stiffness, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n"))[0].clone();
+    for (key, expected) in [("e1", 520.0), ("e2", 520.0), ("e3", 520.0), ("nu12", 0.3), ("nu23", 0.3), ("g13", 200.0)] {
+        let text = found.split(&format!("{key} = ")).nth(1).and_then(|rest| rest.split([',', ' ']).next()).expect(key);
+        let value: f64 = text.parse().expect(text);
+        assert!((value / expected - 1.0).abs() < 1e-14, "{key}: {value}");
+    }
+    let isotropic = deck("*ELASTIC\n1000, 0.3\n", "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n");
+    assert_eq!(tables(&isotropic), tables(CUBES));
+    for (elastic, orientation, what) in [
+        (engineering, "", "there is no orientation `GRAIN`"),
+        (engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0, 2,0,0\n", "both points lie on one line"),
+        (engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0\n", "six or nine numbers"),
+        (engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n4, 30\n", "1, 2 or 3"),
+        (
+            "*ELASTIC, TYPE=ORTHO\n1, 1, 1, 1, 1, 1, 1, 1,\n1\n",
+            "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n",
+            "no inverse",
+        ),
+    ] {
+        let found = refused(&deck(elastic, orientation));
+        assert!(found.len() == 1 && found[0].contains(what), "{found:?}");
+    }
+    let rows = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n9, 8, 6, 0.4, 0.5, 0.3, 7, 6,\n5, 20\n9, 8, 6, 0.4, 0.5, 0.3, 7, 6,\n4, 90\n";
+    let found = refused(&deck(rows, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n"));
+    assert!(found.len() == 1 && found[0].contains("depend on temperature"), "{found:?}");
+}
+
 #[test]
 fn laws_of_surfaces() {
     let pair = |law: &str| {
@@ -253,7 +316,8 @@ fn what_is_not_supported_is_refused() {
         ("*STEP", "*MPC\nBEAM,1,2\n*STEP", "*MPC: this keyword is not supported", "--ignore \"MPC\""),
         ("*STATIC\n0.5, 1", "*DYNAMIC\n0.5, 1", "*DYNAMIC", "use *STATIC"),
         ("*BOUNDARY", "*DLOAD\nLOW, BX, 9.81\n*BOUNDARY", "*DLOAD: the load `BX`", "pressure"),
-        ("*ELASTIC\n", "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n", "*ELASTIC: TYPE=ENGINEERING CONSTANTS", "isotropic"),
+        ("*ELASTIC\n", "*ELASTIC, TYPE=ANISO\n", "*ELASTIC: TYPE=ANISO", "isotropic"),
+        ("*STEP", "*ORIENTATION, NAME=R, SYSTEM=CYLINDRICAL\n0,0,0, 0,0,1\n*STEP", "*ORIENTATION: SYSTEM=CYL", "RECT"),
         ("=HARD", "=EXPONENTIAL\n1e-3, 10.", "PRESSURE-OVERCLOSURE=EXPONENTIAL", "LINEAR"),
         ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: FIXED is supported", "prescribe the displacement"),
         ("*STEP", "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n*STEP", "*INITIAL CONDITIONS", "unstressed"),

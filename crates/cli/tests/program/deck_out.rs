@@ -47,13 +47,22 @@ fn a_case_survives_as_a_deck() {
     read_again(BOLT);
 }
 
-/// Other laws and elements: quadratic tetrahedra, wedges, plasticity, second axis of time.
-#[test]
-fn laws_survive_as_a_deck() {
+/// An orthotropic law with oblique axes.
+const WOOD: &str = "orthotropic = { e1 = 12000, e2 = 800, e3 = 600, nu12 = 0.4, nu13 = 0.5, nu23 = 0.3, g12 = 700, \
+                    g13 = 650, g23 = 60, axis1 = [0.866, 0.3, 0.4], axis2 = [-0.2, 1, 0.1] }";
+
+/// A block that is stretched, bent and sheared.
+fn block(law: &str) -> String {
     let block = "title = \"Block\"\n[[body]]\nname = \"block\"\nbox = { min = [0, 0, 0], max = [2, 1, 1], elements = [3, 2, 2] }\n\
                  material = { LAW }\n[[dirichlet]]\nset = \"block_xmin\"\n[[dirichlet]]\nset = \"block_xmax\"\n\
                  components = [\"x\", \"y\"]\nmotion = [{ t = 0.4, u = [0.05, 0, 0] }, { t = 1, u = [0.01, 0.04, 0] }]\n\
                  [load_path]\nsteps = 5\ntolerance = { relative = 1e-11 }\n";
+    block.replace("LAW", law)
+}
+
+/// Other laws and elements: quadratic tetrahedra, wedges, plasticity, second axis of time.
+#[test]
+fn laws_survive_as_a_deck() {
     for law in [
         "yeoh = { c10 = 10, c20 = 0.5, c30 = 0.1, bulk_modulus = 100 }",
         "ogden = { mu = [12, 3, 2], alpha = [1.3, 5, -2], bulk_modulus = 90 }",
@@ -63,8 +72,9 @@ fn laws_survive_as_a_deck() {
          element = \"f_bar\"\n#",
         "j2_table = { youngs_modulus = 2000, poisson_ratio = 0.3, yield_stress = [10, 14, 15], plastic_strain = [0, 0.05, 0.2] } }\n\
          element = \"f_bar\"\n#",
+        WOOD,
     ] {
-        read_again(&block.replace("LAW", law));
+        read_again(&block(law));
     }
 }
 
@@ -98,10 +108,12 @@ fn calculix_agrees_without_contact() {
     place.write("case.toml", &LINEAR.replace("kinematic", "distributing"));
     place.good("export case.toml --deck deck --force");
     verified(&place, "deck", "1e-3");
-    place.write("case.toml", BOLT);
-    place.good("export case.toml --deck deck --force");
-    let compared = verified(&place, "deck", "1e-3");
-    assert!(compared["displacements"].as_f64().expect("a number") < 1e-4, "{compared}");
+    for text in [BOLT, &block(WOOD)] {
+        place.write("case.toml", text);
+        place.good("export case.toml --deck deck --force");
+        let compared = verified(&place, "deck", "1e-3");
+        assert!(compared["displacements"].as_f64().expect("a number") < 1e-4, "{compared}");
+    }
 }
 
 /// A design: the promise, the deck in both programs; the contact integrals differ on a coarse mesh.

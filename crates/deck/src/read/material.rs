@@ -21,9 +21,13 @@ pub struct Material {
 
 /// Constants of `*ELASTIC`.
 #[derive(Debug)]
-pub struct Elastic {
-    pub youngs_modulus: f64,
-    pub poisson_ratio: f64,
+pub enum Elastic {
+    Isotropic {
+        youngs_modulus: f64,
+        poisson_ratio: f64,
+    },
+    /// E₁, E₂, E₃, ν₁₂, ν₁₃, ν₂₃, G₁₂, G₁₃, G₂₃.
+    Orthotropic([f64; 9]),
 }
 
 /// Constants of `*HYPERELASTIC`; D is 2/K.
@@ -42,7 +46,7 @@ const IDLE: &[(&str, &str)] = &[
     ("DAMPING", "steps are static"),
 ];
 
-const LAWS: &str = "write ELASTIC (isotropic), HYPERELASTIC or PLASTIC";
+const LAWS: &str = "write ELASTIC (isotropic, ORTHO or ENGINEERING CONSTANTS), HYPERELASTIC or PLASTIC";
 
 impl Reader<'_> {
     /// Reads a material or one of its options.
@@ -125,11 +129,32 @@ impl Reader<'_> {
         self.allow(card, &["TYPE"]);
         let (line, of) =
             (card.keyword.line, card.keyword.parameter("TYPE").unwrap_or("ISOTROPIC").to_ascii_uppercase());
-        if !of.starts_with("ISO") {
-            return self.ledger.refuse("ELASTIC", line, format!("TYPE={of} is not supported"), LAWS);
-        }
-        let Some(row) = self.constants(card, 2) else { return };
-        let elastic = Elastic { youngs_modulus: row[0], poisson_ratio: row[1] };
+        let kind = match of.as_str() {
+            "ISOTROPIC" | "ISO" => None,
+            "ORTHO" | "ORTHOTROPIC" => Some(engineering as fn([f64; 9]) -> Option<[f64; 9]>),
+            "ENGINEERING CONSTANTS" | "ENGINEERINGCONSTANTS" => Some(Some as fn([f64; 9]) -> Option<[f64; 9]>),
+            _ => return self.ledger.refuse("ELASTIC", line, format!("TYPE={of} is not supported"), LAWS),
+        };
+        let elastic = match kind {
+            None => {
+                let Some(row) = self.constants(card, 2) else { return };
+                Elastic::Isotropic { youngs_modulus: row[0], poisson_ratio: row[1] }
+            }
+            Some(convert) => {
+                let Some(values) = self.constants(card, 9) else { return };
+                // the tenth is a temperature
+                if values.len() > 10 {
+                    let why = "constants that depend on temperature are not supported";
+                    let cure = "keep the nine for the temperature of the analysis";
+                    return self.ledger.refuse("ELASTIC", line, why, cure);
+                }
+                let Some(constants) = convert(std::array::from_fn(|i| values[i])) else {
+                    let why = "this stiffness has no inverse";
+                    return self.ledger.wrong("ELASTIC", [line, line + 1], why, "correct the constants");
+                };
+                Elastic::Orthotropic(constants)
+            }
+        };
         self.ledger.used("ELASTIC", line);
         if let Some(material) = self.own(card) {
             material.elastic = Some((elastic, line));
@@ -213,4 +238,21 @@ impl Reader<'_> {
             material.hyperelastic = Some((law, line));
         }
     }
+}
+
+/// The engineering constants for the stiffness D₁₁₁₁, D₁₁₂₂, D₂₂₂₂, D₁₁₃₃, D₂₂₃₃, D₃₃₃₃, D₁₂₁₂, D₁₃₁₃, D₂₃₂₃: the
+/// compliance, its inverse, has 1/E_i on the diagonal and −ν_ij/E_i beside it. `None` without an inverse.
+fn engineering([d11, d12, d22, d13, d23, d33, g12, g13, g23]: [f64; 9]) -> Option<[f64; 9]> {
+    let cofactors = [
+        d22 * d33 - d23 * d23,
+        d11 * d33 - d13 * d13,
+        d11 * d22 - d12 * d12,
+        d13 * d23 - d12 * d33,
+        d12 * d23 - d13 * d22,
+        d12 * d13 - d11 * d23,
+    ];
+    let determinant = d11 * cofactors[0] + d12 * cofactors[3] + d13 * cofactors[4];
+    let [s11, s22, s33, s12, s13, s23] = cofactors.map(|cofactor| cofactor / determinant);
+    let all = [1.0 / s11, 1.0 / s22, 1.0 / s33, -s12 / s11, -s13 / s11, -s23 / s22, g12, g13, g23];
+    all.iter().all(|constant| constant.is_finite()).then_some(all)
 }

@@ -5,6 +5,7 @@ mod contact;
 mod coupling;
 mod equation;
 mod material;
+mod orientation;
 mod refused;
 mod spring;
 mod step;
@@ -21,7 +22,8 @@ pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
 pub use equation::Equation;
-pub use material::{Hyperelastic, Material};
+pub use material::{Elastic, Hyperelastic, Material};
+pub use orientation::Orientation;
 pub use spring::{SpringElement, SpringSection};
 #[cfg(test)]
 pub use step::Change;
@@ -47,6 +49,8 @@ pub struct Deck {
     pub couplings: Vec<Coupling>,
     pub pretensions: Vec<Pretension>,
     pub transforms: Vec<Transform>,
+    /// By name.
+    pub orientations: BTreeMap<String, Orientation>,
     /// Conditions before the first step.
     pub conditions: Vec<Condition>,
     pub initial_temperatures: Vec<Condition>,
@@ -76,6 +80,7 @@ impl ElementType {
 pub struct Section {
     pub set: String,
     pub material: String,
+    pub orientation: Option<String>,
     pub line: usize,
 }
 
@@ -126,6 +131,7 @@ impl Reader<'_> {
             "EQUATION" => self.equations(card),
             "PRE-TENSION SECTION" => self.pretension(card),
             "TRANSFORM" => self.transform(card),
+            "ORIENTATION" => self.orientation(card),
             "COUPLING" => self.coupling(card),
             "KINEMATIC" | "DISTRIBUTING" => self.coupled(card, name == "KINEMATIC"),
             "ELEMENT" => self.element(card),
@@ -177,14 +183,16 @@ impl Reader<'_> {
 
     fn section(&mut self, card: &Card<'_>) {
         let keyword = &card.keyword;
-        self.allow(card, &["ELSET", "MATERIAL", "CONTROLS"]);
+        self.allow(card, &["ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"]);
         let value = |name: &str| keyword.parameter(name).map(str::to_owned);
         let (Some(set), Some(material)) = (value("ELSET"), value("MATERIAL")) else {
             let why = "the section needs ELSET=… and MATERIAL=…";
             return self.ledger.wrong(&keyword.name, [keyword.line; 2], why, "add the parameter");
         };
         self.ledger.used(&keyword.name, keyword.line);
-        self.deck.sections.push(Section { set, material: material.to_ascii_uppercase(), line: keyword.line });
+        let orientation = value("ORIENTATION").map(|name| name.to_ascii_uppercase());
+        let material = material.to_ascii_uppercase();
+        self.deck.sections.push(Section { set, material, orientation, line: keyword.line });
     }
 
     fn amplitude(&mut self, card: &Card<'_>) {

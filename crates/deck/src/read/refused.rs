@@ -53,7 +53,6 @@ const CURES: &[(&str, &str)] = &[
     ("DYNAMIC", "use *STATIC"),
     ("INITIAL CONDITIONS", "start from the undeformed, unstressed state"),
     ("MPC", "use *EQUATION, *TIE or *BOUNDARY"),
-    ("ORIENTATION", "give isotropic materials, in global axes"),
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),
     ("BEAM SECTION", "mesh the part with solid elements"),

@@ -3,6 +3,7 @@
 use slipstick_meshio::abaqus::Card;
 
 use super::{DAMAGED, Reader};
+use crate::vector::{cross, dot, sub, unit};
 
 /// `*TRANSFORM`: the axes in which conditions and forces at nodes of a set are given.
 #[derive(Debug)]
@@ -63,22 +64,4 @@ impl Transform {
         let third = unit(cross(first, b))?;
         Some(([first, cross(third, first), third], false))
     }
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|c| a[c] - b[c])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// `None` for a vector that is short beside its own round-off.
-fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
-    let length = dot(v, v).sqrt();
-    (length > 1e-12).then(|| v.map(|x| x / length))
 }

@@ -1,7 +1,7 @@
 //! Bodies and their materials.
 
 use super::{Writer, quoted, vector};
-use crate::read::{Hyperelastic, Material};
+use crate::read::{Elastic, Hyperelastic, Material, Section};
 
 impl Writer<'_> {
     pub(super) fn bodies(&mut self) {
@@ -29,7 +29,7 @@ impl Writer<'_> {
         let soft = body.soft;
         self.table("body", "SOLID SECTION", section.line);
         self.line(mesh);
-        let material = self.material(&section.material);
+        let material = self.material(section);
         self.line(format!("material = {material}"));
         self.further_constants(&section.material, false);
         let plastic = deck.materials.get(&section.material).is_some_and(|material| material.plastic.is_some());
@@ -38,13 +38,14 @@ impl Writer<'_> {
         }
         for &(other, _) in &body.sections[1..] {
             let section = &deck.sections[other];
-            if section.material == deck.sections[main].material {
+            let first = &deck.sections[main];
+            if (&section.material, &section.orientation) == (&first.material, &first.orientation) {
                 continue;
             }
             let set = crate::bodies::find(&self.mesh.cell_sets, &section.set).unwrap_or(&section.set).to_owned();
             self.table("body.section", "SOLID SECTION", section.line);
             let region = quoted(&self.on(index, &set));
-            let material = self.material(&section.material);
+            let material = self.material(section);
             self.line(format!("region = {{ part = {region} }}\nmaterial = {material}"));
             self.further_constants(&section.material, false);
         }
@@ -60,9 +61,27 @@ impl Writer<'_> {
         }
     }
 
+    /// Axes 1 and 2 of the material of a section, if it names any.
+    fn axes(&mut self, section: &Section) -> Option<[[f64; 3]; 2]> {
+        let (deck, name) = (self.deck, section.orientation.as_ref()?);
+        let Some(orientation) = deck.orientations.get(name) else {
+            if !self.ledger.ignores("ORIENTATION") {
+                let why = format!("there is no orientation `{name}`");
+                self.ledger.wrong("SOLID SECTION", [section.line; 2], why, "define it with *ORIENTATION");
+            }
+            return None;
+        };
+        let elastic = deck.materials.get(&section.material).and_then(|material| material.elastic.as_ref());
+        if orientation.axes.is_some() && matches!(elastic, Some((Elastic::Orthotropic(_), _))) {
+            self.ledger.translated("ORIENTATION", orientation.line, "`axis1` and `axis2` of the material");
+        }
+        orientation.axes
+    }
+
     /// The material of a section.
-    fn material(&mut self, name: &str) -> String {
-        let deck = self.deck;
+    fn material(&mut self, section: &Section) -> String {
+        let (deck, name) = (self.deck, section.material.as_str());
+        let axes = self.axes(section);
         let nothing = Material::default();
         let material = deck.materials.get(name).unwrap_or(&nothing);
         let large = deck.steps.iter().any(|step| step.nlgeom);
@@ -78,8 +97,19 @@ impl Writer<'_> {
             }
             return "{ }".into();
         };
-        let constants =
-            format!("youngs_modulus = {:?}, poisson_ratio = {:?}", elastic.youngs_modulus, elastic.poisson_ratio);
+        let (youngs_modulus, poisson_ratio) = match elastic {
+            Elastic::Isotropic { youngs_modulus, poisson_ratio } => (youngs_modulus, poisson_ratio),
+            Elastic::Orthotropic(constants) => {
+                if let Some((_, line)) = &material.plastic {
+                    let why = "plastic materials must be isotropic";
+                    self.ledger.refuse("PLASTIC", *line, why, "give *ELASTIC two constants");
+                }
+                let how = "`orthotropic`, at any rotation: strains are those of Green and Lagrange, as in CalculiX with NLGEOM";
+                self.ledger.translated("ELASTIC", *elastic_line, how);
+                return orthotropic(constants, axes);
+            }
+        };
+        let constants = format!("youngs_modulus = {youngs_modulus:?}, poisson_ratio = {poisson_ratio:?}");
         if let Some((table, plastic_line)) = &material.plastic {
             if table.len() > 32 {
                 let why = format!("the table has {} rows, and at most 32 are supported", table.len());
@@ -100,6 +130,15 @@ impl Writer<'_> {
         self.ledger.translated("ELASTIC", *elastic_line, how);
         format!("{{ {law} = {{ {constants} }} }}")
     }
+}
+
+/// An orthotropic material; its axes are x and y by default.
+fn orthotropic(constants: &[f64; 9], axes: Option<[[f64; 3]; 2]>) -> String {
+    let keys = ["e1", "e2", "e3", "nu12", "nu13", "nu23", "g12", "g13", "g23"];
+    let constants: Vec<String> = keys.iter().zip(constants).map(|(key, value)| format!("{key} = {value:?}")).collect();
+    let axes = axes
+        .map_or(String::new(), |[first, second]| format!(", axis1 = {}, axis2 = {}", vector(&first), vector(&second)));
+    format!("{{ orthotropic = {{ {}{axes} }} }}", constants.join(", "))
 }
 
 /// The law and how it is translated. Without compressibility, K = 20 μ, as in Abaqus and CalculiX.

@@ -103,7 +103,7 @@ class Case:
             A case file (TOML), or a deck of CalculiX or Abaqus (``.inp``). Paths of mesh files in
             it are relative to its folder.
         ignore : iterable of str
-            Keywords of the deck that are left out, such as ``"ORIENTATION"``; :attr:`deck` shows
+            Keywords of the deck that are left out, such as ``"MPC"``; :attr:`deck` shows
             which were used.
 
         Raises
