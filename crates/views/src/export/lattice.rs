@@ -1,6 +1,6 @@
 //! Divides bodies into tetrahedra with a density at each corner.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use slipstick_mesh::{Element, FacetNodes, Mesh};
 
@@ -121,7 +121,8 @@ impl CellFace {
 }
 
 impl Lattice {
-    /// The lattice of some bodies. A node gets the volume-weighted mean of its elements, the centre
+    /// The lattice of some bodies. A node gets the volume-weighted mean of its elements; one on an outer face, of
+    /// those with an outer face there, so that a solid skin stays whole. The centre
     /// of a quadrilateral the mean of its elements, the centre of a hexahedron or a wedge the
     /// element's own density. Tetrahedra have no values of their own, only those of their nodes:
     /// there are five or six for each node, and their scatter would be ripples of the surface.
@@ -138,6 +139,13 @@ impl Lattice {
         for &body in bodies {
             let divided: HashMap<FacetNodes, [FacetNodes; 2]> =
                 mesh.divided_quadrilaterals(body).into_iter().map(|[whole, a, b]| (whole.sorted(), [a, b])).collect();
+            let facets = mesh.boundary(body).facets;
+            let at_facets = facets.iter().flat_map(|facet| facet.nodes.iter().map(|&n| (n, facet.element)));
+            let mut skin: Vec<(u32, u32)> = at_facets.collect();
+            skin.sort_unstable();
+            skin.dedup();
+            let on_skin: HashSet<u32> = skin.iter().map(|(n, _)| *n).collect();
+            let counts = |n: u32, e: usize| !on_skin.contains(&n) || skin.binary_search(&(n, e as u32)).is_ok();
             // Per face, by its nodes: its vertex and the first cell that has it.
             let mut known: HashMap<FacetNodes, (Option<u32>, usize, usize)> = HashMap::new();
             let is_tetrahedron = |e: usize| matches!(mesh.elements[e], Element::Tet4(_) | Element::Tet10(_));
@@ -148,8 +156,10 @@ impl Lattice {
                 let tetrahedron = is_tetrahedron(number);
                 for &node in element.nodes() {
                     lattice.tetrahedral[node as usize] &= tetrahedron;
-                    lattice.values[node as usize] += volume * value;
-                    weights[node as usize] += volume;
+                    if counts(node, number) {
+                        lattice.values[node as usize] += volume * value;
+                        weights[node as usize] += volume;
+                    }
                 }
                 let centre = match element {
                     Element::Tet4(_) => None,
