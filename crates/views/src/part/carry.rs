@@ -6,6 +6,7 @@ use std::sync::Arc;
 use slipstick_case::file::{
     Adjust, Case, LoadKind, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SpringStiffness, SurfaceSet,
 };
+use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::Mesh;
 
 use super::patches::NamedFaces;
@@ -104,6 +105,11 @@ pub(super) fn carried(
             let (name, body, within) = (surface.name.clone(), body.name.clone(), face.group.clone());
             *surface = SurfaceSet { name, body: Some(body), within, ..SurfaceSet::default() };
         }
+    }
+    for pair in part.contacts.iter_mut().filter(|pair| !pair.tied && left(&pair.slave).is_some()) {
+        // divided triangles have nodes with very different areas: where few of them touch, pressures scatter with
+        // standard shapes
+        pair.multiplier_shape.get_or_insert(MultiplierShape::Dual);
     }
     let whole = |name: &str| faces.whole.contains_key(name);
     for set in part.sets.iter_mut().filter(|set| whole(&set.name)) {

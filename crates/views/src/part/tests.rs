@@ -2,6 +2,7 @@
 
 use slipstick_case::construct::build_mesh;
 use slipstick_case::file::{LoadKind, SpringStiffness, parse_case};
+use slipstick_contact::kinematics::MultiplierShape;
 
 use super::*;
 
@@ -102,6 +103,13 @@ fn the_case_names_the_faces_of_the_mesh() {
     );
     assert_eq!((case.bodies[0].shape.key(), case.bodies[0].place.translate), ("mesh", [0.0; 3]));
     assert_eq!(case.bodies[1].shape.key(), "box", "a body that is not designed stays");
+    // slaves with new meshes have dual shapes, unless the case says which
+    let exchanged =
+        CASE.replace("slave = \"block_ymin\"\nmaster = \"pad\"", "slave = \"pad\"\nmaster = \"block_ymin\"");
+    let given = exchanged.replace("friction = 0.3", "friction = 0.3\nmultiplier_shape = \"mean\"");
+    let shape = |text: &str| part_of(text, |_| true).expect("a part").case.contacts[0].multiplier_shape;
+    let expected = [None, Some(MultiplierShape::Dual), Some(MultiplierShape::Mean)];
+    assert_eq!([CASE, &exchanged, &given].map(shape), expected);
 }
 
 /// The mesh has no group of a name that a table of the case defines, so that the part can be read; a union
