@@ -74,9 +74,9 @@ impl Analysis {
         self.cases.follow(&self.design);
     }
 
-    /// Sets the coefficient of friction of all contact pairs, except in load cases that set their
-    /// own.
+    /// Sets the coefficient of friction of all contact pairs, in all load cases.
     pub fn set_friction(&mut self, friction: f64) {
+        self.cases.share_friction();
         self.change_model(|model| model.set_friction(friction));
     }
 

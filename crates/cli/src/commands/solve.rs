@@ -78,21 +78,29 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
     context.console.lines(&lines(&titles, &rows));
     for of in &found {
         let Some((bound, by)) = of.violation() else { continue };
-        // beyond zero, the distance itself counts
-        let by = match bound {
-            Bound::AtMost(0.0) | Bound::AtLeast(0.0) => quantity(by),
-            _ => format!("{:.1} %", 100.0 * by),
-        };
-        context.console.warning(&format!(
-            "the part violates a bound that the design had to meet: `{}` is {}, {by} beyond {} (design: {}); \
-             give the bound that much margin and optimize again, or compare on a finer mesh",
-            of.name(),
-            digits(of.found),
-            words::bound(bound),
-            digits(of.promised)
-        ));
+        let by = beyond(bound, by);
+        let (name, found, bound_text, promised) =
+            (of.name(), digits(of.found), words::bound(bound), digits(of.promised));
+        context.console.warning(&match of.was_violated(bound) {
+            true => format!(
+                "the part violates a bound, as does the design: `{name}` is {found}, {by} beyond {bound_text} (design: \
+                 {promised}); optimize until the design meets it"
+            ),
+            false => format!(
+                "the part violates a bound that the design met: `{name}` is {found}, {by} beyond {bound_text} (design: \
+                 {promised}); give the bound that much margin and optimize again, or compare on a finer mesh"
+            ),
+        });
     }
     Ok(())
+}
+
+/// The distance from a bound in words: beyond zero, the distance itself counts.
+pub(super) fn beyond(bound: Bound, by: f64) -> String {
+    match bound {
+        Bound::AtMost(0.0) | Bound::AtLeast(0.0) => quantity(by),
+        _ => format!("{:.1} %", 100.0 * by),
+    }
 }
 
 /// The values of the objective in the load cases, as text; empty if there is only one load path.

@@ -123,7 +123,9 @@ fn a_part_and_its_promises() {
     place.good("solve case.toml --design start.csv --out case -q");
     let ran = place.good("export case --case part --threshold 0.5 --size 0.5 --measure --json");
     assert!(!place.read("part/case.toml").contains("middle"));
-    let told = place.good("export case --case part --threshold 0.5 --size 0.5 --force").out;
+    let told = place.good("export case --case part --threshold 0.5 --size 0.5 --force");
+    assert!(told.err.contains("the design violates a bound: `peak_extreme` is "), "{}", told.err);
+    let told = told.out;
     assert!(told.contains("`middle` left out of the part's case: nothing uses it"), "{told}");
     let part = ran.event("part");
     let body = &part["part"]["bodies"][0];
@@ -177,7 +179,7 @@ fn a_part_and_its_promises() {
         assert!((deviation - (found / promised - 1.0)).abs() < 1e-12, "{name}");
     }
     let told = place.good("solve part/case.toml --force");
-    let warned = "the part violates a bound that the design had to meet: `peak_extreme` is ";
+    let warned = "the part violates a bound, as does the design: `peak_extreme` is ";
     assert!(told.err.contains(warned) && told.err.contains("beyond ≤ 1.5"), "{}", told.err);
     let told = told.out;
     assert!(told.contains("compared with what the design promised:") && told.contains(" %"), "{told}");

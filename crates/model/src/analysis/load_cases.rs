@@ -94,6 +94,11 @@ impl LoadCases {
         self.design(shared, if self.count() > 1 { time.case } else { 0 })
     }
 
+    /// Gives no load case coefficients of friction of its own, from the next change of the model on.
+    pub(super) fn share_friction(&mut self) {
+        self.varied.iter_mut().flatten().for_each(|varied| varied.variation.friction.fill(None));
+    }
+
     /// Follows a change of the model that all load cases share.
     pub(super) fn follow(&mut self, design: &Design) {
         for varied in self.varied.iter_mut().flatten() {

@@ -71,7 +71,7 @@ pub use kept::{Kept, keep_failure};
 pub use lifetime::Run;
 pub use path_writer::PathWriter;
 pub use places::Place;
-pub use promises::{Comparison, comparisons, promises};
+pub use promises::{Comparison, comparisons, promises, unmet};
 pub use record::{ExitState, Machine, RunPart, RunRecord};
 pub use result::ResultRecord;
 pub use slipstick_case::file::sha256;

@@ -44,13 +44,19 @@ impl Comparison {
         format!("{}{load_case}{}", self.quantity, self.at_steps())
     }
 
-    /// The load steps in words, if they are not the last ones: ` at step 2`, `, worst of steps 1 to 4`.
+    /// The load steps in words, if they are not the last ones: ` at step 2`, `, largest of steps 1 to 4`.
     pub fn at_steps(&self) -> String {
-        match self.steps[..] {
-            [] => String::new(),
-            [step] => format!(" at step {step}"),
-            _ => format!(", worst of steps {}", list(&self.steps)),
+        match (&self.steps[..], self.bounds.first()) {
+            ([], _) => String::new(),
+            ([step], _) => format!(" at step {step}"),
+            (_, Some(Bound::AtMost(_))) => format!(", largest of steps {}", list(&self.steps)),
+            _ => format!(", smallest of steps {}", list(&self.steps)),
         }
+    }
+
+    /// Whether the design itself lay beyond this bound.
+    pub fn was_violated(&self, bound: Bound) -> bool {
+        bound.violation(self.promised).0 > FEASIBLE
     }
 
     /// The relative deviation from the promise; for a promise that is small among those of its kind,
@@ -201,6 +207,18 @@ fn bounds_before_the_end(table: &Rows, case: &Case) -> Vec<Promise> {
         }
     }
     promises
+}
+
+/// The promised values that lie beyond their bounds: of each promise, the worst one, with the bound and the distance from
+/// it, relative to it unless it is 0.
+pub fn unmet(promises: &[Promise]) -> Vec<(&Promise, f64, Bound, f64)> {
+    let bounds = |of: &Promise| [of.max.map(Bound::AtMost), of.min.map(Bound::AtLeast)].into_iter().flatten();
+    let worst = |of| {
+        let all =
+            bounds(of).flat_map(|bound| of.values.iter().map(move |&value| (value, bound, bound.violation(value).0)));
+        all.filter(|(.., by)| *by > FEASIBLE).max_by(|a, b| a.2.total_cmp(&b.2))
+    };
+    promises.iter().filter_map(|of| worst(of).map(|(value, bound, by)| (of, value, bound, by))).collect()
 }
 
 /// The promises of a case and the values of its run. Empty if the case has none, or if the run has

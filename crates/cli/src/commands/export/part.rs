@@ -12,9 +12,10 @@ use slipstick::part::{
     Acts, LoosePiece, NamedFace, Part, PartBody, PerNode, Reduced, SCRIPT, Scarce, Touching, write_moves, write_script,
     write_surface,
 };
-use slipstick::run::{RunDirectory, mesh_files, promises};
-use slipstick::words::{counted, shell_word};
+use slipstick::run::{RunDirectory, mesh_files, promises, unmet};
+use slipstick::words::{self, counted, shell_word};
 
+use super::super::solve::beyond;
 use super::summary;
 use crate::args::Export;
 use crate::context::Context;
@@ -106,6 +107,15 @@ pub(super) fn write(
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
     tell(context, folder, &part, &promised, &touched);
+    for (of, value, bound, by) in unmet(&promised) {
+        context.console.warning(&format!(
+            "the design violates a bound: `{}` is {}, {} beyond {}; so will its part",
+            of.quantity,
+            digits(value),
+            beyond(bound, by),
+            words::bound(bound)
+        ));
+    }
     if !promised.is_empty() {
         expect(context, run, design, &part, (mesh, density));
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use slipstick::case::Case;
 use slipstick::case::Override;
 use slipstick::output::{Cell, Csv};
 use slipstick_service::read::{Unreadable, case_file};
@@ -177,6 +178,12 @@ fn inline(value: &Value) -> String {
     }
 }
 
+/// The first load case with coefficients of friction of its own.
+fn with_own_friction(case: &Case) -> Option<&str> {
+    let own = case.load_cases.iter().find(|of| of.friction.is_some() || !of.pairs.is_empty());
+    own.map(|load_case| load_case.name.as_str())
+}
+
 /// Checks the cases of all runs; returns the names of the quantities of the first.
 fn check(runs: &[Entry], set: &[String], folder: &Path) -> Result<Vec<String>, String> {
     let mut named = Vec::new();
@@ -184,7 +191,16 @@ fn check(runs: &[Entry], set: &[String], folder: &Path) -> Result<Vec<String>, S
         let file = folder.join(&run.case);
         let parse = |text: &String| text.parse::<Override>().map_err(|error| format!("{error}; {}", error.cure()));
         let overrides = set.iter().chain(&run.set).map(parse).collect::<Result<Vec<_>, _>>()?;
+        let varies_friction = run.set.iter().any(|set| set.starts_with("contact[*].friction"));
         match case_file(&file, &overrides) {
+            Ok(resolved) if varies_friction && with_own_friction(&resolved.case).is_some() => {
+                let own = with_own_friction(&resolved.case).unwrap_or_default();
+                return Err(format!(
+                    "the grid varies `friction`, and the load case `{own}` of `{}` sets its own; remove that, or list \
+                     values of `load_case[…].friction` instead",
+                    run.name
+                ));
+            }
             Ok(resolved) if number == 0 => {
                 named = resolved.case.quantities.iter().map(|quantity| quantity.name.clone()).collect();
             }
