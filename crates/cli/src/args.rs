@@ -301,7 +301,7 @@ pub struct Evaluate {
     /// table (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: PathBuf,
-    /// Coefficients of friction, one evaluation for each, applied to all contact pairs
+    /// Coefficients of friction, one evaluation for each, applied to all contact pairs in all load cases
     /// [default: from the case file]
     #[arg(long, value_name = "MU", value_delimiter = ',', value_parser = not_negative)]
     pub friction: Vec<f64>,

@@ -16,6 +16,7 @@ use slipstick::losses::LostWork;
 use slipstick::overlaps::OpenOverlap;
 use slipstick::pieces::{self, LoosePieces};
 use slipstick::releases::ReleasedEnergy;
+use slipstick::rough_pressure::RoughPressure;
 use slipstick::words::{is_hidden, visible};
 use slipstick_service::read::object;
 
@@ -215,6 +216,14 @@ impl Console {
             let object =
                 json!({ "code": "coarse_friction", "message": work.to_string(), "help": help, "friction": work });
             self.finding(object);
+        }
+    }
+
+    /// Prints which largest pressures the facets do not resolve.
+    pub fn rough_pressures(&self, found: &[RoughPressure]) {
+        for pressure in found {
+            let (message, help) = (pressure.to_string(), pressure.help());
+            self.finding(json!({ "code": "rough_pressure", "message": message, "help": help, "pressure": pressure }));
         }
     }
 

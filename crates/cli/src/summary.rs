@@ -85,6 +85,7 @@ pub(crate) fn print_quantities(context: &Context, quantities: &Quantities, probl
     context.console.overlaps(&quantities.overlaps);
     context.console.losses(&quantities.losses);
     context.console.coarse_friction(&quantities.coarse_friction);
+    context.console.rough_pressures(&quantities.rough_pressures);
     quantities.released.iter().for_each(|released| context.console.released(released));
     quantities.imbalance.iter().for_each(|found| context.console.imbalance(found));
     if let Some((step, part)) = quantities.holding() {

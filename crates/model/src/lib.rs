@@ -19,6 +19,7 @@ pub mod pieces;
 pub mod problem;
 pub mod quantities;
 pub mod releases;
+pub mod rough_pressure;
 mod side_by_side;
 pub mod verify;
 pub mod words;

@@ -61,6 +61,7 @@ use crate::losses::LostWork;
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
 use crate::releases::ReleasedEnergy;
+use crate::rough_pressure::RoughPressure;
 
 /// What a quantity belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -141,6 +142,8 @@ pub struct Quantities {
     pub released: Option<ReleasedEnergy>,
     /// Energies that do not balance for another reason ([`crate::imbalance`]).
     pub imbalance: Option<Imbalance>,
+    /// Contact pairs whose largest pressures the facets do not resolve ([`crate::rough_pressure`]).
+    pub rough_pressures: Vec<RoughPressure>,
 }
 
 impl Quantities {

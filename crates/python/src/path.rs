@@ -92,7 +92,8 @@ impl Path {
         let released = found.released.iter().map(|released| format!("{released}; {}", released.help()));
         let coarse = found.coarse_friction.iter().map(|work| format!("{work}; {}", work.help()));
         let unbalanced = found.imbalance.iter().map(|imbalance| format!("{imbalance}; {}", imbalance.help()));
-        for message in losses.chain(coarse).chain(released).chain(unbalanced) {
+        let rough = found.rough_pressures.iter().map(|pressure| format!("{pressure}; {}", pressure.help()));
+        for message in losses.chain(coarse).chain(rough).chain(released).chain(unbalanced) {
             let warning = py.import("slipstick")?.getattr("SlipstickWarning")?;
             let message = CString::new(message).unwrap_or_default();
             PyErr::warn(py, &warning, &message, 2)?;

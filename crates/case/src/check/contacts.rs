@@ -2,7 +2,7 @@
 
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
-use slipstick_mesh::ContactMap;
+use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_model::model::{LoadTime, NodalContact};
 use slipstick_model::overlaps::overlaps_at;
 use slipstick_model::words::{counted, quantity};
@@ -11,7 +11,8 @@ use slipstick_path::StateError;
 use super::{ContactSummary, Notice, NoticeKind, StartGap, adjusted, facets, held, normals, recognised};
 use crate::construct::Problem;
 use crate::construct::symmetry::mirrored;
-use crate::file::{Case, Contact, Enforcement, LoadCase};
+use crate::file::{Case, Contact, Enforcement, LoadCase, Quantity};
+use crate::quantity::{PressureWord, QuantityKind};
 
 /// Penetrations above this fraction of the facet size cause a warning.
 const PENETRATION: f64 = 1e-6;
@@ -94,6 +95,9 @@ pub(super) fn contacts(
                         .into(),
             });
         }
+        if closest.is_some() {
+            notices.extend(not_faced(case, contact, nodes, &problem.mesh));
+        }
         if !contact.tied {
             let far = normals::averaged(interface, &problem.mesh);
             notices.extend(far.map(|far| far.notice(i, contact, &problem.mesh)));
@@ -136,6 +140,35 @@ pub(super) fn contacts(
         });
     }
     Ok(summaries)
+}
+
+/// A notice for each smallest pressure of the case that leaves out slave nodes opposite nothing.
+fn not_faced(case: &Case, contact: &Contact, nodes: &[NodalContact], mesh: &Mesh) -> Vec<Notice> {
+    let notice = |(number, of): (usize, &Quantity)| {
+        let QuantityKind::ContactPressure(pressure) = &of.kind else { return None };
+        if pressure.slave != contact.slave || pressure.measure != PressureWord::Minimum {
+            return None;
+        }
+        let within = pressure.within.as_ref().and_then(|within| mesh.set_nodes(within));
+        let counts = |at: &&NodalContact| within.as_ref().is_none_or(|nodes| nodes.contains(&at.node));
+        let alone: Vec<u32> = nodes.iter().filter(counts).filter(|at| at.gap.is_none()).map(|at| at.node).collect();
+        let alone = distinct(alone.iter().copied());
+        (alone > 0).then(|| Notice {
+            kind: NoticeKind::NothingOpposite,
+            path: format!("quantity[{number}].contact_pressure"),
+            message: format!(
+                "nothing lies opposite {} of `{}` in the mesh: while that is so, they count neither in the smallest \
+                 pressure `{}` nor in its extreme, although there is no pressure there",
+                counted(alone, "node"),
+                contact.slave,
+                of.name
+            ),
+            help: "no action is needed if a part of the surface is meant to stay free: `within` names the rest; otherwise \
+                   extend the master"
+                .into(),
+        })
+    };
+    case.quantities.iter().enumerate().filter_map(notice).collect()
 }
 
 /// The smallest gap of some slave nodes, and its node.

@@ -77,3 +77,24 @@ fn a_slave_that_misses_a_convex_master_is_told() {
     assert!(found[0].ends_with("the master is convex, and touches within a slave facet before the mean gap closes"));
     assert_eq!(told(["upper_dome", "slab_ymax"]), Vec::<String>::new());
 }
+
+/// A block whose right half lies beyond the end of a slab at x = 2: by hand, the nodes at 2.5 and 3 have nothing
+/// opposite, 3 × 2; `within` leaves them out.
+#[test]
+fn nodes_without_a_master_in_a_smallest_pressure() {
+    let block = format!("box = {{ min = [1, 0, -1], max = [3, 1, 1], elements = [4, 1, 2] }}\n{SOFT}");
+    let smallest = "[[set]]\nname = 'near'\nwithin = 'upper_ymin'\nboxes = [{ min = [1, 0, -1], max = [2, 0, 1] }]\n\
+                    [[quantity]]\nname = 'least'\ncontact_pressure = { slave = 'upper_ymin', measure = 'minimum' }\n";
+    let told = |more: &str| -> Vec<String> {
+        let case = case("[8, 2, 4]", &block, ["upper_ymin", "slab_ymax"], more);
+        let mut problem = build(&case).unwrap_or_else(|e| panic!("{e}"));
+        let notices = inspect(&case, &mut problem).expect("inspected").notices;
+        let alone = notices.into_iter().filter(|notice| notice.kind == NoticeKind::NothingOpposite);
+        alone.map(|notice| format!("{}: {}", notice.path, notice.message)).collect()
+    };
+    assert_eq!(told(""), [""; 0]);
+    let found = told(smallest);
+    assert!(found.len() == 1 && found[0].contains("opposite 6 nodes of `upper_ymin`"), "{found:?}");
+    assert!(found[0].starts_with("quantity[0].contact_pressure: "), "{found:?}");
+    assert_eq!(told(&smallest.replace("'minimum'", "'minimum', within = 'near'")), [""; 0]);
+}

@@ -185,6 +185,10 @@ impl Quantity for ContactPressure {
         smooth.then(|| Extreme::of(self.clone(), Self::extreme_pressure))
     }
 
+    fn combines_pressures_of(&self) -> Option<&Patch> {
+        matches!(self.measure, PressureMeasure::Peak { .. } | PressureMeasure::Minimum { .. }).then_some(&self.patch)
+    }
+
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
         for ((j, at), slopes) in self.patch.of(state.contact).zip(self.evaluate(state).1) {
             if at.status != 0 {

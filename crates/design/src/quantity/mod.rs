@@ -182,6 +182,11 @@ pub trait Quantity: Send + Sync {
         None
     }
 
+    /// The slave nodes of which it combines the largest or smallest pressures, if it does.
+    fn combines_pressures_of(&self) -> Option<&Patch> {
+        None
+    }
+
     /// Whether the value depends on the state, and not only on the densities.
     fn depends_on_state(&self) -> bool {
         true

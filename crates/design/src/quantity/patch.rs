@@ -26,10 +26,18 @@ impl Patch {
         if nodes.is_empty() { Err(QuantityError::NoNodes) } else { Ok(Self { pair, region: Some(nodes) }) }
     }
 
+    /// The number of the pair.
+    pub fn pair(&self) -> usize {
+        self.pair as usize
+    }
+
+    /// Whether a slave node of the pair belongs to it.
+    pub fn contains(&self, node: u32) -> bool {
+        self.region.as_ref().is_none_or(|nodes| nodes.binary_search(&node).is_ok())
+    }
+
     /// The nodes of the patch, each with its position in the list.
     pub(super) fn of<'a>(&self, contact: &'a [ContactNode]) -> impl Iterator<Item = (usize, &'a ContactNode)> {
-        contact.iter().enumerate().filter(|(_, at)| {
-            at.pair == self.pair && self.region.as_ref().is_none_or(|nodes| nodes.binary_search(&at.node).is_ok())
-        })
+        contact.iter().enumerate().filter(|(_, at)| at.pair == self.pair && self.contains(at.node))
     }
 }

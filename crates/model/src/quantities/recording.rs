@@ -22,6 +22,7 @@ use crate::losses::{ContactAt, Losses};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
 use crate::releases::ReleasedEnergy;
+use crate::rough_pressure::RoughPressures;
 
 /// Where a state lies on a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +56,7 @@ pub struct Recording<'a> {
     begun: bool,
     found: Quantities,
     sums: Sums,
+    pressures: RoughPressures,
     last: Option<Last<'a>>,
 }
 
@@ -76,8 +78,8 @@ impl<'a> Recording<'a> {
         let all = Reads { reaction: true, contact: true, energy: true, ..Reads::default() };
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
         let found = Quantities { names: recorder.names(), ..Quantities::default() };
-        let (sums, last) = (Sums::default(), None);
-        Self { designs, recorder, reads, steps, complete: 0, begun: false, found, sums, last }
+        let (sums, pressures, last) = (Sums::default(), RoughPressures::default(), None);
+        Self { designs, recorder, reads, steps, complete: 0, begun: false, found, sums, pressures, last }
     }
 
     /// The quantities so far, without overlaps and losses.
@@ -88,7 +90,7 @@ impl<'a> Recording<'a> {
     /// All quantities, with the losses and these overlaps.
     pub fn finish(mut self, overlaps: Vec<OpenOverlap>) -> Quantities {
         self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found);
-        let mut found = Quantities { overlaps, ..self.found };
+        let mut found = Quantities { overlaps, rough_pressures: self.pressures.reported(), ..self.found };
         let model = self.recorder.model;
         // penalties store energy; augmented multipliers leave a part of it
         let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
@@ -191,6 +193,7 @@ impl<'a> Recording<'a> {
             }
         }
         if let Some(step) = step {
+            self.pressures.add((design.model(), recorder.own), &recorder.mesh.nodes, step, &contact);
             self.found.rows.push(QuantityRow {
                 step,
                 time: at.time,
@@ -305,7 +308,12 @@ impl Sums {
         if self.slipped.is_empty() {
             self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
         }
-        for (slipped, at) in self.slipped.iter_mut().zip(&contact.nodes).filter(|(_, at)| at.status as u8 != 0) {
+        // nodes of ties that the master hardly covers move elastically
+        let bonded = model.by_pair(&contact.nodes).zip(model.interfaces());
+        let bonded = bonded.flat_map(|(nodes, pair)| std::iter::repeat_n(pair.is_bonded(), nodes.len()));
+        let all = self.slipped.iter_mut().zip(&contact.nodes).zip(bonded);
+        let in_contact = all.filter(|((_, at), bonded)| at.status as u8 != 0 && !bonded);
+        for ((slipped, at), _) in in_contact {
             slipped.distance += at.slip[0].hypot(at.slip[1]);
             slipped.work += at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
         }

@@ -268,7 +268,8 @@ class Problem:
         density : array_like, shape (elements,), optional
             Densities in [0, 1]; by default the initial ones.
         friction : float or sequence of float, optional
-            Coefficients of friction, each for all contact pairs; by default those of the problem.
+            Coefficients of friction, each for all contact pairs in all load cases; by default those
+            of the problem.
         progress : bool
             Whether to show a progress bar for each analysis.
 

@@ -262,6 +262,28 @@ fn a_tied_block_does_not_move_on_the_slab() {
     }
 }
 
+/// A disc tied to a block beyond whose end it reaches: nodes with little of the block opposite move, because their
+/// condition is compliant, but a tie dissipates nothing.
+#[test]
+fn ties_do_no_friction_work() {
+    let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    let text = format!(
+        "[[body]]\nname = 'block'\nbox = {{ min = [0, 0, 0], max = [4, 1, 2], elements = [8, 2, 4] }}\n{material}\n\
+         [[body]]\nname = 'disc'\ncone = {{ height = 0.5, bottom_radius = 0.7, top_radius = 0.9, elements = [3, 2, 2] }}\n\
+         place = {{ translate = [1.6, 1, 1.7] }}\n{material}\n\
+         [[contact]]\nslave = 'disc_bottom'\nmaster = 'block_ymax'\ntied = true\n\
+         [[dirichlet]]\nset = 'block_xmin'\n[[dirichlet]]\nset = 'disc_top'\nmotion = [{{ t = 1, u = [0.1, -0.5, 0.2] }}]\n\
+         [load_path]\nsteps = 3\n"
+    );
+    let mut problem = problem(&text);
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let slips = contact_path(&mut problem, &run).pop().unwrap();
+    assert!(slips.iter().any(|node| node.slip[0].abs() > 1e-6), "nothing seems to slip");
+    let found = slipstick::quantities::quantities(&problem, &run.path);
+    assert_eq!(found.get("friction_work"), Some(vec![0.0; 4]));
+}
+
 /// Bodies that `check` reports as loose, in a scene of a slab and a block on it: a tie during the whole
 /// path joins their rigid motions, so that the supports of both count together.
 #[test]

@@ -37,6 +37,7 @@ mod pairs;
 mod parameters;
 mod patch;
 mod plasticity;
+mod pressures;
 mod quantities;
 mod quantity_gradients;
 mod rigid;

@@ -213,7 +213,8 @@ impl<'a> Plan<'a> {
     fn surfaces(&mut self) -> (String, String, String) {
         let parts = &self.survey.parts;
         if let Some(Pair { slave, master, gap, .. }) = self.survey.pair {
-            let why = format!("These surfaces face each other, about {} apart.", rounded(gap.max(0.0)));
+            let why =
+                format!("These surfaces face each other; their facets come as close as {}.", rounded(gap.max(0.0)));
             return (self.use_face(slave), self.use_face(master), why);
         }
         let Some(driven) = self.driven else {
