@@ -87,6 +87,7 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
         record.volume_fraction,
         path.join(file).display()
     ));
+    tell_parts(context, optimization, record);
     if recalled.is_some() {
         tell_why_not_the_last(context, optimization, record, last);
     }
@@ -98,6 +99,33 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quanti
         context.console.loose_pieces(&loose, None);
     }
     warn_of_fallbacks(context, &optimization.problem.analysis);
+}
+
+/// Relative difference of the eroded design's objective from the nominal one's from which a warning says so.
+const ERODED: f64 = 0.5;
+
+/// The functions whose largest is the objective. Nominal, eroded and dilated designs should hardly differ.
+fn tell_parts(context: &Context, optimization: &Optimization, record: &IterationRecord) {
+    let names = &optimization.state.parts;
+    if names.len() < 2 || names.len() != record.parts.len() {
+        return;
+    }
+    let value = |name: &str| Some(record.parts[names.iter().position(|part| part == name)?].value);
+    let each: Vec<String> =
+        names.iter().zip(&record.parts).map(|(name, part)| format!("{name} {}", digits(part.value))).collect();
+    context.console.text(&format!("  the objective is the largest of: {}", each.join(", ")));
+    let [nominal, eroded, dilated] = ["nominal", "eroded", "dilated"].map(value);
+    let (Some(nominal), Some(eroded), Some(dilated)) = (nominal, eroded, dilated) else { return };
+    if (eroded - nominal).abs() > ERODED * nominal.abs() {
+        context.console.warning(&format!(
+            "objectives differ much: {} of the eroded design, {} of the nominal one, {} of the dilated one. Members are \
+             about as thin as `minimum_thickness`, or bounds, which hold for all three, leave no better design: give a \
+             smaller thickness, finer elements or wider bounds",
+            digits(eroded),
+            digits(nominal),
+            digits(dilated)
+        ));
+    }
 }
 
 /// The result is the best design that meets the constraints, and why it is not the last one.

@@ -313,6 +313,7 @@ fn load_cases_without_contact_are_named() {
     place.write("case.toml", &text);
     let ran = place.good(&format!("optimize case.toml --iterations 1 --out three {three}"));
     assert!(ran.err.contains(told), "{}", ran.err);
+    assert!(ran.out.contains("  the objective is the largest of: nominal "), "{}", ran.out);
     let worst = format!("optimize case.toml --set objective.load_cases=worst --out worst3 {three}");
     place.bad(&worst, 3, &["contact never closes in load case `up`"]);
 
