@@ -7,7 +7,7 @@
 //! | `sh slow` | the same on demand; in ordinary tests, its optimizations make one iteration |
 //! | `text` | output of the previous block: its lines in order; `…` is any text, a line `…` any lines |
 //! | `text slow` | the same, compared on demand |
-//! | `sh python` | run where Python is installed |
+//! | `sh python`, `sh ccx` | run where Python, or CalculiX, is installed |
 //! | `toml NAME`, `python NAME` | a file |
 //!
 //! On demand, in some minutes:
@@ -94,8 +94,13 @@ fn missing<'a>(shown: &'a str, printed: &str) -> Option<&'a str> {
     None
 }
 
-fn has_python() -> bool {
-    Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success())
+/// A program that a block needs and that is not installed.
+fn lacks(words: &[&str]) -> Option<&'static str> {
+    let needed = [("python", "python3"), ("ccx", "ccx")];
+    let (_, program) = needed.into_iter().find(|(word, _)| words.contains(word))?;
+    // CalculiX ends with another status than 0 whatever it is asked
+    let found = Command::new(program).arg(if program == "ccx" { "-v" } else { "--version" }).output();
+    found.is_err().then_some(program)
 }
 
 fn run(page: &str, whole: bool) {
@@ -105,15 +110,17 @@ fn run(page: &str, whole: bool) {
     std::os::unix::fs::symlink(root.join("cases"), folder.path().join("cases")).expect("linked");
     let program = PathBuf::from(env!("CARGO_BIN_EXE_slipstick"));
     let path = format!("{}:{}", program.parent().expect("a folder").display(), std::env::var("PATH").expect("a path"));
-    let (mut printed, mut commands) = (String::new(), 0);
+    let (mut printed, mut commands, mut skipped) = (String::new(), 0, false);
     for Block { line, words, text } in blocks(&text) {
         let slow = words.get(1) == Some(&"slow");
         match words[0] {
-            "sh" if words.get(1) == Some(&"python") && !has_python() => {
+            "sh" if let Some(program) = lacks(&words) => {
                 // Print directly to the terminal, because the test harness captures `eprintln!`.
-                let _ = writeln!(std::io::stderr(), "SKIPPED docs/{page}:{line}: no python3");
+                let _ = writeln!(std::io::stderr(), "SKIPPED docs/{page}:{line}: no {program}");
+                skipped = true;
             }
             "sh" => {
+                skipped = false;
                 let quick = |line: &str| match line.starts_with("slipstick optimize") {
                     true => format!("{line} --iterations 1\n"),
                     false => format!("{line}\n"),
@@ -126,7 +133,7 @@ fn run(page: &str, whole: bool) {
                 printed = String::from_utf8_lossy(&output.stdout).into_owned();
                 commands += 1;
             }
-            "text" if whole || !slow => {
+            "text" if (whole || !slow) && !skipped => {
                 if let Some(shown) = missing(&text, &printed) {
                     panic!("docs/{page}:{line}: not printed: {shown}\nbut:\n{printed}");
                 }

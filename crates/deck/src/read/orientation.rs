@@ -43,9 +43,9 @@ impl Reader<'_> {
             return None;
         }
         let rows = self.numbers(card);
-        let (a, b) = match rows.first().map_or(&[][..], Vec::as_slice) {
-            &[a, b, c, d, e, f] => ([a, b, c], [d, e, f]),
-            &[a, b, c, d, e, f, x, y, z] => (sub([a, b, c], [x, y, z]), sub([d, e, f], [x, y, z])),
+        let (a, b) = match *rows.first().map_or(&[][..], Vec::as_slice) {
+            [a, b, c, d, e, f] => ([a, b, c], [d, e, f]),
+            [a, b, c, d, e, f, x, y, z] => (sub([a, b, c], [x, y, z]), sub([d, e, f], [x, y, z])),
             _ => {
                 let why =
                     "it needs the coordinates of two points, and perhaps those of the origin: six or nine numbers";
