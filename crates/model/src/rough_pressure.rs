@@ -64,7 +64,8 @@ impl fmt::Display for RoughPressure {
 impl RoughPressure {
     /// The remedy.
     pub fn help(&self) -> String {
-        "use smaller facets where the surfaces touch, or `multiplier_shape = \"dual\"`, whose pressures are forces per area"
+        "use `multiplier_shape = \"dual\"`, whose pressures are forces per area, or smaller facets on both sides where they \
+         touch"
             .into()
     }
 }

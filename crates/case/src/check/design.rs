@@ -2,8 +2,8 @@
 
 use super::{Notice, NoticeKind};
 use crate::construct::{Problem, Regions};
-use crate::file::{Body, Case, Design, Load, ObjectiveKind, QuantityKind};
-use slipstick_model::words::quantity;
+use crate::file::{Body, Case, Design, Load, ObjectiveKind, QuantityKind, Region};
+use slipstick_model::words::{counted, quantity};
 
 /// Notices for passive regions that contain no element, and for a filter that reaches no
 /// neighbour.
@@ -15,8 +15,8 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     let domain = variables.domain();
     let passive = [("passive_solid", &design.passive_solid), ("passive_void", &design.passive_void)];
     let regions = Regions::new(&problem.mesh, domain);
-    let found = passive.into_iter().flat_map(|(key, listed)| {
-        regions.each(listed).into_iter().enumerate().map(move |(i, elements)| (key, i, elements))
+    let found = passive.iter().flat_map(|(key, listed)| {
+        regions.each(listed).into_iter().enumerate().map(move |(i, elements)| (*key, i, elements))
     });
     let mut notices: Vec<Notice> = found
         .filter(|(_, _, elements)| elements.is_empty())
@@ -27,6 +27,13 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
             help: "enlarge or move the region; it refers to coordinates after `place`".into(),
         })
         .collect();
+    for (key, listed) in passive {
+        let pairs = listed.iter().enumerate().zip(regions.each(listed));
+        notices.extend(pairs.filter_map(|((i, region), elements)| {
+            let path = format!("design.{key}[{i}]");
+            partial_skin(&regions, region, &elements, path)
+        }));
+    }
     let of_filter = |key: &str, radius: f64| (format!("design.{key}.radius"), radius);
     let sensitivities = design.sensitivity_filter.map(|filter| of_filter("sensitivity_filter", filter.radius));
     let filter = design.density_filter.map(|filter| of_filter("density_filter", filter.radius)).or(sensitivities);
@@ -50,6 +57,34 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
         });
     }
     notices
+}
+
+/// A notice if some elements with a facet on the surface of a region do not belong to it, unlike others.
+fn partial_skin(regions: &Regions, region: &Region, elements: &[u32], path: String) -> Option<Notice> {
+    let Region::NearSurface { surface, within } = region else { return None };
+    let at_surface = regions.at_surface(surface);
+    let missing: Vec<f64> = at_surface
+        .iter()
+        .filter(|(element, _)| elements.binary_search(element).is_err())
+        .map(|(_, far)| *far)
+        .collect();
+    if missing.is_empty() || elements.is_empty() {
+        return None;
+    }
+    Some(Notice {
+        kind: NoticeKind::EmptyPassiveRegion,
+        path,
+        message: format!(
+            "the skin has gaps: {} of {} at `{surface}` have their centroids farther from it than {}",
+            missing.len(),
+            counted(at_surface.len(), "element"),
+            quantity(*within)
+        ),
+        help: format!(
+            "with a `within` above {}, all elements at the surface belong to it",
+            quantity(missing.into_iter().fold(0.0, f64::max))
+        ),
+    })
 }
 
 /// A softer body that touches a designed one should be this many times as stiff as the void.

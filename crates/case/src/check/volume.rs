@@ -18,6 +18,20 @@ fn share(variables: &DesignVariables, volumes: &[f64], density: &ElementValues, 
     [chosen().map(|e| density[e] * volumes[e]).sum::<f64>() / all, chosen().map(|e| volumes[e]).sum::<f64>() / all]
 }
 
+/// The largest number of thousandths from 0 to 1 that fits, if any does.
+fn largest(fits: impl Fn(f64) -> Option<bool>) -> Option<f64> {
+    let fits = |thousandths: u32| fits(f64::from(thousandths) / 1000.0).unwrap_or(false);
+    let (mut low, mut high) = (0, 1000);
+    if !fits(low) {
+        return None;
+    }
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        if fits(middle) { low = middle } else { high = middle }
+    }
+    (low > 0).then_some(f64::from(low) / 1000.0)
+}
+
 /// A notice if an initial design with these densities exceeds the bound; it mentions the share of
 /// passive regions.
 pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> Option<Notice> {
@@ -37,15 +51,18 @@ pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> 
     } else {
         String::new()
     };
-    let lower = (limit - solid) / room;
-    let help = if lower > ROUNDING {
-        format!(
+    // a filter blurs passive regions
+    let fits = |value: f64| {
+        let density = problem.uniform_start(value)?;
+        Some(share(variables, &volumes, &density, |_| true)[0] <= limit * (1.0 + ROUNDING))
+    };
+    let help = match largest(fits) {
+        Some(lower) => format!(
             "an initial density of {} (`initial`) in the designed elements meets the bound; otherwise the first \
              updates remove material",
             quantity(lower)
-        )
-    } else {
-        "raise `volume_fraction`, or shrink `passive_solid`, which already reaches the bound".into()
+        ),
+        None => "raise `volume_fraction`, or shrink `passive_solid`, which already reaches the bound".into(),
     };
     Some(Notice {
         kind: NoticeKind::InitialVolume,

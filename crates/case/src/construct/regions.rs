@@ -1,5 +1,7 @@
 //! The elements of regions that a case names.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 use slipstick_mesh::{FacetNodes, FacetTree, Mesh};
 
@@ -55,6 +57,21 @@ impl<'a> Regions<'a> {
                 own(&|e| region.contains(self.centroids[e as usize]) == Some(true))
             }
         }
+    }
+
+    /// The elements of the design with a facet on a surface, ascending, and how far their centroids are from it.
+    /// \[L\]
+    pub fn at_surface(&self, surface: &str) -> Vec<(u32, f64)> {
+        let at = |node: u32| Point::from(self.mesh.nodes[node as usize]);
+        let mut nearest: BTreeMap<u32, f64> = BTreeMap::new();
+        for facet in self.mesh.surfaces.get(surface).iter().flat_map(|surface| &surface.facets) {
+            let element = facet.element;
+            if self.domain.binary_search(&element).is_ok() {
+                let far = to_facet(&self.centroids[element as usize].into(), &facet.nodes, at);
+                nearest.entry(element).and_modify(|known| *known = known.min(far)).or_insert(far);
+            }
+        }
+        nearest.into_iter().collect()
     }
 
     /// The elements with centroids within a distance \[L\] of facets or nodes.

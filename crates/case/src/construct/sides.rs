@@ -19,6 +19,9 @@ const SIMILAR_MODULUS: f64 = 1.2;
 /// Heights below this part of the facet size are round-off.
 const ROUND_OFF: f64 = 1e-6;
 
+/// Facets are larger than others from this ratio of their sizes on; those of matching meshes differ by round-off.
+const LARGER: f64 = 1.01;
+
 /// One side of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Side {
@@ -115,7 +118,7 @@ impl Side {
     /// Whether contact of this side, as the slave, is missed where the other side penetrates it: a convex surface
     /// whose facets are smaller touches within a facet, over which the mean gap is still open.
     pub(crate) fn misses(&self, other: &Self) -> bool {
-        !self.rigid && !other.rigid && other.convex && !self.convex && self.size > other.size
+        !self.rigid && !other.rigid && other.convex && !self.convex && self.size > LARGER * other.size
     }
 }
 

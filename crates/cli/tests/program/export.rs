@@ -198,15 +198,24 @@ fn a_face_that_is_partly_missing() {
     let place = Place::new();
     let bound = "[[quantity]]\nname = \"reaction\"\nreaction = { set = \"slab_ymin\", component = \"y\" }\n\
                  [[constraint]]\nquantity = \"reaction\"\nmax = 50.0\nsteps = \"all\"\n\
-                 [[load]]\nsurface = \"slab_ymax\"\npressure = 0.01\n";
+                 [[load]]\nsurface = \"slab_ymax\"\npressure = 0.01\n\
+                 [[quantity]]\nname = \"least\"\ncontact_pressure = { slave = \"slab_ymax\", measure = \"minimum\" }\n";
     place.write("case.toml", &place.read("case.toml").replacen("[objective]", &format!("{bound}[objective]"), 1));
+    let sides = "slave = \"block_ymin\"\nmaster = \"slab_ymax\"";
+    let exchanged = "slave = \"slab_ymax\"\nmaster = \"block_ymin\"";
+    place.write("case.toml", &place.read("case.toml").replacen(sides, exchanged, 1));
     // the bottom, and half of the top layer along x
     let solid = |e: usize| e >= 16 || (e / 4).is_multiple_of(2) || e % 4 < 2;
     let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", f64::from(u8::from(solid(e))))).collect();
     place.write("start.csv", &format!("element,density\n{}\n", rows.join("\n")));
     place.good("solve case.toml --design start.csv --out case -q");
     let told = place.good("export case --case part --threshold 0.5 --size 0.5");
-    for expected in ["% of `slab_ymax` is left, and a pressure acts there per area", "unlike that of a `force`"] {
+    for expected in [
+        "% of `slab_ymax` is left, and a pressure acts there per area",
+        "unlike that of a `force`",
+        "% of `slab_ymax` is left, and pressures or gaps there are quantities",
+        "a solid skin there (`[[design.passive_solid]]`",
+    ] {
         assert!(told.err.contains(expected), "{}", told.err);
     }
     // the block ends where the material does

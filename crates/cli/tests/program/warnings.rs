@@ -138,6 +138,20 @@ fn settings_without_effect_are_told() {
     }
     let told = place.good("check case.toml --set design.sensitivity_filter.radius=0.51").err;
     assert!(!told.contains("idle_filter"), "{told}");
+    // the top and one end: centroids of the elements at the top lie 0.25 below it, those of the two others at the end 0.5
+    // behind it
+    let place = Place::with(
+        "sensitivity_filter = { radius = 1.2 }",
+        "sensitivity_filter = { radius = 1.2 }\npassive_solid = [{ surface = 'skin', within = 0.3 }]\n\
+         [[surface]]\nname = 'skin'\nof = ['slab_ymax', 'slab_xmin']\n",
+    );
+    let told = place.good("check case.toml").err;
+    for part in ["the skin has gaps: 2 of 10 elements at `skin`", "farther from it than 0.3", "`within` above 0.5"] {
+        assert!(told.contains(part), "{told}");
+    }
+    let told =
+        place.good("check case.toml --set design.passive_solid[0].within=0.5 --set design.volume_fraction=0.7").err;
+    assert!(!told.contains("gaps"), "{told}");
 }
 
 /// The objective `contact_force` leaves out forces on prescribed displacements, and `check` names the slave nodes
@@ -201,6 +215,16 @@ fn passive_elements_are_told() {
     // it
     assert_eq!(place.good("solve case.toml").err, "");
     assert_eq!(place.good("check case.toml --set design.initial=0.2").err, "");
+    // a filter spreads the solid layer: less is left for the others, and the advice works
+    let text =
+        place.read("case.toml").replace("sensitivity_filter = { radius = 1.2 }", "density_filter = { radius = 0.6 }");
+    place.write("blurred.toml", &text);
+    let told = place.good("check blurred.toml").err;
+    let advice = told.split("an initial density of ").nth(1).and_then(|rest| rest.split(' ').next()).expect("advice");
+    assert!((0.001..0.2).contains(&number(advice)), "{told}");
+    assert_eq!(place.good(&format!("check blurred.toml --set design.initial={advice}")).err, "");
+    let more = number(advice) + 0.002;
+    assert!(place.good(&format!("check blurred.toml --set design.initial={more}")).err.contains("initial_volume"));
     // 0.3 everywhere except in one passive element, and in one element of the block
     let of = |e: usize| {
         if e == 4 {

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slipstick_case::file::{
-    Adjust, Case, LoadKind, MeshFile, NodeSet, Placement, Region, Shape, SpringEnd, SpringStiffness, SurfaceSet,
+    Adjust, Case, LoadKind, MeshFile, NodeSet, Placement, QuantityKind, Region, Shape, SpringEnd, SpringStiffness,
+    SurfaceSet,
 };
+use slipstick_case::quantity::PressureWord;
 use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::Mesh;
 
@@ -176,6 +178,14 @@ fn reduced(case: &Case, bodies: &[PartBody]) -> Vec<Reduced> {
     for pair in &case.contacts {
         let acts = if pair.tied { Acts::Tie } else { Acts::Contact };
         faces.extend([(&pair.slave, acts), (&pair.master, acts)]);
+    }
+    for quantity in &case.quantities {
+        let of = match &quantity.kind {
+            QuantityKind::ContactPressure(of) if of.measure != PressureWord::Peak => Some((&of.slave, &of.within)),
+            QuantityKind::Gap(of) => Some((&of.slave, &of.within)),
+            _ => None,
+        };
+        faces.extend(of.map(|(slave, within)| (within.as_ref().unwrap_or(slave), Acts::Measured)));
     }
     let share = |name: &String| -> Option<f64> {
         Some(bodies.iter().flat_map(|body| &body.faces).find(|face| face.name == *name)?.share)

@@ -95,6 +95,8 @@ pub enum Acts {
     Contact,
     /// A tie.
     Tie,
+    /// A quantity: a contact pressure, but for its peak, or a gap.
+    Measured,
 }
 
 /// A face with a part of its area, where less area means less load or contact.

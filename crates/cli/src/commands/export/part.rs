@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use slipstick::case::{Case, Promise};
+use slipstick::case::{Case, Promise, Region};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::output::{read_fields, write_atomically};
 use slipstick::part::{
@@ -63,7 +63,7 @@ pub(super) fn write(
     // the tables of a run belong to its last design
     let promised = if args.iteration.is_none() { promises(run, design)? } else { Vec::new() };
     part.case.promises.clone_from(&promised);
-    let touched = if args.iteration.is_none() { touched(run, mesh, &part)? } else { Touched::new() };
+    let touched = if promised.is_empty() { Touched::new() } else { touched(run, mesh, &part)? };
     fs::create_dir_all(folder).map_err(|error| {
         Failure::input(format!("cannot create {}: {error}", folder.display()), "check its name and permissions")
     })?;
@@ -106,7 +106,7 @@ pub(super) fn write(
     let case = case_text(&part, &promised)?;
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
-    tell(context, folder, &part, &promised, &touched);
+    tell(context, (design, folder), &part, &promised, &touched);
     for (of, value, bound, by) in unmet(&promised) {
         context.console.warning(&format!(
             "the design violates a bound: `{}` is {}, {} beyond {}; so will its part",
@@ -241,7 +241,16 @@ fn rounded(count: usize) -> usize {
     (count + unit / 2) / unit * unit
 }
 
-fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], touched: &Touched) {
+/// How to keep a face whole.
+fn skin(design: &Case, face: &str) -> &'static str {
+    let of = |region: &Region| matches!(region, Region::NearSurface { surface, .. } if surface == face);
+    match design.design.as_ref().is_some_and(|design| design.passive_solid.iter().any(of)) {
+        true => "the solid skin there has gaps, which `slipstick check` names",
+        false => "a solid skin there (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
+    }
+}
+
+fn tell(context: &Context, (design, folder): (&Case, &Path), part: &Part, promised: &[Promise], touched: &Touched) {
     let console = &context.console;
     for name in &part.whole {
         console.text(&format!("part {name}: solid everywhere, so it keeps its mesh (--size remeshes it)"));
@@ -320,20 +329,21 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], tou
     }
     for Scarce { name, used, share } in &part.scarce {
         console.warning(&format!(
-            "only {:.2} % of `{name}`, which {used} needs, is left: the part may not be held or loaded like the design; a \
-             solid skin there (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
-            100.0 * share
+            "only {:.2} % of `{name}`, which {used} needs, is left: the part may not be held or loaded like the design; {}",
+            100.0 * share,
+            skin(design, name)
         ));
     }
     for (name, (touching, state)) in touched.iter().filter(|(_, (touching, _))| lost(touching)) {
         console.warning(&format!(
             "{:.1} % of the contact force on `{name}` acts on material that the part lacks (path_{state:04}.vtu): contact there \
-             is lost, and larger elsewhere; a lower --threshold or a solid skin there (`[[design.passive_solid]]` with \
-             `surface` and `within`) keeps it",
-            100.0 * (1.0 - touching.kept)
+             is lost, and larger elsewhere; a lower --threshold keeps it, or {}",
+            100.0 * (1.0 - touching.kept),
+            skin(design, name)
         ));
     }
     for Reduced { name, acts, share } in &part.reduced {
+        let left = format!("{:.1} % of `{name}` is left", 100.0 * share);
         let smaller =
             "acts there per area: its resultant is that much smaller than in the design, unlike that of a `force`";
         let less = match acts {
@@ -345,21 +355,20 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], tou
                 match touched.get(name) {
                     Some((touching, _)) if lost(touching) => {}
                     Some((touching, _)) => {
-                        console.text(&format!("{left}, with {:.1} % of its contact force", 100.0 * touching.kept))
+                        console.text(&format!("{left}, with {:.1} % of its contact force", 100.0 * touching.kept));
                     }
-                    None => {
-                        console.text(&format!("{left}: contact elsewhere on it is lost (`passive_solid` keeps it)"))
-                    }
+                    None => console.text(&format!("{left}: contact elsewhere on it is lost ({})", skin(design, name))),
                 }
                 continue;
             }
             Acts::Tie => "the tie is that much smaller than in the design".into(),
+            Acts::Measured => {
+                "pressures or gaps there are quantities of the case: those of the part, and their bounds, only count what \
+                 is left"
+                    .into()
+            }
         };
-        console.warning(&format!(
-            "{:.1} % of `{name}` is left, and {less}; a solid skin there (`[[design.passive_solid]]` with `surface` and \
-             `within`) keeps the face",
-            100.0 * share
-        ));
+        console.warning(&format!("{left}, and {less}; {}", skin(design, name)));
     }
     for name in &part.reselected {
         console.warning(&format!(
