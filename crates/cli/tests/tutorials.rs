@@ -98,9 +98,10 @@ fn missing<'a>(shown: &'a str, printed: &str) -> Option<&'a str> {
 fn lacks(words: &[&str]) -> Option<&'static str> {
     let needed = [("python", "python3"), ("ccx", "ccx")];
     let (_, program) = needed.into_iter().find(|(word, _)| words.contains(word))?;
-    // CalculiX ends with another status than 0 whatever it is asked
     let found = Command::new(program).arg(if program == "ccx" { "-v" } else { "--version" }).output();
-    found.is_err().then_some(program)
+    // CalculiX ends with another status than 0 whatever it is asked
+    let works = found.is_ok_and(|output| program == "ccx" || output.status.success());
+    (!works).then_some(program)
 }
 
 fn run(page: &str, whole: bool) {

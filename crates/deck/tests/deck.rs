@@ -197,6 +197,27 @@ fn orthotropic_materials() {
     assert!(found.len() == 1 && found[0].contains("depend on temperature"), "{found:?}");
 }
 
+/// Axes that a part defines turn with its instances: one as it is, one by 90° about z.
+#[test]
+fn axes_of_parts_turn_with_them() {
+    let deck = "*PART, NAME=P\n*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\
+                *ELEMENT, TYPE=C3D8, ELSET=ALL\n1, 1,2,3,4,5,6,7,8\n*NSET, NSET=BASE\n1,2,3,4\n\
+                *ORIENTATION, NAME=AX\n1,0,0, 0,1,0\n*SOLID SECTION, ELSET=ALL, MATERIAL=WOOD, ORIENTATION=AX\n*END PART\n\
+                *ASSEMBLY, NAME=A\n*INSTANCE, NAME=FIRST, PART=P\n*END INSTANCE\n\
+                *INSTANCE, NAME=SECOND, PART=P\n5,0,0\n5,0,0, 5,0,1, 90\n*END INSTANCE\n*END ASSEMBLY\n\
+                *MATERIAL, NAME=WOOD\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n12e3, 800, 600, 0.4, 0.5, 0.3, 700, 650,\n60\n\
+                *STEP\n*STATIC\n*BOUNDARY\nFIRST.BASE, 1, 3\nSECOND.BASE, 1, 3\n*END STEP\n";
+    let found = tables(deck);
+    for (table, expected) in found.iter().zip([[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]])
+    {
+        for (key, expected) in ["axis1", "axis2"].into_iter().zip(expected) {
+            let list = table.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).expect(key);
+            let axis: Vec<f64> = list.split(", ").map(|number| number.parse().expect(number)).collect();
+            assert!(axis.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{key} {axis:?}: {table}");
+        }
+    }
+}
+
 #[test]
 fn laws_of_surfaces() {
     let pair = |law: &str| {

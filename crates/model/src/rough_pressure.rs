@@ -13,8 +13,8 @@ use std::sync::Arc;
 use serde::Serialize;
 use slipstick_design::quantity::Quantity;
 
-use crate::equations::{ContactModel, ContactResults, NodalContact};
-use crate::words::quantity;
+use crate::equations::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::words::{counted, quantity};
 
 /// Ratio of the largest multiplier to the largest force per area from which pressures are rough: 1.5 is that of a single
 /// row of nodes among equal facets.
@@ -48,15 +48,15 @@ impl fmt::Display for RoughPressure {
         let [x, y, z] = self.position.map(quantity);
         write!(
             f,
-            "the facets of `{}` do not resolve the pressures of `{}`: at load step {}, the largest of its {} nodes in contact \
-             has {}, at node {}, [{x}, {y}, {z}], but no force per area exceeds {}",
+            "the facets of `{}` do not resolve the pressures that `{}` combines: at load step {}, the largest is {}, at node \
+             {}, [{x}, {y}, {z}], but no nodal force divided by its area exceeds {} ({} in contact)",
             self.surfaces[0],
             self.quantity,
             self.step,
-            self.nodes,
             quantity(self.multiplier),
             self.node,
             quantity(self.force_per_area),
+            counted(self.nodes, "node"),
         )
     }
 }
@@ -65,7 +65,7 @@ impl RoughPressure {
     /// The remedy.
     pub fn help(&self) -> String {
         "use `multiplier_shape = \"dual\"`, whose pressures are forces per area, or smaller facets on both sides where they \
-         touch"
+         touch; `within` of the quantity leaves out an edge"
             .into()
     }
 }
@@ -88,20 +88,28 @@ impl RoughPressures {
     ) {
         for (quantity, patch) in own.iter().filter_map(|of| Some((of.name(), of.combines_pressures_of()?))) {
             let pair = patch.pair();
-            let Some(interface) = model.interfaces().get(pair).filter(|interface| !interface.is_bonded()) else {
-                continue;
-            };
+            let own = |of: &&ModelInterface| !of.is_bonded() && !of.interface.is_with_itself();
+            let Some(interface) = model.interfaces().get(pair).filter(own) else { continue };
             let Some(nodes) = model.by_pair(&contact.nodes).nth(pair) else { continue };
-            let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let Some(rows) = model.by_pair(&contact.transfer).nth(pair) else { continue };
+            // Σ_j b_jk z_j at the points k of the surface
+            let mut forces: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+            for (at, row) in nodes.iter().zip(rows) {
+                for &(point, b) in row {
+                    let force = forces.entry(point).or_default();
+                    (0..3).for_each(|c| force[c] += b * at.global_multiplier[c]);
+                }
+            }
+            let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let (mut largest, mut node, mut force_per_area, mut count) = (0.0, 0, 0.0_f64, 0);
             let touches = |at: &&NodalContact| at.status as u8 != 0 && at.covered_area > 0.0;
             for at in nodes.iter().filter(touches).filter(|at| patch.contains(at.node)) {
-                let (multiplier, first) = (size(&at.global_multiplier), 3 * at.node as usize);
+                let multiplier = size(&at.global_multiplier);
                 count += 1;
                 if multiplier > largest {
                     (largest, node) = (multiplier, at.node);
                 }
-                let force = contact.force.get(first..first + 3).map_or(0.0, size);
+                let force = forces.get(&at.node).map_or(0.0, size);
                 force_per_area = force_per_area.max(force / at.covered_area);
             }
             if largest <= self.worst.get(&pair).map_or(0.0, |known| known.multiplier) {

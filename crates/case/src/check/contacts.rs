@@ -157,8 +157,8 @@ fn not_faced(case: &Case, contact: &Contact, nodes: &[NodalContact], mesh: &Mesh
             kind: NoticeKind::NothingOpposite,
             path: format!("quantity[{number}].contact_pressure"),
             message: format!(
-                "nothing lies opposite {} of `{}` in the mesh: while that is so, they count neither in the smallest \
-                 pressure `{}` nor in its extreme, although there is no pressure there",
+                "nothing lies opposite {} of `{}` at the start: while that is so, the smallest pressure `{}` and its \
+                 extreme do not show that they carry none",
                 counted(alone, "node"),
                 contact.slave,
                 of.name

@@ -1,5 +1,7 @@
 //! Checks whether passive regions and the filter of a design have any effect.
 
+use std::collections::BTreeSet;
+
 use super::{Notice, NoticeKind};
 use crate::construct::{Problem, Regions};
 use crate::file::{Body, Case, Design, Load, ObjectiveKind, QuantityKind, Region};
@@ -15,8 +17,8 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     let domain = variables.domain();
     let passive = [("passive_solid", &design.passive_solid), ("passive_void", &design.passive_void)];
     let regions = Regions::new(&problem.mesh, domain);
-    let found = passive.iter().flat_map(|(key, listed)| {
-        regions.each(listed).into_iter().enumerate().map(move |(i, elements)| (*key, i, elements))
+    let found = passive.into_iter().flat_map(|(key, listed)| {
+        regions.each(listed).into_iter().enumerate().map(move |(i, elements)| (key, i, elements))
     });
     let mut notices: Vec<Notice> = found
         .filter(|(_, _, elements)| elements.is_empty())
@@ -27,12 +29,9 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
             help: "enlarge or move the region; it refers to coordinates after `place`".into(),
         })
         .collect();
-    for (key, listed) in passive {
-        let pairs = listed.iter().enumerate().zip(regions.each(listed));
-        notices.extend(pairs.filter_map(|((i, region), elements)| {
-            let path = format!("design.{key}[{i}]");
-            partial_skin(&regions, region, &elements, path)
-        }));
+    let all: BTreeSet<u32> = regions.each(&design.passive_solid).concat().into_iter().collect();
+    for (i, region) in design.passive_solid.iter().enumerate() {
+        notices.extend(partial_skin(&regions, region, &all, format!("design.passive_solid[{i}]")));
     }
     let of_filter = |key: &str, radius: f64| (format!("design.{key}.radius"), radius);
     let sensitivities = design.sensitivity_filter.map(|filter| of_filter("sensitivity_filter", filter.radius));
@@ -59,31 +58,23 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     notices
 }
 
-/// A notice if some elements with a facet on the surface of a region do not belong to it, unlike others.
-fn partial_skin(regions: &Regions, region: &Region, elements: &[u32], path: String) -> Option<Notice> {
+/// A notice if some elements with a facet on the surface of a region are not passive, unlike others.
+fn partial_skin(regions: &Regions, region: &Region, passive: &BTreeSet<u32>, path: String) -> Option<Notice> {
     let Region::NearSurface { surface, within } = region else { return None };
     let at_surface = regions.at_surface(surface);
-    let missing: Vec<f64> = at_surface
-        .iter()
-        .filter(|(element, _)| elements.binary_search(element).is_err())
-        .map(|(_, far)| *far)
-        .collect();
-    if missing.is_empty() || elements.is_empty() {
-        return None;
-    }
-    Some(Notice {
+    let (solid, missing): (Vec<_>, Vec<_>) = at_surface.iter().partition(|(element, _)| passive.contains(element));
+    let farthest = missing.iter().map(|(_, far)| *far).fold(0.0, f64::max);
+    (!missing.is_empty() && !solid.is_empty()).then(|| Notice {
         kind: NoticeKind::EmptyPassiveRegion,
         path,
         message: format!(
-            "the skin has gaps: {} of {} at `{surface}` have their centroids farther from it than {}",
-            missing.len(),
+            "the skin has gaps: of {} at `{surface}`, {} not in it, because centroids lie farther away than {}",
             counted(at_surface.len(), "element"),
+            if missing.len() == 1 { "1 is".into() } else { format!("{} are", missing.len()) },
             quantity(*within)
         ),
-        help: format!(
-            "with a `within` above {}, all elements at the surface belong to it",
-            quantity(missing.into_iter().fold(0.0, f64::max))
-        ),
+        // rounded up
+        help: format!("a `within` of {} closes them", quantity(1.001 * farthest)),
     })
 }
 

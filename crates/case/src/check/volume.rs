@@ -62,7 +62,10 @@ pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> 
              updates remove material",
             quantity(lower)
         ),
-        None => "raise `volume_fraction`, or shrink `passive_solid`, which already reaches the bound".into(),
+        None => {
+            "raise `volume_fraction`, or shrink `passive_solid`, which reaches the bound with what a filter spreads"
+                .into()
+        }
     };
     Some(Notice {
         kind: NoticeKind::InitialVolume,

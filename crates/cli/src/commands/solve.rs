@@ -83,8 +83,8 @@ fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
             (of.name(), digits(of.found), words::bound(bound), digits(of.promised));
         context.console.warning(&match of.was_violated(bound) {
             true => format!(
-                "the part violates a bound, as does the design: `{name}` is {found}, {by} beyond {bound_text} (design: \
-                 {promised}); optimize until the design meets it"
+                "the part violates a bound, as did the design: `{name}` is {found}, {by} beyond {bound_text} (design: \
+                 {promised}); optimize until the design meets it, or relax it"
             ),
             false => format!(
                 "the part violates a bound that the design met: `{name}` is {found}, {by} beyond {bound_text} (design: \

@@ -266,37 +266,6 @@ fn evaluate_makes_the_table_of_other_frictions() {
     assert_eq!(own["friction"], 0.3);
 }
 
-/// The coefficients that are asked for count in load cases with one of their own too; a grid over friction, which
-/// would have no effect there, is refused.
-#[test]
-fn friction_of_load_cases() {
-    let place = Place::new();
-    let all = place.read("case.toml");
-    let cases = "[[load_case]]\nname = \"dry\"\nfriction = 0.6\n[[load_case]]\nname = \"oiled\"\nfriction = 0.1\n";
-    place.write("cases.toml", &format!("{all}{cases}"));
-    place.good("solve cases.toml -q");
-    place.good("evaluate cases.toml --design cases_solve/design.csv --friction 0.1,0.6 -q");
-    place.good("solve case.toml --set contact[0].friction=0.6 --design cases_solve/design.csv -q");
-    let force = |file: &str, step: usize| -> Vec<String> {
-        let table = place.table(file);
-        let at = |name: &str| table[0].iter().position(|of| of == name).expect("a column");
-        let rows = table.iter().skip(1).filter(|row| row[at("step")] == step.to_string());
-        rows.map(|row| row[at("block_ymin_friction_force")].clone()).collect()
-    };
-    let (dry, both) = (force("case_solve/quantities.csv", 4), force("cases_evaluate/quantities.csv", 4));
-    assert_eq!((both.len(), number(&both[1])), (2, number(&dry[0])), "0.6 in the first load case");
-    let oiled = force("cases_evaluate/quantities.csv", 8);
-    assert_eq!(
-        (number(&oiled[0]), number(&oiled[1])),
-        (number(&both[0]), number(&both[1])),
-        "all load cases are alike"
-    );
-    let study =
-        "[[run]]\nname = \"mu\"\ncommand = \"solve\"\ncase = \"cases.toml\"\ngrid = { friction = [0.1, 0.2] }\n";
-    place.write("study.toml", study);
-    place.bad("study study.toml", 2, &["the load case `dry` of `mu_0.1` sets its own", "load_case[…].friction"]);
-}
-
 #[test]
 fn events_are_one_object_per_line() {
     let place = Place::with("min = [0.6, 1.0,", "min = [0.6, 0.99,");

@@ -179,7 +179,7 @@ fn a_part_and_its_promises() {
         assert!((deviation - (found / promised - 1.0)).abs() < 1e-12, "{name}");
     }
     let told = place.good("solve part/case.toml --force");
-    let warned = "the part violates a bound, as does the design: `peak_extreme` is ";
+    let warned = "the part violates a bound, as did the design: `peak_extreme` is ";
     assert!(told.err.contains(warned) && told.err.contains("beyond ≤ 1.5"), "{}", told.err);
     let told = told.out;
     assert!(told.contains("compared with what the design promised:") && told.contains(" %"), "{told}");
@@ -213,7 +213,7 @@ fn a_face_that_is_partly_missing() {
     for expected in [
         "% of `slab_ymax` is left, and a pressure acts there per area",
         "unlike that of a `force`",
-        "% of `slab_ymax` is left, and pressures or gaps there are quantities",
+        "% of `slab_ymax` is left, and quantities of the case measure pressure or gap there",
         "a solid skin there (`[[design.passive_solid]]`",
     ] {
         assert!(told.err.contains(expected), "{}", told.err);
@@ -250,10 +250,12 @@ fn a_face_that_is_partly_missing() {
     let force =
         |i: usize, k: usize| forces[3 * (i + 5 * (2 + 3 * k))..].iter().take(3).map(|f| f * f).sum::<f64>().sqrt();
     let up_to = |last: usize| (0..=last).flat_map(|i| (0..3).map(move |k| force(i, k))).sum::<f64>();
-    assert!((number(lost) - 100.0 * up_to(1) / up_to(4)).abs() < 0.051 && number(lost) > 20.0, "{told}");
+    assert!((number(lost) - 100.0 * up_to(1) / up_to(4)).abs() < 0.051 && number(lost) > 10.0, "{told}");
     assert!(rest.contains("path_0004.vtu"), "{told}");
     let record = place.read("below/part.json");
-    assert!(record.contains("\"contact_force\": 0."), "{record}");
+    let record: Value = serde_json::from_str(&record).expect("a record");
+    let kept = record["bodies"][0]["faces"]["slab_ymax"]["contact_force"].as_f64().expect("a share");
+    assert!((100.0 * (1.0 - kept) - number(lost)).abs() < 0.051, "{record}");
 }
 
 #[test]

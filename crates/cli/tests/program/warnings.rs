@@ -146,7 +146,11 @@ fn settings_without_effect_are_told() {
          [[surface]]\nname = 'skin'\nof = ['slab_ymax', 'slab_xmin']\n",
     );
     let told = place.good("check case.toml").err;
-    for part in ["the skin has gaps: 2 of 10 elements at `skin`", "farther from it than 0.3", "`within` above 0.5"] {
+    for part in [
+        "the skin has gaps: of 10 elements at `skin`, 2 are not in it",
+        "farther away than 0.3",
+        "a `within` of 0.5005 closes",
+    ] {
         assert!(told.contains(part), "{told}");
     }
     let told =

@@ -252,6 +252,9 @@ fn engineering([d11, d12, d22, d13, d23, d33, g12, g13, g23]: [f64; 9]) -> Optio
         d12 * d13 - d11 * d23,
     ];
     let determinant = d11 * cofactors[0] + d12 * cofactors[3] + d13 * cofactors[4];
+    if determinant.abs() <= 1e-12 * (d11 * d22 * d33).abs() {
+        return None;
+    }
     let [s11, s22, s33, s12, s13, s23] = cofactors.map(|cofactor| cofactor / determinant);
     let all = [1.0 / s11, 1.0 / s22, 1.0 / s33, -s12 / s11, -s13 / s11, -s23 / s22, g12, g13, g23];
     all.iter().all(|constant| constant.is_finite()).then_some(all)

@@ -20,6 +20,10 @@ impl Reader<'_> {
         let Some(name) = card.keyword.parameter("NAME").map(str::to_ascii_uppercase) else {
             return self.ledger.wrong("ORIENTATION", [line; 2], "it needs NAME=…", "add the parameter");
         };
+        if self.deck.orientations.contains_key(&name) {
+            let why = format!("the orientation `{name}` is defined twice");
+            return self.ledger.wrong("ORIENTATION", [line; 2], why, "give each orientation a name of its own");
+        }
         self.ledger.ignored("ORIENTATION", line, "no section of an orthotropic material names it");
         let axes = self.material_axes(card);
         self.deck.orientations.insert(name, Orientation { axes, line });
@@ -32,8 +36,9 @@ impl Reader<'_> {
         let value = |name: &str, default: &str| keyword.parameter(name).unwrap_or(default).to_ascii_uppercase();
         let (system, definition) = (value("SYSTEM", "RECTANGULAR"), value("DEFINITION", "COORDINATES"));
         if system != "RECTANGULAR" {
-            let why = format!("SYSTEM={system} is not supported: its axes differ from element to element");
-            let cure = "use SYSTEM=RECTANGULAR, with a section for each direction";
+            let why = format!("SYSTEM={system} is not supported");
+            let cure =
+                "use SYSTEM=RECTANGULAR; where axes differ from element to element, give a section to each direction";
             self.ledger.refuse("ORIENTATION", line, why, cure);
             return None;
         }

@@ -39,7 +39,10 @@ impl Writer<'_> {
         for &(other, _) in &body.sections[1..] {
             let section = &deck.sections[other];
             let first = &deck.sections[main];
-            if (&section.material, &section.orientation) == (&first.material, &first.orientation) {
+            let elastic = deck.materials.get(&section.material).and_then(|material| material.elastic.as_ref());
+            let turned =
+                matches!(elastic, Some((Elastic::Orthotropic(_), _))) && section.orientation != first.orientation;
+            if section.material == first.material && !turned {
                 continue;
             }
             let set = crate::bodies::find(&self.mesh.cell_sets, &section.set).unwrap_or(&section.set).to_owned();

@@ -127,7 +127,7 @@ pub fn flat(text: &[u8]) -> Result<Cow<'_, [u8]>, MeshFileError> {
                         let message = format!("there is no instance `{}`", shortened(instance));
                         return Err(card.keyword.error(message, "name an *INSTANCE of the assembly"));
                     }
-                    writer.members(card, &name)?;
+                    writer.members(card, &name, &Placement { shift: [0.0; 3], turn: None })?;
                 }
                 None => writer.outside(card, &global)?,
             },
@@ -292,7 +292,7 @@ impl Writer {
     fn card(&mut self, card: &Card<'_>, instance: &str, placement: &Placement) -> Result<(), MeshFileError> {
         let name = card.keyword.name.as_str();
         if name != "NODE" && name != "ELEMENT" {
-            return self.members(card, instance);
+            return self.members(card, instance, placement);
         }
         let Scope { prefix, node, element } = &self.scopes[instance];
         let (prefix, node, element) = (prefix.clone(), *node, *element);
@@ -334,7 +334,7 @@ impl Writer {
     }
 
     /// A card whose numbers and names are those of an instance.
-    fn members(&mut self, card: &Card<'_>, instance: &str) -> Result<(), MeshFileError> {
+    fn members(&mut self, card: &Card<'_>, instance: &str, placement: &Placement) -> Result<(), MeshFileError> {
         let Scope { prefix, node, element } = &self.scopes[instance];
         let (prefix, node, element) = (prefix.clone(), *node, *element);
         let keyword = &card.keyword;
@@ -345,12 +345,20 @@ impl Writer {
             "SURFACE" if keyword.parameter("TYPE").is_some_and(|of| of.eq_ignore_ascii_case("NODE")) => node,
             "ELSET" | "SURFACE" => element,
             _ => {
+                let axes = keyword.name == "ORIENTATION";
                 self.keyword(keyword, |name, value| match name {
-                    "NSET" | "ELSET" | "SURFACE" => format!("{prefix}_{value}"),
+                    "NSET" | "ELSET" | "SURFACE" | "ORIENTATION" => format!("{prefix}_{value}"),
+                    "NAME" if axes => format!("{prefix}_{value}"),
                     _ => value.to_owned(),
                 });
                 let mut last = keyword.line;
-                for (line, fields) in card.data() {
+                for (row, (line, fields)) in card.data().enumerate() {
+                    // the axes of a material turn with the part
+                    if let Some(points) = points(&fields).filter(|_| axes && row == 0 && placement.moves()) {
+                        let moved = points.map(|x| placement.of(x)).concat();
+                        self.line(line, moved.into_iter().map(|x| format!("{x:?}")), &mut last);
+                        continue;
+                    }
                     self.line(line, fields.iter().map(|&field| field.to_owned()), &mut last);
                 }
                 return Ok(());
@@ -400,6 +408,16 @@ impl Writer {
         }
         self.scopes = scopes;
         Ok(())
+    }
+}
+
+/// Two points and an origin, by default that of the coordinates; `None` if there are other fields.
+fn points(fields: &[&str]) -> Option<[[f64; 3]; 3]> {
+    let x: Vec<f64> = fields.iter().map(|field| real(field)).collect::<Option<_>>()?;
+    match x[..] {
+        [a, b, c, d, e, f] => Some([[a, b, c], [d, e, f], [0.0; 3]]),
+        [a, b, c, d, e, f, x, y, z] => Some([[a, b, c], [d, e, f], [x, y, z]]),
+        _ => None,
     }
 }
 

@@ -94,7 +94,7 @@ impl LoadCases {
         self.design(shared, if self.count() > 1 { time.case } else { 0 })
     }
 
-    /// Gives no load case coefficients of friction of its own, from the next change of the model on.
+    /// Removes the load cases' own coefficients of friction; takes effect when they follow the model again.
     pub(super) fn share_friction(&mut self) {
         self.varied.iter_mut().flatten().for_each(|varied| varied.variation.friction.fill(None));
     }

@@ -308,7 +308,7 @@ impl Sums {
         if self.slipped.is_empty() {
             self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
         }
-        // nodes of ties that the master hardly covers move elastically
+        // where the master hardly covers a tie, it slips elastically, which dissipates nothing
         let bonded = model.by_pair(&contact.nodes).zip(model.interfaces());
         let bonded = bonded.flat_map(|(nodes, pair)| std::iter::repeat_n(pair.is_bonded(), nodes.len()));
         let all = self.slipped.iter_mut().zip(&contact.nodes).zip(bonded);

@@ -209,16 +209,27 @@ fn bounds_before_the_end(table: &Rows, case: &Case) -> Vec<Promise> {
     promises
 }
 
-/// The promised values that lie beyond their bounds: of each promise, the worst one, with the bound and the distance from
-/// it, relative to it unless it is 0.
-pub fn unmet(promises: &[Promise]) -> Vec<(&Promise, f64, Bound, f64)> {
-    let bounds = |of: &Promise| [of.max.map(Bound::AtMost), of.min.map(Bound::AtLeast)].into_iter().flatten();
-    let worst = |of| {
-        let all =
-            bounds(of).flat_map(|bound| of.values.iter().map(move |&value| (value, bound, bound.violation(value).0)));
-        all.filter(|(.., by)| *by > FEASIBLE).max_by(|a, b| a.2.total_cmp(&b.2))
+/// The promised values of a case's design that lie beyond their bounds, compared with themselves.
+pub fn unmet(promises: &[Promise], case: &Case) -> Vec<Comparison> {
+    let names = case.load_case_names();
+    let of = |promise: &Promise| -> Vec<Comparison> {
+        let (steps, bounds) = (steps_of(&promise.steps, case.load_path.steps), bounds_of(promise));
+        let each = promise.values.iter().enumerate().map(|(number, &value)| Comparison {
+            quantity: promise.quantity.clone(),
+            load_case: names.get(number).cloned().unwrap_or_default(),
+            steps: steps.clone(),
+            promised: value,
+            found: value,
+            scale: 0.0,
+            bounds: bounds.clone(),
+        });
+        each.filter(|of| of.violation().is_some()).collect()
     };
-    promises.iter().filter_map(|of| worst(of).map(|(value, bound, by)| (of, value, bound, by))).collect()
+    promises.iter().flat_map(of).collect()
+}
+
+fn bounds_of(promise: &Promise) -> Vec<Bound> {
+    [promise.max.map(Bound::AtMost), promise.min.map(Bound::AtLeast)].into_iter().flatten().collect()
 }
 
 /// The promises of a case and the values of its run. Empty if the case has none, or if the run has
@@ -246,8 +257,7 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
         for (number, (value, &promised)) in values.into_iter().zip(&promise.values).enumerate() {
             let steps = steps.clone();
             let (quantity, load_case) = (promise.quantity.clone(), names.get(number).cloned().unwrap_or_default());
-            let bounds = [promise.max.map(Bound::AtMost), promise.min.map(Bound::AtLeast)];
-            let bounds = bounds.into_iter().flatten().collect();
+            let bounds = bounds_of(promise);
             found.push(Comparison { quantity, load_case, steps, promised, found: value, scale: 0.0, bounds });
         }
     }

@@ -282,6 +282,7 @@ fn ties_do_no_friction_work() {
     assert!(slips.iter().any(|node| node.slip[0].abs() > 1e-6), "nothing seems to slip");
     let found = slipstick::quantities::quantities(&problem, &run.path);
     assert_eq!(found.get("friction_work"), Some(vec![0.0; 4]));
+    assert_eq!(found.imbalance, None);
 }
 
 /// Bodies that `check` reports as loose, in a scene of a slab and a block on it: a tie during the whole

@@ -34,7 +34,7 @@ fn pressures_of_one_node_are_told() {
     assert!((rough.multiplier / rough.force_per_area - 2.25).abs() < 0.02, "{rough:?}");
     let peak = found.get("peak_extreme").expect("the extreme");
     assert!((rough.multiplier / peak[2] - 1.0).abs() < 1e-3, "{rough:?} {peak:?}");
-    assert!(rough.to_string().contains("`slab_ymax` do not resolve the pressures of `peak`"), "{rough}");
+    assert!(rough.to_string().contains("`slab_ymax` do not resolve the pressures that `peak` combines"), "{rough}");
     assert!(pressed(ball, 0.012, "multiplier_shape = 'dual'").rough_pressures.is_empty());
     let plate = "box = { min = [-3, 0, -3], max = [3, 1, 3], elements = [2, 1, 2] }";
     assert!(pressed(plate, 0.05, "").rough_pressures.is_empty());

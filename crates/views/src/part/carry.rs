@@ -1,6 +1,6 @@
 //! The case of a part: what it keeps of the design's case, and what changes with the new meshes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slipstick_case::file::{
@@ -9,11 +9,12 @@ use slipstick_case::file::{
 };
 use slipstick_case::quantity::PressureWord;
 use slipstick_contact::kinematics::MultiplierShape;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Mesh, facet_area_vector};
 
 use super::patches::NamedFaces;
 use super::per_node::{self, PerNode};
 use super::{Acts, NamedFace, PartBody, PartError, Reduced, Scarce, on_body};
+use crate::vector::{dot, norm};
 
 /// A case without a design, and its files and sets.
 pub(super) struct Carried {
@@ -110,8 +111,10 @@ pub(super) fn carried(
     }
     for pair in part.contacts.iter_mut().filter(|pair| !pair.tied && left(&pair.slave).is_some()) {
         // divided triangles have nodes with very different areas: where few of them touch, pressures scatter with
-        // standard shapes
-        pair.multiplier_shape.get_or_insert(MultiplierShape::Dual);
+        // standard shapes; few facets have a shape of their own by default
+        if !of_few_facets(mesh, &pair.slave, pair.feature_angle) {
+            pair.multiplier_shape.get_or_insert(MultiplierShape::Dual);
+        }
     }
     let whole = |name: &str| faces.whole.contains_key(name);
     for set in part.sets.iter_mut().filter(|set| whole(&set.name)) {
@@ -161,6 +164,29 @@ pub(super) fn carried(
     Ok(Carried { case: part, copies, reselected, unused, scarce, reduced, per_node })
 }
 
+/// Angle between neighbouring facets of a curved slave from which the default shape is another one, once division has
+/// halved it. \[degrees\]
+const FEW_FACETS: f64 = 30.0;
+
+/// Whether some neighbouring facets of a surface meet at such an angle, and not at a sharp edge.
+fn of_few_facets(mesh: &Mesh, surface: &str, sharp: f64) -> bool {
+    let mut normals: BTreeMap<[u32; 2], [f64; 3]> = BTreeMap::new();
+    for facet in mesh.surfaces.get(surface).iter().flat_map(|surface| &surface.facets) {
+        let normal = facet_area_vector(&mesh.facet_coordinates(facet));
+        let nodes: Vec<u32> = facet.nodes.iter().copied().collect();
+        for (k, &a) in nodes.iter().enumerate() {
+            let b = nodes[(k + 1) % nodes.len()];
+            if let Some(other) = normals.insert([a.min(b), a.max(b)], normal) {
+                let angle = (dot(normal, other) / (norm(normal) * norm(other))).clamp(-1.0, 1.0).acos().to_degrees();
+                if angle >= FEW_FACETS && angle <= sharp {
+                    return true;
+                }
+            }
+        }
+    }
+    false
+}
+
 /// The faces that something acts on per area, or in contact, and of which a part is missing.
 fn reduced(case: &Case, bodies: &[PartBody]) -> Vec<Reduced> {
     let mut faces: Vec<(&String, Acts)> = Vec::new();
@@ -183,6 +209,7 @@ fn reduced(case: &Case, bodies: &[PartBody]) -> Vec<Reduced> {
         let of = match &quantity.kind {
             QuantityKind::ContactPressure(of) if of.measure != PressureWord::Peak => Some((&of.slave, &of.within)),
             QuantityKind::Gap(of) => Some((&of.slave, &of.within)),
+            QuantityKind::ContactShare(of) => Some((&of.slave, &of.within)),
             _ => None,
         };
         faces.extend(of.map(|(slave, within)| (within.as_ref().unwrap_or(slave), Acts::Measured)));

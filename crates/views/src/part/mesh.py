@@ -62,9 +62,12 @@ def round_off(body, point):
 # Edges of a hexahedron between its nodes.
 EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 
-# Worst quality (Gmsh's minSICN) that curved faces may cause and at which an attempt is the last, and that of a usable
-# mesh.
-QUALITY, USABLE = 0.05, 0.001
+# Qualities are Gmsh's minSICN. Worst quality that moving points onto curved faces may cause; an attempt with a better one
+# is the last.
+QUALITY = 0.05
+
+# Quality of a usable mesh.
+USABLE = 0.001
 
 
 def lift(body):
@@ -258,6 +261,9 @@ def main():
         for file in (body["surface"], body["curved"]):
             if not os.path.isfile(file):
                 sys.exit(f"error: there is no {file}\n    help: export the part again")
+        for file in (body["mesh"], kept):  # of an earlier run
+            if os.path.exists(file):
+                os.remove(file)
         for number, (name, _) in enumerate(ATTEMPTS):
             again = [sys.executable, os.path.basename(__file__), *words, "--attempt", str(place), str(number)]
             done = subprocess.run(again, capture_output=True, text=True)
@@ -266,7 +272,8 @@ def main():
                 said.append(f"{name}: {lines[-1] if lines and done.returncode > 0 else 'crashed'}")
                 continue
             *told, quality = done.stdout.strip().splitlines()
-            if float(quality) > 1.5 * best[1]:  # other algorithms may need far more elements
+            # another algorithm may make five times as many elements, which must be worth it
+            if float(quality) >= QUALITY or float(quality) > 1.5 * best[1]:
                 best = ("\n".join(told), float(quality))
                 os.replace(body["mesh"], kept)
             if float(quality) >= QUALITY:
@@ -276,8 +283,9 @@ def main():
             print(best[0], flush=True)
             if best[1] < QUALITY:
                 print(
-                    f"warning: elements of {body['mesh']} are almost flat\n    help: `slipstick check` names the worst; "
-                    "export again with another --size (0.7 of this one, for instance) or --threshold if it matters"
+                    f"warning: {body['mesh']} has elements of poor quality\n    help: `slipstick check` names the worst; "
+                    "another --size (0.7 of this one, for instance) or --threshold of the export may avoid them",
+                    file=sys.stderr,
                 )
         else:
             sys.exit(

@@ -95,7 +95,7 @@ pub enum Acts {
     Contact,
     /// A tie.
     Tie,
-    /// A quantity: a contact pressure, but for its peak, or a gap.
+    /// A quantity that measures a gap, a share of the surface, or a contact pressure other than the peak.
     Measured,
 }
 

@@ -1,9 +1,12 @@
 //! The share of a contact force that acts on the material of a part.
 
+use std::collections::HashMap;
+
 use slipstick_mesh::Mesh;
 
 use super::PartBody;
 use crate::closest::{ClosestPoint, Simplex};
+use crate::vector::{norm, subtract};
 
 /// Contact forces of the design on a face, as sums of the magnitudes of the nodal forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,11 +17,19 @@ pub struct Touching {
     pub kept: f64,
 }
 
-/// Distance from a face, relative to the edges of the part, within which a node lies on it: the rim of the
-/// material does not run along nodes.
+impl Touching {
+    /// Those on two bodies together.
+    pub fn with(self, other: Self) -> Self {
+        let force = self.force + other.force;
+        Self { force, kept: (self.force * self.kept + other.force * other.kept) / force }
+    }
+}
+
+/// Distance from a face within which a node lies on it, relative to the edges of the design's facets there: the rim of
+/// the material does not run along nodes.
 const ON_FACE: f64 = 0.5;
 
-/// Directions do not matter: every triangle faces along x.
+/// [`ClosestPoint`] looks at normals; all triangles get the same one, so that they do not matter.
 const FACING: [f64; 3] = [1.0, 0.0, 0.0];
 
 impl PartBody {
@@ -30,14 +41,33 @@ impl PartBody {
         let triangles = own.map(|t| Simplex { corners: self.surface.corners(t), normal: FACING }).collect();
         let left = ClosestPoint::new(triangles);
         let of_body = &mesh.body(&self.name)?.nodes;
+        let edges = edges(mesh, mesh.bodies.iter().position(|body| body.name == self.name)?);
         let (mut force, mut kept) = (0.0, 0.0);
         for node in mesh.set_nodes(face)?.iter().map(|&node| node as usize).filter(|node| of_body.contains(node)) {
             let of_node = forces.get(3 * node..3 * node + 3)?.iter().map(|f| f * f).sum::<f64>().sqrt();
             force += of_node;
-            if of_node > 0.0 && left.of(mesh.nodes[node], (FACING, 0.0), ON_FACE * self.size).is_some() {
+            let near = ON_FACE * edges.get(&(node as u32)).copied().unwrap_or(self.size);
+            if of_node > 0.0 && left.of(mesh.nodes[node], (FACING, 0.0), near).is_some() {
                 kept += of_node;
             }
         }
         (force > 0.0).then(|| Touching { force, kept: kept / force })
     }
+}
+
+/// Mean length of the edges of outer facets at each node of a body. \[L\]
+fn edges(mesh: &Mesh, body: usize) -> HashMap<u32, f64> {
+    let mut sums: HashMap<u32, (f64, f64)> = HashMap::new();
+    for facet in mesh.boundary(body).facets {
+        let nodes: Vec<u32> = facet.nodes.iter().copied().collect();
+        for (k, &a) in nodes.iter().enumerate() {
+            let b = nodes[(k + 1) % nodes.len()];
+            let length = norm(subtract(mesh.nodes[a as usize], mesh.nodes[b as usize]));
+            for n in [a, b] {
+                let (sum, count) = sums.entry(n).or_default();
+                (*sum, *count) = (*sum + length, *count + 1.0);
+            }
+        }
+    }
+    sums.into_iter().map(|(n, (sum, count))| (n, sum / count)).collect()
 }

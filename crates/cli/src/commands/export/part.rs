@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use slipstick::case::{Case, Promise, Region};
+use slipstick::case::{Case, Promise};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::output::{read_fields, write_atomically};
 use slipstick::part::{
@@ -106,12 +106,13 @@ pub(super) fn write(
     let case = case_text(&part, &promised)?;
     write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
     context.console.event("part", json!({ "folder": folder, "part": record }));
-    tell(context, (design, folder), &part, &promised, &touched);
-    for (of, value, bound, by) in unmet(&promised) {
+    tell(context, folder, &part, &promised, &touched);
+    for of in unmet(&promised, design) {
+        let Some((bound, by)) = of.violation() else { continue };
         context.console.warning(&format!(
-            "the design violates a bound: `{}` is {}, {} beyond {}; so will its part",
-            of.quantity,
-            digits(value),
+            "the design violates a bound: `{}` is {}, {} beyond {}; its part probably does so, too",
+            of.name(),
+            digits(of.promised),
             beyond(bound, by),
             words::bound(bound)
         ));
@@ -122,29 +123,26 @@ pub(super) fn write(
     Ok(())
 }
 
-/// The contact face's force at the state with the largest one, the share on elements of the part, and the number
-/// of that state.
+/// For each face, the contact force of the design at the state where it is largest, the share of it on the part, and
+/// the number of that state.
 type Touched = BTreeMap<String, (Touching, usize)>;
 
 /// The contact forces of the design on the faces of the part's contact pairs.
 fn touched(run: &RunDirectory, mesh: &Mesh, part: &Part) -> Outcome<Touched> {
     let pairs = part.case.contacts.iter().filter(|pair| !pair.tied).flat_map(|pair| [&pair.slave, &pair.master]);
-    let names: BTreeSet<&String> = pairs.collect();
-    let of_body = |body: &PartBody, name: &str| body.faces.iter().any(|face| face.name == name);
-    let faces = || {
-        part.bodies
-            .iter()
-            .flat_map(|body| names.iter().filter(|name| of_body(body, name)).map(move |name| (body, *name)))
-    };
+    let has = |body: &PartBody, name: &str| body.faces.iter().any(|face| face.name == name);
+    let names: BTreeSet<&String> = pairs.filter(|name| part.bodies.iter().any(|body| has(body, name))).collect();
     let mut found = Touched::new();
-    if faces().next().is_none() {
+    if names.is_empty() {
         return Ok(found);
     }
     for state in run.numbers("path")? {
         let fields = read_fields(&run.file(&RunDirectory::numbered("path", state)))?;
         let Some(forces) = fields.iter().find(|field| field.name == "contact_force") else { continue };
-        for (body, name) in faces() {
-            let Some(touching) = body.touching(mesh, name, &forces.values) else { continue };
+        for &name in &names {
+            // a face may lie on several bodies
+            let each = part.bodies.iter().filter_map(|body| body.touching(mesh, name, &forces.values));
+            let Some(touching) = each.reduce(Touching::with) else { continue };
             if found.get(name).is_none_or(|(known, _)| touching.force > known.force) {
                 found.insert(name.clone(), (touching, state));
             }
@@ -242,15 +240,10 @@ fn rounded(count: usize) -> usize {
 }
 
 /// How to keep a face whole.
-fn skin(design: &Case, face: &str) -> &'static str {
-    let of = |region: &Region| matches!(region, Region::NearSurface { surface, .. } if surface == face);
-    match design.design.as_ref().is_some_and(|design| design.passive_solid.iter().any(of)) {
-        true => "the solid skin there has gaps, which `slipstick check` names",
-        false => "a solid skin there (`[[design.passive_solid]]` with `surface` and `within`) keeps it",
-    }
-}
+const SKIN: &str = "a solid skin there (`[[design.passive_solid]]` with `surface` and `within`, whose gaps `slipstick check` \
+                    names) keeps it";
 
-fn tell(context: &Context, (design, folder): (&Case, &Path), part: &Part, promised: &[Promise], touched: &Touched) {
+fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise], touched: &Touched) {
     let console = &context.console;
     for name in &part.whole {
         console.text(&format!("part {name}: solid everywhere, so it keeps its mesh (--size remeshes it)"));
@@ -329,17 +322,15 @@ fn tell(context: &Context, (design, folder): (&Case, &Path), part: &Part, promis
     }
     for Scarce { name, used, share } in &part.scarce {
         console.warning(&format!(
-            "only {:.2} % of `{name}`, which {used} needs, is left: the part may not be held or loaded like the design; {}",
-            100.0 * share,
-            skin(design, name)
+            "only {:.2} % of `{name}`, which {used} needs, is left: the part may not be held or loaded like the design; {SKIN}",
+            100.0 * share
         ));
     }
     for (name, (touching, state)) in touched.iter().filter(|(_, (touching, _))| lost(touching)) {
         console.warning(&format!(
-            "{:.1} % of the contact force on `{name}` acts on material that the part lacks (path_{state:04}.vtu): contact there \
-             is lost, and larger elsewhere; a lower --threshold keeps it, or {}",
-            100.0 * (1.0 - touching.kept),
-            skin(design, name)
+            "{:.1} % of the contact force on `{name}` acts on material that the part lacks (path_{state:04}.vtu): the rest \
+             of the face carries that force; a lower --threshold keeps more, and {SKIN}",
+            100.0 * (1.0 - touching.kept)
         ));
     }
     for Reduced { name, acts, share } in &part.reduced {
@@ -357,18 +348,18 @@ fn tell(context: &Context, (design, folder): (&Case, &Path), part: &Part, promis
                     Some((touching, _)) => {
                         console.text(&format!("{left}, with {:.1} % of its contact force", 100.0 * touching.kept));
                     }
-                    None => console.text(&format!("{left}: contact elsewhere on it is lost ({})", skin(design, name))),
+                    None => console.text(&format!("{left}: contact on the rest would be lost ({SKIN})")),
                 }
                 continue;
             }
             Acts::Tie => "the tie is that much smaller than in the design".into(),
             Acts::Measured => {
-                "pressures or gaps there are quantities of the case: those of the part, and their bounds, only count what \
-                 is left"
+                "quantities of the case measure pressure or gap there: on the part, they and their bounds cover only what \
+                 is left of the face"
                     .into()
             }
         };
-        console.warning(&format!("{left}, and {less}; {}", skin(design, name)));
+        console.warning(&format!("{left}, and {less}; {SKIN}"));
     }
     for name in &part.reselected {
         console.warning(&format!(

@@ -192,15 +192,18 @@ fn check(runs: &[Entry], set: &[String], folder: &Path) -> Result<Vec<String>, S
         let parse = |text: &String| text.parse::<Override>().map_err(|error| format!("{error}; {}", error.cure()));
         let overrides = set.iter().chain(&run.set).map(parse).collect::<Result<Vec<_>, _>>()?;
         let varies_friction = run.set.iter().any(|set| set.starts_with("contact[*].friction"));
-        match case_file(&file, &overrides) {
-            Ok(resolved) if varies_friction && with_own_friction(&resolved.case).is_some() => {
-                let own = with_own_friction(&resolved.case).unwrap_or_default();
-                return Err(format!(
-                    "the grid varies `friction`, and the load case `{own}` of `{}` sets its own; remove that, or list \
-                     values of `load_case[…].friction` instead",
-                    run.name
-                ));
-            }
+        let read = case_file(&file, &overrides);
+        if let Ok(resolved) = &read
+            && varies_friction
+            && let Some(own) = with_own_friction(&resolved.case)
+        {
+            return Err(format!(
+                "the runs vary `contact[*].friction`, and the load case `{own}` of `{}` sets its own, with `friction` or `pairs`; \
+                 remove these, or vary `load_case[…].friction` instead",
+                run.name
+            ));
+        }
+        match read {
             Ok(resolved) if number == 0 => {
                 named = resolved.case.quantities.iter().map(|quantity| quantity.name.clone()).collect();
             }
