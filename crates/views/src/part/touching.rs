@@ -27,7 +27,7 @@ impl Touching {
 
 /// Distance from a face within which a node lies on it, relative to the edges of the design's facets there: the rim of
 /// the material does not run along nodes.
-const ON_FACE: f64 = 0.5;
+const ON_FACE: f64 = 0.25;
 
 /// [`ClosestPoint`] looks at normals; all triangles get the same one, so that they do not matter.
 const FACING: [f64; 3] = [1.0, 0.0, 0.0];
