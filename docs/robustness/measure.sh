@@ -53,7 +53,7 @@ random_gradients() {
 # One target after the other; libFuzzer tells its executions at the end.
 fuzz() {
     local record=docs/robustness/fuzz.csv seeds target log
-    for target in case model gmsh abaqus vtu density checkpoint start_values; do
+    for target in case model gmsh abaqus deck vtu density checkpoint start_values; do
         seeds=() words=()
         case $target in
         gmsh | abaqus | vtu) seeds=(crates/meshio/tests/data) ;;

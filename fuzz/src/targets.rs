@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use slipstick::build;
-use slipstick::case::{Resolved, parse_case_with, utf8};
+use slipstick::case::{CaseErrors, Resolved, case_of_deck, parse_case_with, utf8, with_deck};
 use slipstick::check::inspect;
 use slipstick::design::Functions;
 use slipstick::linalg::Alone;
@@ -26,13 +26,17 @@ fn read(text: &str) -> Option<Resolved> {
     match parse_case_with(text, "case.toml", &|_| Ok(MESH.to_vec())) {
         Ok(resolved) => Some(resolved),
         Err(errors) => {
-            assert!(!errors.diagnostics().is_empty());
-            for diagnostic in errors.diagnostics() {
-                assert!(!diagnostic.message().is_empty() && diagnostic.line() > 0, "{diagnostic:?}");
-                drop(diagnostic.plain());
-            }
+            told(&errors);
             None
         }
+    }
+}
+
+fn told(errors: &CaseErrors) {
+    assert!(!errors.diagnostics().is_empty());
+    for diagnostic in errors.diagnostics() {
+        assert!(!diagnostic.message().is_empty() && diagnostic.line() > 0, "{diagnostic:?}");
+        drop(diagnostic.plain());
     }
 }
 
@@ -51,9 +55,29 @@ pub fn case(data: &[u8]) {
 pub fn model(data: &[u8]) {
     let Some(resolved) = utf8(data.to_vec()).ok().and_then(|text| read(&text)) else { return };
     let elements = resolved.case.bodies.iter().map(|body| body.shape.element_count().unwrap_or(usize::MAX));
-    if elements.fold(0, usize::saturating_add) > 200 {
+    if elements.fold(0, usize::saturating_add) <= 200 {
+        built(&resolved);
+    }
+}
+
+/// A deck of some kilobytes as a case: the tables of one that is not refused can be read, and the model is built and
+/// inspected.
+pub fn deck(data: &[u8]) {
+    if !begins(data, b'*') || data.len() > 32 << 10 {
         return;
     }
+    let files = |_: &str| Ok(data.to_vec());
+    let with = match with_deck(&case_of_deck("model.inp"), "case.toml", &files, &[]) {
+        Ok(with) => with.expect("a case with a deck"),
+        Err(errors) => return told(&errors),
+    };
+    match parse_case_with(&with.text, "case.toml", &files) {
+        Ok(resolved) => built(&resolved),
+        Err(errors) => told(&errors),
+    }
+}
+
+fn built(resolved: &Resolved) {
     match build::build(&resolved.case) {
         Ok(mut problem) => {
             let seen = inspect(&resolved.case, &mut problem);

@@ -54,6 +54,11 @@ fn mesh_files() {
 }
 
 #[test]
+fn decks() {
+    replay(targets::deck, &["fuzz/corpus/deck", "cases/links"], 7);
+}
+
+#[test]
 fn files_of_runs() {
     replay(targets::density, &["fuzz/corpus/density"], 10);
     replay(targets::checkpoint, &["fuzz/corpus/checkpoint"], 10);
