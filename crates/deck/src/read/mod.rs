@@ -154,13 +154,13 @@ impl Reader<'_> {
         }
         let set = keyword.parameter("ELSET").map(str::to_owned);
         self.deck.element_types.push(ElementType { name: kind.clone(), set, line: keyword.line });
-        let digits: String = kind.chars().skip(3).take_while(char::is_ascii_digit).collect();
-        let how = match (kind.starts_with("C3D"), digits.as_str(), &kind[(3 + digits.len()).min(kind.len())..]) {
-            (true, "8", "") => None,
-            (true, "8", _) => Some("8-node hexahedra: full integration, mean dilatation (F̄)"),
-            (true, "20", _) => Some("27-node hexahedra: nodes are added at the centres of faces and elements"),
-            (true, "10", rest) if !rest.is_empty() => Some("10-node tetrahedra, fully integrated"),
-            (true, "15", _) => {
+        let solid = kind.strip_prefix("C3D").unwrap_or_default();
+        let how = match solid.split_at(solid.find(|c: char| !c.is_ascii_digit()).unwrap_or(solid.len())) {
+            ("8", "") => None,
+            ("8", _) => Some("8-node hexahedra: full integration, mean dilatation (F̄)"),
+            ("20", _) => Some("27-node hexahedra: nodes are added at the centres of faces and elements"),
+            ("10", rest) if !rest.is_empty() => Some("10-node tetrahedra, fully integrated"),
+            ("15", _) => {
                 let cure = "mesh the part with C3D6, C3D8, C3D20 or C3D10";
                 return self.ledger.wrong("ELEMENT", [keyword.line; 2], "15-node wedges are not supported", cure);
             }
