@@ -48,8 +48,8 @@ impl fmt::Display for RoughPressure {
         let [x, y, z] = self.position.map(quantity);
         write!(
             f,
-            "the facets of `{}` do not resolve the pressures that `{}` combines: at load step {}, the largest is {}, at node \
-             {}, [{x}, {y}, {z}], but no nodal force divided by its area exceeds {} ({} in contact)",
+            "the facets of `{}` do not resolve the pressures that `{}` combines: at load step {}, the largest traction is {}, at \
+             node {}, [{x}, {y}, {z}], but no nodal force divided by its area exceeds {} ({} in contact)",
             self.surfaces[0],
             self.quantity,
             self.step,

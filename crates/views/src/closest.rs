@@ -28,6 +28,8 @@ struct Node {
     second: u32,
 }
 
+const ALONG_X: [f64; 3] = [1.0, 0.0, 0.0];
+
 /// Largest number of simplices in a leaf.
 const LEAF: usize = 4;
 
@@ -38,6 +40,16 @@ impl ClosestPoint {
             tree.build(0, tree.simplices.len());
         }
         tree
+    }
+
+    /// Triangles for [`nearest`](Self::nearest): they get the same normal, so that directions do not matter.
+    pub fn of_triangles(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> Self {
+        Self::new(triangles.map(|corners| Simplex { corners, normal: ALONG_X }).collect())
+    }
+
+    /// The point nearest to `x` on [triangles](Self::of_triangles); `None` if there is none within a radius. \[L\]
+    pub fn nearest(&self, x: [f64; 3], radius: f64) -> Option<[f64; 3]> {
+        self.of(x, (ALONG_X, 0.0), radius)
     }
 
     fn build(&mut self, start: usize, end: usize) -> usize {

@@ -157,8 +157,8 @@ fn not_faced(case: &Case, contact: &Contact, nodes: &[NodalContact], mesh: &Mesh
             kind: NoticeKind::NothingOpposite,
             path: format!("quantity[{number}].contact_pressure"),
             message: format!(
-                "nothing lies opposite {} of `{}` at the start: while that is so, the smallest pressure `{}` and its \
-                 extreme do not show that they carry none",
+                "nothing lies opposite {} of `{}` at the start: as long as that is so, the smallest pressure `{}` and its \
+                 extreme leave them out, although they carry no pressure",
                 counted(alone, "node"),
                 contact.slave,
                 of.name

@@ -68,9 +68,9 @@ fn partial_skin(regions: &Regions, region: &Region, passive: &BTreeSet<u32>, pat
         kind: NoticeKind::EmptyPassiveRegion,
         path,
         message: format!(
-            "the skin has gaps: of {} at `{surface}`, {} not in it, because centroids lie farther away than {}",
+            "the skin has gaps: of {} at `{surface}`, {} not in it; an element belongs to it if its centroid is no farther away than {}",
             counted(at_surface.len(), "element"),
-            if missing.len() == 1 { "1 is".into() } else { format!("{} are", missing.len()) },
+            if missing.len() == 1 { "one is".into() } else { format!("{} are", missing.len()) },
             quantity(*within)
         ),
         // rounded up

@@ -63,7 +63,7 @@ pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> 
             quantity(lower)
         ),
         None => {
-            "raise `volume_fraction`, or shrink `passive_solid`, which reaches the bound with what a filter spreads"
+            "raise `volume_fraction`, or shrink `passive_solid`: with what the filter spreads, it already reaches the bound"
                 .into()
         }
     };

@@ -148,7 +148,7 @@ fn settings_without_effect_are_told() {
     let told = place.good("check case.toml").err;
     for part in [
         "the skin has gaps: of 10 elements at `skin`, 2 are not in it",
-        "farther away than 0.3",
+        "no farther away than 0.3",
         "a `within` of 0.5005 closes",
     ] {
         assert!(told.contains(part), "{told}");

@@ -328,3 +328,23 @@ fn uses(case: &Case) -> Vec<(String, String)> {
     }
     uses
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_mesh::{BoxShape, HollowCylinderShape, box_mesh, hollow_cylinder};
+
+    /// Facets of a cylinder with n divisions meet at 360°/n; those of a cube only at its edges, which are sharp.
+    #[test]
+    fn facets_that_stay_few_when_they_are_divided() {
+        for (divisions, few) in [(8, true), (11, true), (13, false), (24, false)] {
+            let shape =
+                HollowCylinderShape { height: 1.0, inner_radius: 1.0, outer_radius: 2.0, elements: [1, divisions, 2] };
+            let mesh = hollow_cylinder("ring", &shape).expect("a ring");
+            assert_eq!(of_few_facets(&mesh, "ring_outer", 60.0), few, "{divisions}");
+            assert!(!of_few_facets(&mesh, "ring_outer", 20.0), "edges between facets are sharp");
+        }
+        let shape = BoxShape { min: [0.0; 3], max: [1.0; 3], elements: [2; 3], grading: [1.0; 3] };
+        assert!(!of_few_facets(&box_mesh("cube", &shape).expect("a cube"), "cube_ymax", 60.0));
+    }
+}

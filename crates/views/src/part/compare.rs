@@ -7,7 +7,7 @@ use slipstick_mesh::Mesh;
 use super::NamedFace;
 use super::patches::NamedFaces;
 use super::remesh::PatchedSurface;
-use crate::closest::{ClosestPoint, Simplex};
+use crate::closest::ClosestPoint;
 use crate::vector::{area, norm, subtract};
 
 /// Sets the differences of areas and the distances of faces, on facets: the part has the patches of
@@ -21,14 +21,14 @@ pub(super) fn compare(
     design: &PatchedSurface,
     part: &PatchedSurface,
 ) {
-    let mut domain: BTreeMap<&str, Vec<Simplex>> = BTreeMap::new();
+    let mut domain: BTreeMap<&str, Vec<[[f64; 3]; 3]>> = BTreeMap::new();
     for facet in mesh.boundary(body).facets {
         let corners: Vec<[f64; 3]> = facet.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
         let centre = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / corners.len() as f64);
         for name in faces.labels.get(&facet.nodes.sorted()).map_or(&[][..], |&label| faces.of(label)) {
             let of_face = domain.entry(name).or_default();
             let next = |k: usize| corners[(k + 1) % corners.len()];
-            of_face.extend((0..corners.len()).map(|k| simplex([centre, corners[k], next(k)])));
+            of_face.extend((0..corners.len()).map(|k| [centre, corners[k], next(k)]));
         }
     }
     for face in found.iter_mut().filter(|face| !face.patches.is_empty()) {
@@ -38,17 +38,11 @@ pub(super) fn compare(
         });
         let sum = |all: &[[[f64; 3]; 3]]| all.iter().map(|&corners| norm(area(corners))).sum::<f64>();
         face.area_change = sum(&after) / sum(&before) - 1.0;
-        let domain = ClosestPoint::new(domain.remove(face.name.as_str()).unwrap_or_default());
-        let off = |x: [f64; 3]| domain.of(x, (FACING, 0.0), f64::INFINITY).map_or(0.0, |at| norm(subtract(at, x)));
+        let domain = domain.remove(face.name.as_str()).unwrap_or_default();
+        let domain = ClosestPoint::of_triangles(domain.into_iter());
+        let off = |x: [f64; 3]| domain.nearest(x, f64::INFINITY).map_or(0.0, |at| norm(subtract(at, x)));
         face.distance = after.iter().flat_map(samples).map(off).fold(0.0, f64::max);
     }
-}
-
-/// Directions do not matter here: every triangle faces along x.
-const FACING: [f64; 3] = [1.0, 0.0, 0.0];
-
-fn simplex(corners: [[f64; 3]; 3]) -> Simplex {
-    Simplex { corners, normal: FACING }
 }
 
 /// Corners, middles of the edges, and centroid of a triangle.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use slipstick_mesh::Mesh;
 
 use super::PartBody;
-use crate::closest::{ClosestPoint, Simplex};
+use crate::closest::ClosestPoint;
 use crate::vector::{norm, subtract};
 
 /// Contact forces of the design on a face, as sums of the magnitudes of the nodal forces.
@@ -29,17 +29,13 @@ impl Touching {
 /// the material does not run along nodes.
 const ON_FACE: f64 = 0.25;
 
-/// [`ClosestPoint`] looks at normals; all triangles get the same one, so that they do not matter.
-const FACING: [f64; 3] = [1.0, 0.0, 0.0];
-
 impl PartBody {
     /// The contact force of the design on a face of this body, with three components of `forces` per node of its
     /// mesh. `None` without a force or such a face.
     pub fn touching(&self, mesh: &Mesh, face: &str, forces: &[f64]) -> Option<Touching> {
         let patches = &self.faces.iter().find(|known| known.name == face)?.patches;
         let own = (0..self.surface.triangles.len()).filter(|&t| patches.contains(&(self.surface.patch[t] + 1)));
-        let triangles = own.map(|t| Simplex { corners: self.surface.corners(t), normal: FACING }).collect();
-        let left = ClosestPoint::new(triangles);
+        let left = ClosestPoint::of_triangles(own.map(|t| self.surface.corners(t)));
         let of_body = &mesh.body(&self.name)?.nodes;
         let edges = edges(mesh, mesh.bodies.iter().position(|body| body.name == self.name)?);
         let (mut force, mut kept) = (0.0, 0.0);
@@ -47,7 +43,7 @@ impl PartBody {
             let of_node = forces.get(3 * node..3 * node + 3)?.iter().map(|f| f * f).sum::<f64>().sqrt();
             force += of_node;
             let near = ON_FACE * edges.get(&(node as u32)).copied().unwrap_or(self.size);
-            if of_node > 0.0 && left.of(mesh.nodes[node], (FACING, 0.0), near).is_some() {
+            if of_node > 0.0 && left.nearest(mesh.nodes[node], near).is_some() {
                 kept += of_node;
             }
         }

@@ -1,6 +1,8 @@
 //! Decks and the tables that they become: one rung after the other. Expected tables follow from the
 //! keywords reference of CalculiX.
 
+mod materials;
+
 use slipstick_deck::{Translation, mesh, translate};
 
 /// Two unit cubes, one on the other, 0.01 apart; a reference node.
@@ -99,123 +101,6 @@ fn bodies_are_connected_components() {
         found[1].ends_with("_HIGH\" }; material = { mooney_rivlin = { c10 = 0.4, c01 = 0.1, bulk_modulus = 40.0 } }"),
         "{found:?}"
     );
-}
-
-#[test]
-fn materials() {
-    let law = |options: &str| {
-        let deck = CUBES.replace("*ELASTIC\n1000, 0.3\n", options);
-        let table = tables(&deck).remove(0);
-        table.split("material = ").nth(1).expect("a material").split("; element").next().expect("a material").to_owned()
-    };
-    // μ = 2, K = 2/D1 = 4: E = 9Kμ/(3K + μ) = 72/14, ν = (3K − 2μ)/(2(3K + μ)) = 8/28
-    let neo_hooke = law("*HYPERELASTIC, NEO HOOKE\n1.0, 0.5\n");
-    assert!(
-        neo_hooke.contains("youngs_modulus = 5.142857142857143, poisson_ratio = 0.2857142857142857"),
-        "{neo_hooke}"
-    );
-    assert!(neo_hooke.contains("form = \"isochoric\""));
-    assert_eq!(
-        law("*HYPERELASTIC, YEOH\n1, 0.1, 0.01, 0.1\n"),
-        "{ yeoh = { c10 = 1.0, c20 = 0.1, c30 = 0.01, bulk_modulus = 20.0 } }"
-    );
-    // 2μ/α² there is μ/α here, and D1 = 0 is K = 20 μ₀ with μ₀ = ½ Σ μ α = 1.5 + 0.5
-    assert_eq!(
-        law("*HYPERELASTIC, OGDEN, N=2\n1.5, 2, 0.5, -2, 0, 0\n"),
-        "{ ogden = { mu = [1.5, -0.5], alpha = [2.0, -2.0], bulk_modulus = 40.0 } }"
-    );
-    assert_eq!(
-        law("*ELASTIC\n1000, 0.3\n*PLASTIC\n10, 0\n12, 0.1\n"),
-        "{ j2_table = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = [10.0, 12.0], plastic_strain = [0.0, 0.1] } }"
-    );
-    let reduced = tables(&CUBES.replace("TYPE=C3D8", "TYPE=C3D8R"));
-    assert!(reduced[0].ends_with("; element = \"f_bar\""), "{reduced:?}");
-    let large = tables(&CUBES.replace("*STEP", "*STEP, NLGEOM"));
-    assert!(large[0].contains("{ st_venant_kirchhoff = {"), "{large:?}");
-}
-
-/// The law of the lower cube, its axes, and how `*ORIENTATION` is treated.
-#[test]
-fn orthotropic_materials() {
-    let deck = |elastic: &str, orientation: &str| {
-        let deck = CUBES.replace("*ELASTIC\n1000, 0.3\n", &format!("{elastic}{orientation}"));
-        deck.replace("ELSET=LOW, MATERIAL=steel", "ELSET=LOW, MATERIAL=steel, ORIENTATION=grain")
-    };
-    let engineering = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n12e3, 800, 600, 0.4, 0.5, 0.3, 700, 650,\n60\n";
-    let constants = "{ orthotropic = { e1 = 12000.0, e2 = 800.0, e3 = 600.0, nu12 = 0.4, nu13 = 0.5, nu23 = 0.3, \
-                     g12 = 700.0, g13 = 650.0, g23 = 60.0";
-    // axis 1 along z, and axis 2 in the plane of z and x
-    for (data, axes) in [
-        ("0,0,2, 1,0,3", "axis1 = [0.0, 0.0, 1.0], axis2 = [1.0, 0.0, 0.0]"),
-        ("1,1,3, 2,1,4, 1,1,1", "axis1 = [0.0, 0.0, 1.0], axis2 = [1.0, 0.0, 0.0]"),
-        ("0,0,2, 1,0,3\n2, 0", "axis1 = [0.0, 0.0, 1.0], axis2 = [1.0, 0.0, 0.0]"),
-    ] {
-        let deck = deck(engineering, &format!("*ORIENTATION, NAME=GRAIN\n{data}\n"));
-        let found = tables(&deck);
-        assert!(found[0].contains(&format!("{constants}, {axes} }} }}")), "{found:?}");
-        assert!(found[1].contains(&format!("{constants} }} }}")), "the other section has global axes: {found:?}");
-        let uses = translated(&deck).ledger.uses;
-        let how = |keyword: &str| uses.iter().find(|of| of.keyword == keyword).expect(keyword).how.word();
-        assert_eq!(["ORIENTATION", "ELASTIC"].map(how), ["translated", "translated"]);
-    }
-    // 30° about axis 3, which is z: (cos, sin, 0) and (−sin, cos, 0)
-    let turned = tables(&deck(engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n3, 30\n"))[0].clone();
-    let after = |key: &str| -> Vec<f64> {
-        let text = turned.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).expect(key);
-        text.split(", ").map(|number| number.parse().expect(number)).collect()
-    };
-    let (sin, cos) = (0.5, 0.75_f64.sqrt());
-    for (key, expected) in [("axis1", [cos, sin, 0.0]), ("axis2", [-sin, cos, 0.0])] {
-        assert!(after(key).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{turned}");
-    }
-    // the stiffness of an isotropic material, λ = 300, μ = 200: E = μ(3λ + 2μ)/(λ + μ) = 520, ν = λ/(2(λ + μ)) = 0.3
-    let stiffness = "*ELASTIC, TYPE=ORTHO\n700, 300, 700, 300, 300, 700, 200, 200,\n200\n";
-    let found = tables(&deck(stiffness, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n"))[0].clone();
-    for (key, expected) in [("e1", 520.0), ("e2", 520.0), ("e3", 520.0), ("nu12", 0.3), ("nu23", 0.3), ("g13", 200.0)] {
-        let text = found.split(&format!("{key} = ")).nth(1).and_then(|rest| rest.split([',', ' ']).next()).expect(key);
-        let value: f64 = text.parse().expect(text);
-        assert!((value / expected - 1.0).abs() < 1e-14, "{key}: {value}");
-    }
-    let isotropic = deck("*ELASTIC\n1000, 0.3\n", "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n");
-    assert_eq!(tables(&isotropic), tables(CUBES));
-    for (elastic, orientation, what) in [
-        (engineering, "", "there is no orientation `GRAIN`"),
-        (engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0, 2,0,0\n", "both points lie on one line"),
-        (engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0\n", "six or nine numbers"),
-        (engineering, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n4, 30\n", "1, 2 or 3"),
-        (
-            "*ELASTIC, TYPE=ORTHO\n1, 1, 1, 1, 1, 1, 1, 1,\n1\n",
-            "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n",
-            "no inverse",
-        ),
-    ] {
-        let found = refused(&deck(elastic, orientation));
-        assert!(found.len() == 1 && found[0].contains(what), "{found:?}");
-    }
-    let rows = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n9, 8, 6, 0.4, 0.5, 0.3, 7, 6,\n5, 20\n9, 8, 6, 0.4, 0.5, 0.3, 7, 6,\n4, 90\n";
-    let found = refused(&deck(rows, "*ORIENTATION, NAME=GRAIN\n1,0,0, 0,1,0\n"));
-    assert!(found.len() == 1 && found[0].contains("depend on temperature"), "{found:?}");
-}
-
-/// Axes that a part defines turn with its instances: one as it is, one by 90° about z.
-#[test]
-fn axes_of_parts_turn_with_them() {
-    let deck = "*PART, NAME=P\n*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\
-                *ELEMENT, TYPE=C3D8, ELSET=ALL\n1, 1,2,3,4,5,6,7,8\n*NSET, NSET=BASE\n1,2,3,4\n\
-                *ORIENTATION, NAME=AX\n1,0,0, 0,1,0\n*SOLID SECTION, ELSET=ALL, MATERIAL=WOOD, ORIENTATION=AX\n*END PART\n\
-                *ASSEMBLY, NAME=A\n*INSTANCE, NAME=FIRST, PART=P\n*END INSTANCE\n\
-                *INSTANCE, NAME=SECOND, PART=P\n5,0,0\n5,0,0, 5,0,1, 90\n*END INSTANCE\n*END ASSEMBLY\n\
-                *MATERIAL, NAME=WOOD\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n12e3, 800, 600, 0.4, 0.5, 0.3, 700, 650,\n60\n\
-                *STEP\n*STATIC\n*BOUNDARY\nFIRST.BASE, 1, 3\nSECOND.BASE, 1, 3\n*END STEP\n";
-    let found = tables(deck);
-    for (table, expected) in found.iter().zip([[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]])
-    {
-        for (key, expected) in ["axis1", "axis2"].into_iter().zip(expected) {
-            let list = table.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).expect(key);
-            let axis: Vec<f64> = list.split(", ").map(|number| number.parse().expect(number)).collect();
-            assert!(axis.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{key} {axis:?}: {table}");
-        }
-    }
 }
 
 #[test]
