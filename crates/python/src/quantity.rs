@@ -124,6 +124,7 @@ fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>>
         ("displacement", view.previous.displacement),
         ("external_force", view.previous.external_force),
         ("reaction", view.previous.reaction),
+        ("multiplier", view.previous.multiplier.as_flattened()),
     ] {
         previous.set_item(name, arrays::matrix(py, entries.to_vec(), 3))?;
     }
@@ -146,6 +147,10 @@ fn add(field: &str, entries: &[f64], weight: f64, to: &mut StateDerivative) {
         "previous.displacement" => &mut to.previous.displacement,
         "previous.external_force" => &mut to.previous.external_force,
         "previous.reaction" => &mut to.previous.reaction,
+        "previous.multiplier" => {
+            let all = to.previous.multiplier.as_flattened_mut();
+            return all.iter_mut().zip(entries).for_each(|(to, entry)| *to += weight * entry);
+        }
         _ => {
             let of: fn(&mut ContactDerivative) -> &mut [f64] = match field {
                 "contact.multiplier" => |at| &mut at.multiplier,

@@ -103,6 +103,59 @@ class Work(ss.Quantity):
         return state.displacement - state.previous.displacement
 
 
+class Friction(ss.Quantity):
+    """Friction work of nodes in contact, from the pressures at both ends of the step."""
+
+    unit = "F L"
+    reads = ("contact", "previous")
+    accumulates = True
+
+    def value(self, state: ss.State) -> float:
+        pressure, before, mean, along = self._parts(state)
+        return float((mean * along).sum())
+
+    def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+        pressure, before, mean, along = self._parts(state)
+        inside = along != 0.0
+        weight = np.where(inside, mean, 0.0)[:, None]
+        multiplier = np.zeros_like(state.contact.multiplier)
+        multiplier[:, 1:] = weight * state.contact.slip
+        multiplier[:, 0] = -0.5 * before / pressure**2 * along
+        previous = np.zeros_like(multiplier)
+        previous[:, 0] = 0.5 / pressure * along
+        slip = weight * state.contact.multiplier[:, 1:]
+        return {
+            "contact.multiplier": multiplier,
+            "contact.slip": slip,
+            "previous.multiplier": previous,
+        }
+
+    def _parts(self, state: ss.State) -> tuple[NDArray[np.float64], ...]:
+        closed = (state.contact.status != 0) & (state.contact.multiplier[:, 0] > 0.0)
+        pressure = np.where(closed, state.contact.multiplier[:, 0], 1.0)
+        before = state.previous.multiplier[:, 0]
+        along = np.where(
+            closed, (state.contact.multiplier[:, 1:] * state.contact.slip).sum(axis=1), 0.0
+        )
+        return pressure, before, 0.5 * (1.0 + before / pressure), along
+
+
+def test_friction_work_by_hand(
+    problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
+) -> None:
+    problem.add(Friction())
+    values, pullback = problem.vjp(density, "Friction")
+    table = problem.solve(density).quantities
+    np.testing.assert_allclose(values["Friction"], table["work"][-4:], rtol=1e-12)
+    weights = np.array([0.3, -0.2, 1.0, 0.5])
+    slope = pullback({"Friction": weights}) @ direction
+    found = orders(
+        lambda h: float(weights @ problem.vjp(density + h * direction, "Friction")[0]["Friction"]),
+        slope,
+    )
+    assert np.all(np.abs(found - 2.0) < 0.1), found
+
+
 def test_increments_see_the_state_before(
     problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
 ) -> None:

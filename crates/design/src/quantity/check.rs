@@ -135,7 +135,12 @@ pub fn check_derivatives(quantity: &dyn Quantity, state: &StateView) -> Result<(
             compare(&at, &slopes, value).map_err(wrong(field.name))?;
         }
     }
-    Ok(())
+    let before = state.previous.multiplier.as_flattened();
+    let value = |at: &[f64]| {
+        let multiplier: Vec<[f64; 3]> = at.as_chunks().0.to_vec();
+        quantity.value(&StateView { previous: PreviousView { multiplier: &multiplier, ..state.previous }, ..*state })
+    };
+    compare(before, by.previous.multiplier.as_flattened(), value).map_err(wrong("multipliers at the previous state"))
 }
 
 /// A field of the view with one number per node component or element.
@@ -286,6 +291,7 @@ mod tests {
         slip: [2e-3, -1e-3],
         area: 0.5,
         reference_area: 0.6,
+        shear_limited: false,
     };
     const CONTACT: [ContactNode; 4] = [
         NODE,
@@ -315,6 +321,7 @@ mod tests {
             displacement: &[5e-4, -1e-3, 2e-3, 1e-3, 4e-3, 0.0],
             external_force: &[1.0, 3.0, -2.0, 0.0, 6.0, -1.0],
             reaction: &[0.0, 2.0, 1.0, -4.0, 3.0, 2.0],
+            multiplier: &[[20.0, 1.0, -2.0], [0.0; 3], [15.0, -2.0, 1.5], [9.0, 2.0, -1.0]],
         },
     };
 
@@ -394,7 +401,24 @@ mod tests {
         assert_eq!(value(&*gap(GapMeasure::Mean)).or(value(&*pressure(PressureMeasure::Spread))), None);
         let name = pressure(PressureMeasure::Mean).name().to_owned() + "_extreme";
         assert_eq!(extreme(&*pressure(PressureMeasure::Peak { p: 2.0 })).map(|found| found.0), Some(name));
-        check(&FrictionWork::new("work", Patch::whole(0)), 6e-3 + 4e-3 - 12e-3 - 8e-3 - 1e-3 + 4e-3);
+        let work = FrictionWork::new("work", Patch::whole(0));
+        let [first, second, third] = [6e-3 + 4e-3, -12e-3 - 8e-3, -1e-3 + 4e-3];
+        check(&work, 0.75 * first + 0.5 * second + 1.25 * third);
+        // the third opens; the traction of the first may be at its limit
+        let mut other = CONTACT;
+        other[2].status = 0;
+        other[0].shear_limited = true;
+        let other = StateView { contact: &other, ..STATE };
+        let expected = first + 0.5 * second;
+        assert!((work.value(&other) - expected).abs() < 1e-15, "{} for {expected}", work.value(&other));
+        check_derivatives(&work, &other).unwrap();
+        // the pressure of the third falls to less than a third
+        let mut other = CONTACT;
+        other[2].multiplier[0] = 4.0;
+        let other = StateView { contact: &other, ..STATE };
+        let expected = 0.75 * first + 0.5 * second + 2.0 * third;
+        assert!((work.value(&other) - expected).abs() < 1e-15, "{} for {expected}", work.value(&other));
+        check_derivatives(&work, &other).unwrap();
         let region = Patch::within(0, vec![2, 0]).unwrap();
         check(&ContactResultant::new("region", region, ForcePart::Normal), 23.0);
     }

@@ -56,7 +56,7 @@ pub use dimension::Dimension;
 pub use displacement::Displacement;
 pub use external_work::ExternalWork;
 pub use extreme::{Extreme, extreme_of};
-pub use friction_work::FrictionWork;
+pub use friction_work::{FrictionStep, FrictionWork};
 pub use gap::{Gap, GapMeasure};
 pub use patch::Patch;
 pub use plastic_strain::PlasticStrain;

@@ -50,6 +50,9 @@ pub struct PreviousView<'a> {
     pub external_force: &'a [f64],
     /// Forces of supports and prescribed motions. \[F\]
     pub reaction: &'a [f64],
+    /// Multiplier ζ of each slave node, as in [`ContactNode`]; zero at open nodes. Empty unless the quantity
+    /// also reads contact. \[F/L²\]
+    pub multiplier: &'a [[f64; 3]],
 }
 
 /// The contact of a slave node at a state.
@@ -73,12 +76,19 @@ pub struct ContactNode {
     pub area: f64,
     /// Area of the slave surface around the node in the reference configuration. \[L²\]
     pub reference_area: f64,
+    /// Whether the friction law also bounds the shear stress.
+    pub shear_limited: bool,
 }
 
 impl ContactNode {
     /// Contact pressure ζ_n; 0 at open nodes, where the multiplier is only round-off. \[F/L²\]
     pub fn pressure(&self) -> f64 {
-        if self.status == 0 { 0.0 } else { self.multiplier[0] }
+        self.transmitted()[0]
+    }
+
+    /// Multiplier ζ; zero at open nodes, where it is only round-off. \[F/L²\]
+    pub fn transmitted(&self) -> [f64; 3] {
+        if self.status == 0 { [0.0; 3] } else { self.multiplier }
     }
 }
 
@@ -141,6 +151,8 @@ pub struct PreviousDerivative {
     pub external_force: Vec<f64>,
     /// By the reactions.
     pub reaction: Vec<f64>,
+    /// By the multipliers of the slave nodes.
+    pub multiplier: Vec<[f64; 3]>,
 }
 
 impl StateDerivative {
@@ -161,15 +173,20 @@ impl StateDerivative {
                 displacement: vec![0.0; view.previous.displacement.len()],
                 external_force: vec![0.0; view.previous.external_force.len()],
                 reaction: vec![0.0; view.previous.reaction.len()],
+                multiplier: vec![[0.0; 3]; view.previous.multiplier.len()],
             },
         }
     }
 
-    /// Adds what the next state's increment depends on here.
-    pub fn add_later(&mut self, later: &PreviousDerivative) {
+    /// Adds what the next state's increment depends on here, where the slave nodes are `contact`.
+    pub fn add_later(&mut self, later: &PreviousDerivative, contact: &[ContactNode]) {
         add(&mut self.displacement, &later.displacement);
         add(&mut self.external_force, &later.external_force);
         add(&mut self.reaction, &later.reaction);
+        let nodes = self.contact.iter_mut().zip(contact).zip(&later.multiplier);
+        for ((to, _), from) in nodes.filter(|((_, at), _)| at.status != 0) {
+            to.multiplier.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+        }
     }
 }
 

@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use slipstick_design::quantity::{ContactNode, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView};
+use slipstick_design::quantity::{
+    ContactNode, FrictionStep, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView,
+};
 use slipstick_design::response::Response;
 use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, LoadTime, Observed, Path, PathResponses, StateError, StepState};
@@ -46,6 +48,8 @@ pub(crate) struct PreviousData {
     displacement: Vec<f64>,
     external: Vec<f64>,
     reaction: Vec<f64>,
+    /// Of the slave nodes, zero at open ones; empty at rest.
+    multiplier: Vec<[f64; 3]>,
     /// Of contact, if they were computed.
     pub(crate) kinematics: Option<Arc<Kinematics>>,
 }
@@ -57,7 +61,7 @@ impl PreviousData {
         if at.rest {
             return Ok(Self::at_rest(design, at.time, &state));
         }
-        let reads = Reads { reaction: true, ..Reads::default() };
+        let reads = Reads { reaction: true, contact: true, ..Reads::default() };
         let known = Known::default();
         Ok(StateData::of(design, reads, at.time, (&path.state(index - 1, ranks), &state), known)?.into_previous(&state))
     }
@@ -70,7 +74,8 @@ impl PreviousData {
         let mut external = none.clone();
         design.external_force(&displacement, time, &mut external);
         let reaction = model.reactions(&none, &external, &none);
-        Self { time, rest: true, displacement, external, reaction, kinematics: None }
+        let multiplier = vec![[0.0; 3]; model.slave_areas().count()];
+        Self { time, rest: true, displacement, external, reaction, multiplier, kinematics: None }
     }
 
     /// With the kinematics of contact.
@@ -142,6 +147,11 @@ impl StateData {
         Ok(data)
     }
 
+    /// Friction at every slave node in the step that ends at this state.
+    pub(crate) fn friction_of_step(&self) -> impl Iterator<Item = FrictionStep> + '_ {
+        self.contact.iter().zip(&self.previous.multiplier).map(|(at, before)| FrictionStep::of(at, *before))
+    }
+
     /// With what quantities see of the state before.
     pub(crate) fn after(self, previous: PreviousData) -> Self {
         Self { previous, ..self }
@@ -150,8 +160,9 @@ impl StateData {
     /// What quantities at the next state see of this one.
     pub(crate) fn into_previous(self, state: &StepState) -> PreviousData {
         let displacement = state.unknowns[..self.internal.len()].to_vec();
-        let Self { time, external, reaction, kinematics, .. } = self;
-        PreviousData { time, rest: false, displacement, external, reaction, kinematics }
+        let Self { time, external, reaction, contact, kinematics, .. } = self;
+        let multiplier = contact.iter().map(ContactNode::transmitted).collect();
+        PreviousData { time, rest: false, displacement, external, reaction, multiplier, kinematics }
     }
 
     /// The view of a state; `step` and `steps` are those of its load case.
@@ -179,6 +190,7 @@ impl StateData {
                 displacement: &self.previous.displacement,
                 external_force: &self.previous.external,
                 reaction: &self.previous.reaction,
+                multiplier: if self.contact.is_empty() { &[] } else { &self.previous.multiplier },
             },
         }
     }
@@ -222,6 +234,7 @@ pub(super) fn values<'a>(
         let mut reads = terms.iter().fold(Reads::default(), |reads, &term| reads.or(quantity(term).reads()));
         // the next step may see them
         reads.reaction |= reads.previous;
+        reads.contact |= reads.previous;
         let (previous, state) = (path.state(index - 1, &*ranks), path.state(index, &*ranks));
         let before = last.as_ref().filter(|(known, _)| known + 1 == index);
         let known = Known::of(before.and_then(|(_, before)| before.kinematics.clone()), None);
@@ -326,6 +339,8 @@ impl<'a> Adapter<'a> {
             let terms = self.terms(response, at.index);
             terms.fold(reads, |reads, (term, _)| reads.or(self.responses[response].terms()[term].quantity.reads()))
         });
+        let later = self.later.iter().flatten().any(|later| !later.multiplier.is_empty());
+        let reads = Reads { contact: reads.contact || later, ..reads };
         let known = Known::of(Some(at.step.previous().clone()), Some(at.evaluated));
         let mut data = StateData::of(design, reads, at.time, (at.previous, at.state), known)?;
         if reads.previous {
@@ -402,7 +417,7 @@ impl PathResponses<Design> for Adapter<'_> {
         let mut by = StateDerivative::zero(&view);
         quantities().for_each(|(quantity, weight)| quantity.pull_back(&view, weight, &mut by));
         if let Some(later) = self.later[response].take() {
-            by.add_later(&later);
+            by.add_later(&later, view.contact);
         }
         if reads.previous {
             self.keep_for_previous(response, design, &data.previous, std::mem::take(&mut by.previous), to);
@@ -462,7 +477,7 @@ impl PathResponses<Design> for Adapter<'_> {
                 by.external_force[i] -= std::mem::take(&mut to.residual[i]);
             }
         }
-        if reads.contact {
+        if by.contact.iter().any(|by| !by.is_zero()) {
             design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
         }
         if by_internal {

@@ -37,7 +37,14 @@ impl Analysis {
         let before: Vec<f64> = displacement.iter().enumerate().map(|(i, d)| spread(3 * i) * d).collect();
         let loads: Vec<f64> = (0..n).map(|i| spread(5 * i) - 1.0).collect();
         let supports: Vec<f64> = reaction.iter().map(|force| 0.5 * force).collect();
-        let previous = PreviousView { displacement: &before, external_force: &loads, reaction: &supports };
+        let multiplier = |j: usize| [spread(7 * j), spread(7 * j + 1) - 1.0, spread(7 * j + 2) - 1.0];
+        let multipliers: Vec<[f64; 3]> = (0..contact.len()).map(|j| multiplier(j + 1)).collect();
+        let previous = PreviousView {
+            displacement: &before,
+            external_force: &loads,
+            reaction: &supports,
+            multiplier: &multipliers,
+        };
         let previous = if reads.previous { previous } else { PreviousView::default() };
         for (step, &time) in (1..=steps).zip(&self.times) {
             let mut external_force = vec![0.0; n];
@@ -98,6 +105,7 @@ fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<Cont
         slip: [spread(5 * j) - 1.0, spread(5 * j + 1) - 1.0],
         area: 0.8 * spread(5 * j + 2),
         reference_area: 1.0,
+        shear_limited: false,
     };
     nodes.enumerate().map(of).collect()
 }

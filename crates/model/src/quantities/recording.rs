@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
+use slipstick_design::quantity::{ExternalWork, FrictionStep, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
 
@@ -56,6 +56,8 @@ pub struct Recording<'a> {
     begun: bool,
     found: Quantities,
     sums: Sums,
+    /// Stored energy that disappears in a step, round-off included.
+    released: Vec<ReleasedEnergy>,
     pressures: RoughPressures,
     last: Option<Last<'a>>,
 }
@@ -79,7 +81,8 @@ impl<'a> Recording<'a> {
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
         let found = Quantities { names: recorder.names(), ..Quantities::default() };
         let (sums, pressures, last) = (Sums::default(), RoughPressures::default(), None);
-        Self { designs, recorder, reads, steps, complete: 0, begun: false, found, sums, pressures, last }
+        let released = Vec::new();
+        Self { designs, recorder, reads, steps, complete: 0, begun: false, found, sums, released, pressures, last }
     }
 
     /// The quantities so far, without overlaps and losses.
@@ -90,13 +93,16 @@ impl<'a> Recording<'a> {
     /// All quantities, with the losses and these overlaps.
     pub fn finish(mut self, overlaps: Vec<OpenOverlap>) -> Quantities {
         self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found);
+        let round_off = self.found.round_off();
+        let released = self.released.into_iter().filter(|released| released.energy > round_off);
+        self.found.released = released.max_by(|a, b| a.fraction.total_cmp(&b.fraction));
         let mut found = Quantities { overlaps, rough_pressures: self.pressures.reported(), ..self.found };
         let model = self.recorder.model;
         // penalties store energy; augmented multipliers leave a part of it
         let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
         let explained = !found.losses.is_empty() || !found.coarse_friction.is_empty() || found.released.is_some();
         if exact && !explained && model.viscosity().is_none() {
-            found.imbalance = Imbalance::of(&found, round_off(self.recorder.mesh, model, &found));
+            found.imbalance = Imbalance::of(&found, smallest_energy(self.recorder.mesh, model, &found));
         }
         found
     }
@@ -165,6 +171,7 @@ impl<'a> Recording<'a> {
             let before = old.results.as_ref().map_or(&none, |results| &results.contact);
             let friction: f64 = sums.friction.iter().sum();
             sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
+            sums.add_friction(design.model(), [&before.nodes, &contact.nodes], data.friction_of_step());
             sums.add_own(recorder.own, &own);
             sums.holding += at.holding_work;
             let viscous = recorder.model.viscosity().work(&old.state.unknowns, &now.unknowns, at.time.t - old.time.t);
@@ -186,11 +193,7 @@ impl<'a> Recording<'a> {
                     contact,
                 )
             });
-            let larger =
-                |new: &ReleasedEnergy| self.found.released.as_ref().is_none_or(|old| new.fraction > old.fraction);
-            if let Some(released) = released.flatten().filter(larger) {
-                self.found.released = Some(released);
-            }
+            self.released.extend(released.flatten());
         }
         if let Some(step) = step {
             self.pressures.add((design.model(), recorder.own), &recorder.mesh.nodes, step, &contact);
@@ -228,7 +231,7 @@ struct Last<'a> {
 
 /// Energies below this are round-off: 1e-10 of what it takes to compress the smallest element by the largest prescribed
 /// motion. \[F L\]
-fn round_off(mesh: &Mesh, model: &ContactModel, found: &Quantities) -> f64 {
+fn smallest_energy(mesh: &Mesh, model: &ContactModel, found: &Quantities) -> f64 {
     let times: Vec<LoadTime> = found.rows.iter().map(|row| row.time).collect();
     let (solid, motion) = (model.solid(), model.prescribed().largest(&times));
     let sizes = mesh.element_volumes().into_iter().filter(|volume| *volume > 0.0);
@@ -301,21 +304,34 @@ impl Sums {
             &ContactAt { positions: &from, results: old, time: earlier },
             &ContactAt { positions: &to, results: contact, time },
         );
-        self.coarse.add(&old.nodes, &contact.nodes);
         for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
             self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
         }
+    }
+
+    /// Adds the slip of a (sub-)step, and the work that friction dissipates at each slave node.
+    fn add_friction(
+        &mut self,
+        model: &ContactModel,
+        [before, nodes]: [&[NodalContact]; 2],
+        steps: impl Iterator<Item = FrictionStep>,
+    ) {
         if self.slipped.is_empty() {
             self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
         }
         // where the master hardly covers a tie, it slips elastically, which dissipates nothing
-        let bonded = model.by_pair(&contact.nodes).zip(model.interfaces());
+        let bonded = model.by_pair(nodes).zip(model.interfaces());
         let bonded = bonded.flat_map(|(nodes, pair)| std::iter::repeat_n(pair.is_bonded(), nodes.len()));
-        let all = self.slipped.iter_mut().zip(&contact.nodes).zip(bonded);
-        let in_contact = all.filter(|((_, at), bonded)| at.status as u8 != 0 && !bonded);
-        for ((slipped, at), _) in in_contact {
-            slipped.distance += at.slip[0].hypot(at.slip[1]);
-            slipped.work += at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
+        self.coarse.resize(nodes.len());
+        let all = self.slipped.iter_mut().zip(nodes).zip(steps).zip(bonded).enumerate();
+        for (j, (((slipped, at), step), _)) in all.filter(|(_, (_, bonded))| !bonded) {
+            if at.status as u8 != 0 {
+                slipped.distance += at.slip[0].hypot(at.slip[1]);
+            }
+            slipped.work += step.work;
+            let slid = at.weighted_slip[0].hypot(at.weighted_slip[1]);
+            let apart = before.get(j).is_none_or(|old| old.gap.is_none() || old.weighted_gap > 1e-6 * slid);
+            self.coarse.add(j, step, apart);
         }
         self.friction = model.by_pair(&self.slipped).map(|nodes| nodes.iter().map(|node| node.work).sum()).collect();
     }

@@ -63,11 +63,15 @@ class PreviousState:
         Forces of the loads. [F]
     reaction : ndarray, shape (nodes, 3)
         Forces of the supports. [F]
+    multiplier : ndarray, shape (slave nodes, 3)
+        Multipliers as in :class:`ContactState`, 0 at open nodes; empty unless the quantity also reads
+        contact. [F/L²]
     """
 
     displacement: NDArray[np.float64]
     external_force: NDArray[np.float64]
     reaction: NDArray[np.float64]
+    multiplier: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +150,7 @@ _DERIVATIVES = (
         "plastic_strain",
     ),
     *(f"contact.{name}" for name in ("multiplier", "vector", "gap", "slip", "area")),
-    *(f"previous.{name}" for name in ("displacement", "external_force", "reaction")),
+    *(f"previous.{name}" for name in ("displacement", "external_force", "reaction", "multiplier")),
 )
 
 

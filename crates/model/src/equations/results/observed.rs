@@ -23,6 +23,7 @@ impl ContactModel {
             slip: at.weighted_slip,
             area: at.covered_area,
             reference_area: slave.area,
+            shear_limited: self.pair(slave).shear_limit.is_finite(),
         };
         results.nodes.iter().zip(&self.slaves).map(of).collect()
     }
