@@ -1,6 +1,7 @@
 //! The documents against the sources: equations of the paper that the code implements are referred
 //! to (`Paper: (22)` in a doc comment), names, files and tests that are cited exist, keys of case
-//! files are explained, links lead to files, and the case in the README builds.
+//! files are explained, links lead to files, the case on the page about case files builds, and the
+//! Python program in the README is that of the package.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -249,7 +250,11 @@ const DOCUMENTS: &[&str] = &[
     "docs/theory.md",
     "docs/notation.md",
     "docs/claims.md",
+    "docs/what_it_can_do.md",
+    "docs/commands.md",
     "docs/case_file.md",
+    "docs/results.md",
+    "docs/other_codes.md",
     "docs/examples.md",
     "docs/SUMMARY.md",
     "docs/introduction.md",
@@ -316,15 +321,24 @@ fn links_lead_to_files() {
 }
 
 #[test]
-fn the_case_in_the_readme_builds() {
-    let readme = document("README.md");
-    let case = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a case file");
-    let resolved = slipstick::case::parse_case(case, "README.md").unwrap_or_else(|errors| panic!("{errors}"));
+fn the_case_on_the_page_about_case_files_builds() {
+    let page = document("docs/case_file.md");
+    let case = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a case file");
+    let resolved = slipstick::case::parse_case(case, "docs/case_file.md").unwrap_or_else(|errors| panic!("{errors}"));
     assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
     resolved.require(&["contact", "dirichlet", "design", "objective", "optimizer"]).expect("complete");
     let problem = slipstick::build::build(&resolved.case).unwrap_or_else(|error| panic!("{error}"));
     // by hand: 12·3·4 + 4·2·4
     assert_eq!(problem.mesh.elements.len(), 176);
+}
+
+#[test]
+fn the_readme_shows_the_program_of_the_python_package() {
+    let program = |name: &str| {
+        let text = document(name);
+        text.split("```python\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a program").to_owned()
+    };
+    assert_eq!(program("README.md"), program("crates/python/README.md"));
 }
 
 #[test]

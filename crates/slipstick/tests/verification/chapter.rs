@@ -125,7 +125,7 @@ pub fn page(records: &Records) -> String {
             .title
             .to_lowercase()
             .chars()
-            .filter_map(|c| if c == ' ' { Some('-') } else { (c.is_alphanumeric() || c == '-').then_some(c) })
+            .filter_map(|c| if c == ' ' { Some('-') } else { (c.is_alphanumeric() || "-_".contains(c)).then_some(c) })
             .collect();
         let _ = match records.get(chapter.key) {
             Some(record) => writeln!(
