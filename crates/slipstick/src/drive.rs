@@ -75,7 +75,7 @@ impl DriveObserver for Silent {}
 /// Why an optimization stopped early. Finished iterations stay on disk.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
-    /// An analysis failed, or its objective gives no direction.
+    /// An analysis failed, or its objective is only round-off.
     #[error("{report}")]
     Analysis {
         /// Place, cause, attempts and suggestions.
