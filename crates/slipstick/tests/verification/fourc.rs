@@ -33,10 +33,10 @@ expected values are the displacements of a slave node that 4C's own tests assert
 The files are not part of slipstick. The suite reads them, converted to JSON, from the folder in
 `SLIPSTICK_4C_CASES`; if the variable is not set, it skips the chapter and prints a message.",
         remarks: "
-Dual multipliers and the augmented Lagrangian differ from standard multipliers, and the penalty
-method from all of them, as in 4C; the remaining difference is a fiftieth of what 4C's dynamics may
-contribute. In `contact3D_tet4_hex8`, 4C integrates with nine points on each slave facet (`INTTYPE
-elements`), not on the segments where facets overlap, which may explain the 6e-4 of u_z.",
+The variants differ from one another in the same way as in 4C. What remains is a fiftieth of the
+effect that 4C's dynamics may have. In `contact3D_tet4_hex8`, 4C integrates with nine points on each
+slave facet (`INTTYPE elements`), not on the segments where facets overlap, which may explain the
+6e-4 of u_z.",
         quick: false,
         run,
     }

@@ -13,12 +13,13 @@ pub fn chapter() -> Chapter {
         title: "Laws of rubber: Treloar's measurements",
         about: "
 Treloar (Trans. Faraday Soc. 40, 1944) measured the nominal stress of vulcanised rubber in uniaxial
-tension, equibiaxial tension and pure shear. Ogden's constants are those of Ogden (Proc. R. Soc. Lond.
-A 326, 1972); those of the other laws are least squares of the relative deviations from the
-measurements. *deviation from the measurements* is the mean relative deviation of the closed-form stress
-of the incompressible solid, for Mooney-Rivlin up to a stretch of 2, otherwise over all stretches.
-*element* is the largest relative deviation of one hexahedron with a bulk modulus of 10⁵ MPa from this
-closed form, over all measured stretches, with full integration and with F̄.",
+tension, equibiaxial tension and pure shear. Ogden's constants are those of Ogden (Proc. R. Soc.
+Lond. A 326, 1972); those of the other laws are least-squares fits to the relative deviations from
+the measurements. *deviation from the measurements* is the mean relative deviation of the
+closed-form stress of the incompressible solid, for Mooney-Rivlin up to a stretch of 2, otherwise
+over all stretches. *element* is the largest relative deviation of one hexahedron with a bulk
+modulus of 10⁵ MPa from this closed form, over all measured stretches, with full integration and
+with F̄.",
         remarks: "
 ![Nominal stress over stretch](figures/treloar.png)
 
