@@ -18,7 +18,7 @@ pub struct Chapter {
     pub title: &'static str,
     /// The computed problem, and the source of the expected numbers. Markdown.
     pub about: &'static str,
-    /// Interpretation of the findings: discretisation, known deviations and their cause. Markdown,
+    /// Interpretation of the findings: discretization, known deviations and their cause. Markdown,
     /// or empty.
     pub remarks: &'static str,
     /// Whether it runs with all other tests, not only on request.

@@ -31,7 +31,7 @@ with 27 nodes and F̄. The number is the force on the quarter.",
 Two half-rings in plane strain (radii 8 and 10, and 10 and 12; E = 689.56 MPa, ν = 0.32, σ_y = 31 + 261.2
 α MPa, thickness 1 mm) interfere by 5 mm, and the upper one is dragged over the lower one by 31.5 mm,
 until it snaps off. The published curves are those of Neto, Oliveira and Menezes (CMAME 299, 2016), as
-digitised by the benchmarks of solids4foam. *RMS* is the root of the mean square deviation of the
+digitized by the benchmarks of solids4foam. *RMS* is the root of the mean square deviation of the
 reaction at 14 stations, as a fraction of the largest reaction; a station may lie anywhere within the
 0.4 mm to which its position is known. *peak* is the largest reaction, and *coarse* has 40 × 3 elements
 in each arch with F̄, *fine* 100 × 5, and *27 nodes* 50 × 2 of second order.",

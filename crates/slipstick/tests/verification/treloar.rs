@@ -12,7 +12,7 @@ pub fn chapter() -> Chapter {
         key: "treloar",
         title: "Laws of rubber: Treloar's measurements",
         about: "
-Treloar (Trans. Faraday Soc. 40, 1944) measured the nominal stress of vulcanised rubber in uniaxial
+Treloar (Trans. Faraday Soc. 40, 1944) measured the nominal stress of vulcanized rubber in uniaxial
 tension, equibiaxial tension and pure shear. Ogden's constants are those of Ogden (Proc. R. Soc.
 Lond. A 326, 1972); those of the other laws are least-squares fits to the relative deviations from
 the measurements. *deviation from the measurements* is the mean relative deviation of the
@@ -87,9 +87,9 @@ fn figure_of_ogdens_law() {
 
 const NAMES: [&str; 3] = ["Mooney-Rivlin", "Yeoh", "Ogden"];
 
-/// Nominal stress \[MPa\] and stretch of vulcanised rubber.
+/// Nominal stress \[MPa\] and stretch of vulcanized rubber.
 ///
-/// Source: Treloar, Trans. Faraday Soc. 40 (1944) 59–70, as digitised in
+/// Source: Treloar, Trans. Faraday Soc. 40 (1944) 59–70, as digitized in
 /// github.com/Chongran-Zhao/Hyperelastic-fitting (Treloar_1944).
 const UNIAXIAL: [[f64; 2]; 24] = [
     [0.0255, 1.02],
