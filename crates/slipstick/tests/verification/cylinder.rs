@@ -17,9 +17,9 @@ gives the mean radial displacement of the inner surface divided by that of Lamé
 undeformed surface. There are two quadratic or four linear elements through the wall. The last row
 is a convergence study with N quadratic elements through the wall.",
         remarks: "
-Fully integrated linear hexahedra lock. With F̄ (mean dilatation), none of the elements does, and the
-error of 27-node hexahedra falls by at least 2³, the factor of quadratic elements, when the mesh is
-refined once.",
+Fully integrated linear hexahedra lock. With F̄ (mean dilatation), none of the elements does, and
+the error of 27-node hexahedra falls by at least 2³, the factor of quadratic elements, when the mesh
+is refined once.",
         quick: true,
         run: || Some(run()),
     }

@@ -25,8 +25,8 @@ pressure next to the middle. Node statuses resolve c only to one facet length, s
 for that row.",
         remarks: "
 At P = 10, p₀/E* is 0.085, and strains of a few percent are beyond the range of the theory: p₀
-converges to a value about 2.5 % above it. At P/16, where all lengths and strains of the contact are a
-quarter, the deviations fall below 2 % and still decrease as the mesh is refined.
+converges to a value about 2.5 % above it. At P/16, where all lengths and strains of the contact are
+a quarter, the deviations fall below 2 % and still decrease as the mesh is refined.
 
 With standard shapes, nodal multipliers oscillate about the pressure, from the edges of the contact
 inwards, by 8 to 12 % of p₀ within 0.8 b; with dual shapes, by 1 to 3 %. Forces and displacements do

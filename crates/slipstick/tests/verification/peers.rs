@@ -39,8 +39,9 @@ The forces oscillate along the slide with the period of the block's facets (0.3)
 standard shapes, the end of the path lies in a trough of the oscillation, which does not depend on
 the number of steps. With dual shapes, which the mortar contacts of Kratos and CalculiX also use, or
 with a finer die, both forces at the end are inside the bands, but then the end lies on a crest. On
-this mesh, forces at a single step are only accurate to a few percent. [Performance](performance.md#against-other-codes)
-lists the range of the tangential forces of GetFEM and CalculiX along the slide.",
+this mesh, forces at a single step are only accurate to a few percent.
+[Performance](performance.md#against-other-codes) lists the range of the tangential forces of GetFEM
+and CalculiX along the slide.",
             quick: false,
             run: || Some(ironing()),
         },

@@ -24,7 +24,8 @@ with F̄.",
 ![Nominal stress over stretch](figures/treloar.png)
 
 The figure shows the measurements and Ogden's law with three terms, as in figures 1 to 3 of the 1972
-paper. The other laws are simpler: Yeoh's has no second invariant, and Mooney-Rivlin does not stiffen.",
+paper. The other laws are simpler: Yeoh's has no second invariant, and Mooney-Rivlin does not
+stiffen.",
         quick: true,
         run: || Some(run()),
     }
