@@ -24,11 +24,11 @@ sides. Displacements are relative to the prescribed 0.3, tractions to the exact 
 meshes, nodes of the interface are moved within it by up to 0.15.",
         remarks: "
 On facets that are parallelograms, in any position relative to each other, slipstick passes the test
-to round-off. On other quadrilaterals the shape functions of master and slave are not polynomials
-over the triangles of an overlap, so the mortar integrals contain the error of the integration rule
-(`cell_rule`). This error decreases with the number of points and is small compared to the
-discretization error. The same holds for every segment-based method that integrates with Gauss
-points.",
+to within round-off. On other quadrilaterals the shape functions of master and slave are not
+polynomials over the triangles of an overlap, so the mortar integrals contain the error of the
+integration rule (`cell_rule`). This error decreases with the number of points and is small compared
+to the discretization error. The same holds for every segment-based method that integrates with
+Gauss points.",
         quick: true,
         run: || Some(run()),
     }
