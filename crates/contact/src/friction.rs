@@ -88,7 +88,7 @@ pub struct Returned {
 /// `∂ζ_τ/∂trial = (b/‖trial‖)(I − s sᵀ)`. Where Coulomb's cone is the bound, `∂ζ_τ/∂p = μ s` and
 /// `∂ζ_τ/∂μ = p s`. s sᵀ is a dyad, although the paper prints squares.
 ///
-/// Paper: (41), (50), linearised (75)–(77), (82)–(84).
+/// Paper: (41), (50), linearized (75)–(77), (82)–(84).
 /// Test: `return_map_matches_finite_differences`.
 pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: Friction) -> Returned {
     let zero = Vector2::zeros();

@@ -7,14 +7,14 @@ use slipstick_linalg::{CsrPattern, EliminationTree};
 const MOST_LEVELS: usize = 10;
 const LEAST_LEVELS: usize = 2;
 
-/// Unknowns of a part below which it is not divided further.
+/// Parts with fewer unknowns than this are not divided further.
 const SMALL: usize = 64;
 
 /// Largest share of the unknowns on one side of a separator.
 const LARGEST_SIDE: f64 = 0.6;
 
-/// An elimination order by the parts of a binary tree, in which each part separates the two below
-/// it: first the parts of the lowest level, then the separators, the root last.
+/// An elimination order given by a binary tree of parts; each part is a separator of its two
+/// subtrees: first the parts of the lowest level, then the separators, the root last.
 ///
 /// Parts on the same level are not coupled, which is what a GPU needs to work on them at the same
 /// time.
@@ -38,8 +38,8 @@ fn index(levels: usize, depth: usize, place: usize) -> usize {
 }
 
 impl Dissection {
-    /// Divides an elimination tree: where it has one large branch, the root of that belongs to the
-    /// separator.
+    /// Builds the dissection from an elimination tree. If one branch holds most of the unknowns,
+    /// its root joins the separator.
     pub(crate) fn of(tree: &EliminationTree) -> Self {
         let supernodes: Vec<_> = tree.supernodes().collect();
         let levels = LEAST_LEVELS.max(MOST_LEVELS.min((tree.order().len() / SMALL).max(1).ilog2() as usize));
@@ -80,8 +80,9 @@ impl Dissection {
         Self { order, levels: levels as i32, parts, part }
     }
 
-    /// Whether in `pattern`, with the same unknowns, the parts separate those below them: of two
-    /// coupled unknowns that are in different parts, one is in a part above the other's.
+    /// Whether the dissection is still valid for `pattern` (same unknowns): every part separates
+    /// its two subtrees, that is, of two coupled unknowns in different parts, one is in a part
+    /// above the other's.
     pub(crate) fn suits(&self, pattern: &CsrPattern) -> bool {
         let above = |a: u32, b: u32| a <= b && b >> (b.ilog2() - a.ilog2()) == a;
         let suits = |i: usize| {

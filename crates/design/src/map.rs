@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::filter::FilterError;
 
-/// A parameter of a map that a schedule or a realisation of the design changes.
+/// A parameter of a map that a schedule or a realization of the design changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapParameter {
     /// Radius of a filter. \[L\]

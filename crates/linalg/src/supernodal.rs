@@ -87,7 +87,7 @@ impl LinearSolver for SupernodalSolver {
             return Err(backend(n, "more than 2^32 entries"));
         }
         let row_offsets: Vec<u32> = pattern.row_offsets().iter().map(|&o| o as u32).collect();
-        // Rows read as columns: faer factorizes Aᵀ, and the two solves exchange roles below.
+        // Rows read as columns: faer factorizes Aᵀ, and the two solves swap roles below.
         let transposed = SymbolicSparseColMatRef::new_checked(n, n, &row_offsets, None, pattern.columns());
         let symbolic =
             factorize_symbolic_lu(transposed, Default::default()).map_err(|error| backend(n, &error.to_string()))?;

@@ -118,7 +118,7 @@ fn badly_scaled_rows_and_columns_do_no_harm() {
     assert!(error < 1e-8, "largest relative error {error:e}");
 }
 
-/// Void-like stiffness down to 10⁻⁹ of the solid: regular, and recognised as such.
+/// Void-like stiffness down to 10⁻⁹ of the solid: regular, and recognized as such.
 #[test]
 fn strong_stiffness_contrast_is_not_mistaken_for_singularity() {
     let (a, _) = Brick { contrast: 9.0, ..BRICK }.reduced(23);

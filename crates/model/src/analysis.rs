@@ -36,7 +36,7 @@ pub struct Analysis {
     pub times: Vec<LoadTime>,
     /// The load cases, which follow each other.
     pub cases: LoadCases,
-    /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
+    /// The objective to be minimized, if any; [`set_objective`](Self::set_objective) sets your own.
     pub objective: Option<Response>,
     /// Bounds on other responses; [`set_constraints`](Self::set_constraints) sets your own.
     pub constraints: Vec<Constraint>,

@@ -207,12 +207,12 @@ impl Optimization {
         self.follow
     }
 
-    /// Number of realisations of a design: 1, or 3 with an eroded and a dilated one.
+    /// Number of realizations of a design: 1, or 3 with an eroded and a dilated one.
     pub fn realisations(&self) -> usize {
         self.realisations.count()
     }
 
-    /// The paths of the previous design that the next march follows, one for each realisation; empty
+    /// The paths of the previous design that the next march follows, one for each realization; empty
     /// before the first update, and if it follows none.
     pub fn guides(&self) -> Vec<&Guide> {
         self.problem.analysis.guide.iter().chain(self.realisations.guides()).collect()
@@ -404,7 +404,7 @@ impl Optimization {
     }
 
     /// Pulls the gradients back to the variables or filters them, scales, and lets the optimizer
-    /// choose the next variables. `gradients` are, for each realisation, those of the parts of the
+    /// choose the next variables. `gradients` are, for each realization, those of the parts of the
     /// objective and of the constraints of the analysis.
     fn update(
         &self,

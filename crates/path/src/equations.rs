@@ -1,5 +1,5 @@
-//! Small problems, given by their equations alone: all derivatives follow by automatic
-//! differentiation.
+//! Small problems defined by their residual only; automatic differentiation supplies all
+//! derivatives.
 
 use crate::{
     Adjoint, Evaluated, Explicit, Inputs, Iteration, LoadTime, Observed, PathResponses, Scales, Span, StateError,
@@ -54,9 +54,8 @@ pub struct Outputs {
 /// h_n with the derivatives of F and h_n with respect to y_n, y_{n−1}, h_{n−1} and φ (the columns, in
 /// this order).
 ///
-/// Tolerances are relative to forces and displacements of 1, so choose units in which they are of this
-/// order. An evaluation panics if `step` returns numbers of values that differ from
-/// [`Equations::unknowns`].
+/// Tolerances are relative to forces and displacements of 1, so choose units in which they are of
+/// this order. Panics if the lengths returned by `step` do not match [`Equations::unknowns`].
 #[derive(Debug, Clone)]
 pub struct Differentiated<E>(pub E);
 

@@ -18,7 +18,7 @@ pub(crate) struct KeptFactors {
     pub transposed: bool,
     pub fixed: Vec<bool>,
     pub active_set: Vec<u8>,
-    /// If these factors are of the regularised matrix, the reason why the matrix itself has none.
+    /// If these factors are of the regularized matrix, the reason why the matrix itself has none.
     pub singular: Option<StepFailureKind>,
 }
 

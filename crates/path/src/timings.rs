@@ -7,7 +7,7 @@ use std::ops::{Add, Sub};
 pub enum Phase {
     /// Internal force and tangent of the solids.
     Solid,
-    /// Mortar kinematics, contact forces and their linearisation.
+    /// Mortar kinematics, contact forces and their linearization.
     Contact,
     /// Sparsity pattern, elimination order and structure of the factors.
     Analysis,

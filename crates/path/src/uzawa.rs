@@ -188,7 +188,7 @@ pub(crate) fn loosened(newton: &NewtonOptions, bound: f64) -> NewtonOptions {
 
 /// Anderson's mixing of a fixed-point iteration x ← g(x).
 ///
-/// With f_k = g(x_k) − x_k, the next x is g(x_k) − Σ γ_i (g_{i+1} − g_i), γ minimising ‖f_k − Σ γ_i
+/// With f_k = g(x_k) − x_k, the next x is g(x_k) − Σ γ_i (g_{i+1} − g_i), γ minimizing ‖f_k − Σ γ_i
 /// (f_{i+1} − f_i)‖. Reference: Walker and Ni, SIAM J. Numer. Anal. 49 (2011) 1715–1735.
 struct Anderson {
     memory: usize,

@@ -11,7 +11,7 @@ from scipy_slsqp import CASE
 
 
 def main(evaluations: int = 20) -> dict[str, Any]:
-    """Minimise with this many evaluations; returns what was found."""
+    """Minimize with this many evaluations; returns what was found."""
     problem = CASE.build()
     designed = problem.designed
     volumes = problem.mesh.volumes[designed] / problem.mesh.volumes[designed].sum()

@@ -37,7 +37,7 @@ type LoadedDesign<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray1<
 pub struct Problem {
     pub(crate) built: Arc<Built>,
     resolved: Arc<Resolved>,
-    /// The case before other values of parameters.
+    /// The case as read, before `with_parameters` changed any values.
     read: Arc<Resolved>,
     mesh: Arc<Mesh>,
     initial_density: ElementValues,
@@ -180,8 +180,8 @@ impl Problem {
         Ok(names.into_iter().map(of).collect())
     }
 
-    /// The problem of the case that was read, with other values of these parameters, as
-    /// [`parameters`](Self::parameters) names them, and with the same added quantities.
+    /// Rebuilds the problem with new parameter values, keyed as in
+    /// [`parameters`](Self::parameters); added quantities are kept.
     fn with_parameters(&self, py: Python<'_>, values: Vec<(String, String, f64)>) -> PyResult<Self> {
         detached(py, || {
             let mut resolved = (*self.read).clone();

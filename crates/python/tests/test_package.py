@@ -158,6 +158,19 @@ def test_the_reference_is_up_to_date() -> None:
     assert checked.returncode == 0, checked.stderr
 
 
+def test_the_program_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one iteration instead of forty."""
+    page = HERE / "README.md"
+    if not page.exists():
+        pytest.skip("the package is tested without its repository")
+    monkeypatch.chdir(tmp_path)
+    found = re.search(r"^```python\n(.*?)^```", page.read_text("utf-8"), re.M | re.S)
+    assert found is not None
+    code = found[1].replace("problem.optimize(", "problem.optimize(iterations=1, ")
+    exec(compile(code, str(page), "exec"), {})
+    assert (tmp_path / "picture.png").exists() and (tmp_path / "part.stl").exists()
+
+
 def test_the_code_of_the_chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = HERE.parent.parent / "docs" / "python.md"
     if not page.exists():

@@ -1,4 +1,5 @@
-//! An optimization from its state to its end: one loop for all ranks, with files if requested.
+//! Runs an optimization from its current state to completion. One loop serves all ranks; files are
+//! written on request.
 //!
 //! [`drive`] repeats [`Optimization::advance`]. With a [`Recorder`], the state is on disk in the
 //! directory of the run after every iteration, so that a run that is stopped or killed can be
@@ -13,7 +14,7 @@
 //! let mut optimization = optimization(&case, build(&case)?)?;
 //! optimization.set_iterations(1);
 //! drive(&mut optimization, None, &mut Silent)?;
-//! // the start design, and the design after the update
+//! // the initial design and the updated one
 //! assert_eq!(optimization.state.history.len(), 2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -43,7 +44,7 @@ use slipstick_design::MmaError;
 pub struct DesignEvaluated<'a> {
     /// Its record; if an update followed, including the data of the update.
     pub record: &'a IterationRecord,
-    /// What the user should know about its path.
+    /// Warnings about its load path.
     pub notice: Option<ForwardNotice>,
     /// Void that made attempts at its load steps fail, if these cost more than its path.
     pub crushed: Option<CrushedVoid>,
@@ -74,7 +75,7 @@ impl DriveObserver for Silent {}
 /// Why an optimization stopped early. Finished iterations stay on disk.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
-    /// An analysis failed, or its objective gives no direction.
+    /// An analysis failed, or its objective is only round-off.
     #[error("{report}")]
     Analysis {
         /// Place, cause, attempts and suggestions.
@@ -114,9 +115,9 @@ struct Files {
 }
 
 impl Recorder {
-    /// Continues the files of a run, or begins them, from `checkpoint`, the current state of the
-    /// optimization. All ranks call it; `run` is that of the first. A design is written as a field
-    /// every `every` iterations.
+    /// Opens the files of a run for appending, or creates them, at the state of `checkpoint`, the
+    /// current state of the optimization. All ranks call it; `run` is that of the first. A design
+    /// is written as a field every `every` iterations.
     ///
     /// # Errors
     /// [`RunError::Output`] and [`RunError::Damaged`] if a table was changed after the run or

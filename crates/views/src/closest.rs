@@ -74,8 +74,8 @@ impl ClosestPoint {
         number
     }
 
-    /// The point nearest to `x` on the simplices that are segments or whose normal has a product
-    /// with a direction above a limit; `None` if there is none within a radius. \[L\]
+    /// Closest point to `x` within `radius`, on segments or on triangles whose unit normal n
+    /// satisfies n·facing > limit; `None` if there is none. \[L\]
     pub fn of(&self, x: [f64; 3], (facing, limit): ([f64; 3], f64), radius: f64) -> Option<[f64; 3]> {
         let mut best = (radius, None);
         let mut open: Vec<u32> = if self.boxes.is_empty() { Vec::new() } else { vec![0] };
@@ -142,7 +142,7 @@ impl ClosestPoint {
     }
 }
 
-/// Whether a segment meets a box, by its intervals between the planes of the box.
+/// Slab test: whether a segment intersects a box.
 fn meets_box(p: [f64; 3], along: [f64; 3], node: &Node) -> bool {
     let (mut from, mut to) = (0.0f64, 1.0f64);
     for c in 0..3 {

@@ -13,7 +13,7 @@ use super::BuildError;
 use crate::file::{self, Case, Combination, CurveToFollow, NamedBound, QuantityTerm};
 use crate::quantity::{Building, all_fixed};
 
-/// What a case asks for: its quantities, and what it minimises and bounds.
+/// What a case asks for: its quantities, and what it minimizes and bounds.
 pub(super) struct Requested {
     pub quantities: Vec<Arc<dyn Quantity>>,
     pub objective: Option<Response>,

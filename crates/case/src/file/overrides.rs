@@ -50,7 +50,7 @@ pub enum OverrideError {
         /// What is wrong with it.
         reason: String,
     },
-    /// The file has no place for it.
+    /// The key path does not exist in the file and cannot be added.
     #[error("{file}: cannot set `{text}`: {reason}")]
     Place {
         /// As typed.
@@ -146,7 +146,7 @@ pub fn override_case(text: &str, file_name: &str, overrides: &[Override]) -> Res
     Ok(document.to_string())
 }
 
-/// Sets a value in a table, which messages call `name`. The error says why that is impossible.
+/// Sets a value in a table. `name` is how messages refer to the table; the error gives the reason.
 fn put_in_table(table: &mut dyn TableLike, name: &str, path: &[Segment], value: &Value) -> Result<(), String> {
     let (key, rest) = match path {
         [Segment::Key(key), rest @ ..] => (key, rest),

@@ -1,4 +1,4 @@
-//! Hashes by which files are recognised.
+//! Hashes by which files are recognized.
 
 use sha2::{Digest, Sha256};
 

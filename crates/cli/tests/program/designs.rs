@@ -2,7 +2,7 @@
 
 use super::Place;
 
-/// A cantilever whose volume is minimised, with a bound on the deflection of its tip.
+/// A cantilever whose volume is minimized, with a bound on the deflection of its tip.
 const BEAM: &str = r#"
 [[body]]
 name = "beam"
@@ -178,7 +178,7 @@ fn a_bound_on_the_least_pressure_closes_gaps() {
     assert!((volume[result] / 0.35 - 1.0).abs() < 1e-4, "{volume:?}");
 }
 
-/// A block pressed onto a slab whose volume is minimised, with a bound on the least pressure.
+/// A block pressed onto a slab whose volume is minimized, with a bound on the least pressure.
 const PRESSED: &str = r#"
 [[body]]
 name = "slab"

@@ -1,8 +1,8 @@
-//! Quantities that a case names: printed, tabulated, maximised, bounded and verified.
+//! Quantities that a case names: printed, tabulated, maximized, bounded and verified.
 
 use super::{CASE, Place, number};
 
-/// The block drags the slab: the normal force is maximised with a bounded sideways reaction.
+/// The block drags the slab: the normal force is maximized with a bounded sideways reaction.
 fn place() -> Place {
     let place = Place::new();
     let text = CASE

@@ -41,7 +41,7 @@ mod by_signal {
         assert_eq!(code, Some(4), "{out}{err}");
         // in the words of the book
         let book = include_str!("../../../../docs/how_to.md");
-        let quoted = book.split("## … stop a run").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a block");
+        let quoted = book.split("## Stop a run").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a block");
         let quoted = quoted.lines().nth(1).expect("a line");
         assert!(quoted.starts_with("stopping when") && err.contains(quoted), "{quoted}\n{err}");
         let last: Value = serde_json::from_str(out.lines().last().expect("a line")).expect("JSON");

@@ -1,4 +1,4 @@
-//! Enforcement of the contact conditions at a slave node: Lagrange multipliers, or a regularised
+//! Enforcement of the contact conditions at a slave node: Lagrange multipliers, or a regularized
 //! traction (penalty and augmented Lagrangian); and bonds.
 //!
 //! All quantities belong to the node: multiplier components ζ = (ζ_n, ζ_ξ, ζ_η) in its frame,
@@ -40,7 +40,7 @@ impl StiffnessScaling {
     }
 }
 
-/// A stiffness for each direction, with its scaling: ε_n and ε_τ of the regularised methods, on
+/// A stiffness for each direction, with its scaling: ε_n and ε_τ of the regularized methods, on
 /// which the solution depends (penalty) or not (augmented Lagrangian), or c_n and c_t of the
 /// complementarity functions, which only affect the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]

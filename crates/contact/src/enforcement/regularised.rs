@@ -1,4 +1,4 @@
-//! Regularised contact traction: the penalty method, and the augmented Lagrangian around given
+//! Regularized contact traction: the penalty method, and the augmented Lagrangian around given
 //! multipliers.
 //!
 //! ```text

@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// ∫ over the unit triangle of λ₁^a λ₂^b = a! b! / (a + b + 2)!, times 2 for the normalised
+    /// ∫ over the unit triangle of λ₁^a λ₂^b = a! b! / (a + b + 2)!, times 2 for the normalized
     /// area.
     #[test]
     fn rules_integrate_monomials_to_their_degree() {

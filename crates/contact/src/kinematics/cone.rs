@@ -47,7 +47,7 @@ enum Face {
 /// Projection p of a vector m onto a cone, and its derivatives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projection {
-    /// p, not normalised; for a vector in the polar cone, the closest generator.
+    /// p, not normalized; for a vector in the polar cone, the closest generator.
     pub value: Vector3<f64>,
     /// ∂p/∂m.
     pub by_vector: Matrix3<f64>,

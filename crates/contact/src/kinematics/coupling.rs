@@ -105,7 +105,7 @@ impl FacetCoupling {
     /// [`FoldedFacet`] if the projection of the slave facet, or of a master that may touch it, is
     /// folded; the coupling is then empty.
     ///
-    /// Paper: (15), linearised as in Popp et al. (2010).
+    /// Paper: (15), linearized as in Popp et al. (2010).
     /// Test: `coupling_gradient_matches_finite_differences`.
     pub fn evaluate<'a>(
         &mut self,

@@ -201,7 +201,7 @@ pub fn nodal_frame(
     Some(())
 }
 
-/// The normalised sum of the unit normals of facets, within the symmetry planes through the node; adds
+/// The normalized sum of the unit normals of facets, within the symmetry planes through the node; adds
 /// its gradient over the ring, three rows, to `gradient` unless that is empty. `None` if no
 /// direction is left.
 pub fn averaged_normal(
@@ -251,7 +251,7 @@ pub fn averaged_normal(
     Some(n)
 }
 
-/// Edges to the next and previous corner and their cross product, the facet's (not normalised)
+/// Edges to the next and previous corner and their cross product, the facet's (not normalized)
 /// normal at the corner.
 fn corner_normal(ring: &[Vector3<f64>], corner: &RingCorner) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
     let a = ring[corner.next] - ring[corner.own];

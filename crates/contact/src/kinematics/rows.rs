@@ -325,7 +325,7 @@ impl NodeKinematics {
     ///
     /// Positive along the slave's sliding; zero along tangents normal to a symmetry plane, where
     /// the other half cancels it. Depends on the previous step only through D and M.
-    /// Paper: (24) with the full row of D; previous-step linearisation (66) in
+    /// Paper: (24) with the full row of D; previous-step linearization (66) in
     /// [`Self::add_previous_slip_gradient`]. Tests: `gap_and_slip_gradients`,
     /// `slip_increment_is_objective`.
     pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {

@@ -6,8 +6,8 @@
 //! `min f̃₀ + a₀z + Σ_i (c y_i + ½ d y_i²) − ε B`, with the barrier `B = Σ_j log (x_j − α_j)(β_j −
 //! x_j) + Σ_i log y_i s_i + log z`,
 //!
-//! minimises the Lagrangian on its own: `x_j` by bisection and Newton steps, the others in closed
-//! form. The constraints `r_i(λ) = f̃_i(x) − a z − y_i + s_i` at these minimisers are the gradient
+//! minimizes the Lagrangian on its own: `x_j` by bisection and Newton steps, the others in closed
+//! form. The constraints `r_i(λ) = f̃_i(x) − a z − y_i + s_i` at these minimizers are the gradient
 //! of the dual function, which is concave, so damped Newton steps in the m multipliers converge
 //! from any start. The primal-dual iteration of [`interior_point`](super::interior_point) is
 //! faster, but its line search makes hardly any progress if a violated constraint has a large
@@ -21,7 +21,7 @@ use super::subproblem::{Subproblem, Variable};
 const MOST_STEPS: usize = 200;
 /// Maximum number of halvings of a Newton step.
 const MOST_HALVINGS: usize = 60;
-/// Maximum number of steps to the minimiser in one variable.
+/// Maximum number of steps to the minimizer in one variable.
 const MOST_IN_ONE: usize = 200;
 /// Fraction of the distance to a bound of the multipliers that a step may cover.
 const TO_BOUNDARY: f64 = 0.99;
@@ -51,7 +51,7 @@ impl Subproblem<'_> {
         }
     }
 
-    /// Maximises the dual for one ε, from the multipliers of `start`.
+    /// Maximizes the dual for one ε, from the multipliers of `start`.
     fn maximise(&self, mut start: Point, epsilon: f64, iterations: &mut usize) -> Point {
         let p = self.parameters;
         let m = start.lambda.len();
@@ -175,7 +175,7 @@ impl Subproblem<'_> {
     }
 }
 
-/// Minimiser of `p/(u − x) + q/(x − l) − ε log(x − α)(β − x)` between α and β: Newton steps from
+/// Minimizer of `p/(u − x) + q/(x − l) − ε log(x − α)(β − x)` between α and β: Newton steps from
 /// `start`, with bisection where they leave the interval or do not halve the previous step.
 fn minimiser(variable: &Variable, p: f64, q: f64, epsilon: f64, start: f64) -> f64 {
     let (mut below, mut above) = (variable.alpha, variable.beta);

@@ -4,7 +4,7 @@
 /// [`Scaling`](super::Scaling).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Functions<'a> {
-    /// f₀(x), to be minimised.
+    /// f₀(x), to be minimized.
     pub objective: f64,
     /// ∂f₀/∂x_j.
     pub objective_gradient: &'a [f64],
@@ -12,8 +12,8 @@ pub struct Functions<'a> {
     pub constraints: &'a [f64],
     /// ∂g_i/∂x_j, as `[i][j]`.
     pub constraint_gradients: &'a [Vec<f64>],
-    /// The first so many g_i are not constraints, but functions whose largest is minimised, in
-    /// addition to f₀: a variable z with g_i(x) ≤ z takes part in the minimisation (the bound
+    /// The first so many g_i are not constraints, but functions whose largest is minimized, in
+    /// addition to f₀: a variable z with g_i(x) ≤ z takes part in the minimization (the bound
     /// formulation).
     pub largest_of: usize,
 }
@@ -29,7 +29,7 @@ impl<'a> Functions<'a> {
         Self { objective, objective_gradient, constraints, constraint_gradients, largest_of: 0 }
     }
 
-    /// The largest of the first `count` constraints is minimised: see
+    /// The largest of the first `count` constraints is minimized: see
     /// [`largest_of`](Self::largest_of).
     pub fn minimising_the_largest_of(self, count: usize) -> Self {
         Self { largest_of: count, ..self }

@@ -18,7 +18,7 @@ const KEPT: f64 = 0.1;
 /// GCMMA, the globally convergent method of moving asymptotes, for `n` variables and `m`
 /// constraints `g_i ≤ 0`.
 ///
-/// Iteration k minimises the approximations of MMA at the design xᵏ, between the same asymptotes
+/// Iteration k minimizes the approximations of MMA at the design xᵏ, between the same asymptotes
 /// and bounds, but with a curvature ρ_i for each function (`raa0` in MMA) that starts at
 ///
 /// `ρ_i = max(1e-6, 0.1/n · Σ_j |∂f_i/∂x_j| (x_j^max − x_j^min))`

@@ -167,7 +167,7 @@ impl Subproblem<'_> {
     ///
     /// The slack of an inactive constraint can follow the curved constraint exactly, at almost no
     /// cost in complementarity. Without this, Newton steps would have to be so short that the
-    /// linearisation of the constraint is accurate, which an inactive constraint does not need, and
+    /// linearization of the constraint is accurate, which an inactive constraint does not need, and
     /// the iteration would be very slow.
     pub(super) fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
         let p = self.parameters;
@@ -317,7 +317,7 @@ impl Subproblem<'_> {
     }
 }
 
-/// The linearisation in one variable, with the inverse distances to asymptotes and bounds.
+/// The linearization in one variable, with the inverse distances to asymptotes and bounds.
 struct Terms {
     gradient: f64,
     curvature: f64,

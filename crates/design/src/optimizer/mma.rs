@@ -71,7 +71,7 @@ pub struct MmaStep {
     /// Elastic violation of each constraint. ≥ 0; clearly positive if no design within the move
     /// limit is feasible.
     pub y: Vec<f64>,
-    /// The largest of the [functions whose largest is minimised](Functions::largest_of), as
+    /// The largest of the [functions whose largest is minimized](Functions::largest_of), as
     /// approximated at `x`; 0 without them.
     pub z: f64,
     /// Multipliers of `y ≥ 0`.

@@ -3,13 +3,13 @@
 //! The approximations of `h ≤ 0` and of `−h − w ≤ 0` are both convex, so their sum is positive
 //! everywhere but at the current design, up to the width w of the band. If the band is narrow, no
 //! step but a tiny one meets both, although the designs with `h = 0` form a whole surface: the
-//! optimizer stalls. Such a pair is recognised by opposed gradients, a narrow band, and multipliers that
+//! optimizer stalls. Such a pair is recognized by opposed gradients, a narrow band, and multipliers that
 //! are both positive in the solution of the subproblem. Then only the side against which the
 //! objective pushes is kept, and its bound is relaxed by the curvature of its approximation at the
-//! solution, so that the *linearisation* of h, on which both sides agree, meets the band there. A
+//! solution, so that the *linearization* of h, on which both sides agree, meets the band there. A
 //! function that is linear in the variables, such as a volume, keeps its value exactly; for others,
 //! the error is of second order in the step, as that of Newton's method, and the next step removes
-//! it. The curvature still regularises the step, through the Lagrangian.
+//! it. The curvature still regularizes the step, through the Lagrangian.
 //!
 //! Tests: `optimizer/tests/equality.rs`.
 
@@ -25,7 +25,7 @@ const NARROW: f64 = 0.1;
 const BOTH_ACT: f64 = 1e-3;
 /// Maximum number of solutions with changed relaxations.
 const MOST_SOLUTIONS: usize = 20;
-/// Largest error of the linearisation, relative to its change if all variables cross their range.
+/// Largest error of the linearization, relative to its change if all variables cross their range.
 const TOLERANCE: f64 = 1e-8;
 
 /// A pair of opposed constraints of which one side is kept.
@@ -44,7 +44,7 @@ impl Pair {
         Self { kept, dropped, swapped, relaxation: 0.0, before: None }
     }
 
-    /// Chooses the next relaxation from the error of the last one, the linearisation of the kept
+    /// Chooses the next relaxation from the error of the last one, the linearization of the kept
     /// side minus its bound. The error rises with the relaxation, at a rate of 1 if the curvature at
     /// the solution does not change.
     fn relax(&mut self, error: f64) {
@@ -124,7 +124,7 @@ impl Subproblem<'_> {
         band <= 0.5 * NARROW
     }
 
-    /// Change of a linearised function over a step, and the change if all variables cross their
+    /// Change of a linearized function over a step, and the change if all variables cross their
     /// range in its direction.
     fn linear_change(&self, gradient: &[f64], step: &[f64]) -> (f64, f64) {
         let slopes = || self.variables.iter().map(|v| gradient[v.index] * v.range);

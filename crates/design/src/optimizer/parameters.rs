@@ -8,10 +8,10 @@ use super::MmaError;
 /// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
 ///
 /// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit.
-/// Elastic variables `y` make every subproblem feasible: MMA minimises `f₀(x) + z + Σ_i (c y_i + ½ d
+/// Elastic variables `y` make every subproblem feasible: MMA minimizes `f₀(x) + z + Σ_i (c y_i + ½ d
 /// y_i²)` subject to `f_i(x) − a_i z − y_i ≤ 0`, `y ≥ 0`, where `y_i` is a violation of constraint
 /// `i` that costs `c` per unit. The coefficients `a_i` are 0, except for
-/// [functions whose largest is minimised](super::Functions::largest_of): there, they are 1, and `z`
+/// [functions whose largest is minimized](super::Functions::largest_of): there, they are 1, and `z`
 /// is the largest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -1,6 +1,6 @@
 //! The separable convex subproblem of MMA.
 //!
-//! Minimise `f̃₀(x) + z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a_i z − y_i ≤ 0`, `α ≤ x ≤
+//! Minimize `f̃₀(x) + z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a_i z − y_i ≤ 0`, `α ≤ x ≤
 //! β`, `y, z ≥ 0`, where
 //!
 //! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
@@ -164,7 +164,7 @@ impl<'a> Subproblem<'a> {
 }
 
 /// A number that is below the largest of some functions everywhere between the bounds of this step,
-/// by at least 1: the approximations are convex, so they are nowhere below their linearisations. 0
+/// by at least 1: the approximations are convex, so they are nowhere below their linearizations. 0
 /// without functions.
 fn lowest(values: &[f64], gradients: &[Vec<f64>], variables: &[Variable], ranks: &dyn Ranks) -> f64 {
     let Some(first) = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])) else { return 0.0 };

@@ -4,7 +4,7 @@ use super::{Dimension, Quantity, StateDerivative, StateView};
 
 /// Work of the current loads on the current displacements, `f_ext · d`. \[F L\]
 ///
-/// Minimising it makes the structure stiff under its loads; for a linear structure it is twice the
+/// Minimizing it makes the structure stiff under its loads; for a linear structure it is twice the
 /// stored energy. If only displacements are prescribed, it is zero.
 #[derive(Clone, Debug)]
 pub struct Compliance {

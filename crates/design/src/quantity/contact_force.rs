@@ -12,7 +12,7 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// Sum of the force norms of the slave nodes: `Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int^(j) −
 /// f_ext^(j)`. \[F\]
 ///
-/// Its negative is the paper's objective: friction included, contact forces are maximised. The sum
+/// Its negative is the paper's objective: friction included, contact forces are maximized. The sum
 /// of norms is not the norm of the resultant: forces in different directions do not cancel. Besides
 /// loads, slave nodes carry reactions if they are supported or driven; without those components
 /// ([`ContactForce::without_reactions`]) this difference is the negative contact force. With `ε =
@@ -20,7 +20,7 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// 1e-12 of the largest nodal force of the model counts as zero, with a zero derivative. With `ε >
 /// 0` the function is smooth everywhere; choose ε far below the relevant forces.
 ///
-/// Paper: (91), (93), (96); the regularisation is ours.
+/// Paper: (91), (93), (96); the regularization is ours.
 #[derive(Clone, Debug)]
 pub struct ContactForce {
     name: String,
@@ -36,7 +36,7 @@ impl ContactForce {
     ///
     /// # Errors
     ///
-    /// If there is no node, a node is out of range or listed twice, or the regularisation is
+    /// If there is no node, a node is out of range or listed twice, or the regularization is
     /// negative or not finite.
     pub fn new(nodes: Vec<u32>, node_count: usize, regularisation: f64) -> Result<Self, QuantityError> {
         check_nodes(&nodes, node_count)?;

@@ -9,8 +9,8 @@ use super::{ContactNode, Dimension, Extreme, Patch, Quantity, QuantityError, Rea
 /// How the nodal pressures of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PressureMeasure {
-    /// p-norm of the nodal pressures, (Σ_j max(ζ_nj, 0)^p)^(1/p): not below the largest pressure,
-    /// and closer to it the larger p is.
+    /// p-norm of the nodal pressures, (Σ_j max(ζ_nj, 0)^p)^(1/p): an upper bound of the largest
+    /// pressure that becomes tight as p grows.
     Peak {
         /// p ≥ 1.
         p: f64,
@@ -122,7 +122,7 @@ impl ContactPressure {
             self.patch.of(state.contact).map(|(_, at)| (at.pressure(), at.area)).unzip();
         let whole: f64 = area.iter().sum();
         let force: f64 = area.iter().zip(&pressure).map(|(a, p)| a * p).sum();
-        // no area, no pressure; areas that are not numbers stay so
+        // zero area gives zero pressure; NaN areas propagate
         let mean = if whole == 0.0 { 0.0 } else { force / whole };
         let none = vec![NodeSlopes::default(); area.len()];
         let each = |slopes: &dyn Fn(f64, f64) -> (f64, f64)| -> Vec<NodeSlopes> {
@@ -153,7 +153,7 @@ impl ContactPressure {
                 (deviation / mean, slopes)
             }
             PressureMeasure::Minimum { k, modulus } if mean != 0.0 => self.minimum(state, (k, modulus), (mean, whole)),
-            // no pressure; a mean that is not a number stays so
+            // zero pressure; a NaN mean propagates
             PressureMeasure::Mean | PressureMeasure::Spread | PressureMeasure::Minimum { .. } => (mean, none),
         }
     }

@@ -1,6 +1,6 @@
 //! Quantities: numbers computed from a state of the load path, with exact derivatives.
 //!
-//! Everything that can be printed, plotted, minimised or bounded is a [`Quantity`]. It has a value
+//! Everything that can be printed, plotted, minimized or bounded is a [`Quantity`]. It has a value
 //! at every state, and a pull-back: its partial derivatives with respect to the [data](StateView)
 //! of the state that it can read. The caller applies the chain rule, (92)–(98) of the paper, so a
 //! quantity knows neither equations nor meshes nor solvers.
@@ -90,7 +90,7 @@ pub enum QuantityError {
         /// The node, from 0.
         node: u32,
     },
-    /// The regularisation is negative, infinite or not a number.
+    /// The regularization is negative, infinite or not a number.
     #[error("regularisation {value} is not a finite force ≥ 0")]
     Regularisation {
         /// The given value. \[F\]

@@ -1,4 +1,4 @@
-//! Responses: functions of quantities over the load path, to be minimised or bounded.
+//! Responses: functions of quantities over the load path, to be minimized or bounded.
 //!
 //! A [`Response`] reads its quantities at chosen steps, and reduces the values to one number. The
 //! values are a table with a row for each [`Term`] and a column for each load step, through all

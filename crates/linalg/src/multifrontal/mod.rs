@@ -2,7 +2,7 @@
 //!
 //! The matrix is equilibrated by powers of two and permuted by nested dissection (without METIS:
 //! minimum degree) of the graph of its elimination groups: one vertex per node, or per slave node
-//! with its multipliers. The elimination tree of the symmetrised pattern, divided into supernodes,
+//! with its multipliers. The elimination tree of the symmetrized pattern, divided into supernodes,
 //! becomes a tree of dense *fronts*. Each front contains its fully summed rows and columns and
 //! those that they couple to:
 //!

@@ -1,7 +1,7 @@
 //! Forward and backward substitution along the fronts.
 //!
 //! With P A Q = L U, rows are read in the order of the pivot rows and columns in the order of the
-//! pivot columns; for the transposed system, rows and columns exchange roles, and so do the two
+//! pivot columns; for the transposed system, rows and columns swap roles, and so do the two
 //! triangles.
 
 use super::Numeric;

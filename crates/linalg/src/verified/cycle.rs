@@ -133,7 +133,7 @@ impl GivensLeastSquares {
         (s * last).abs()
     }
 
-    /// Coefficients of the minimiser. The coefficient for a zero pivot (an exactly singular
+    /// Coefficients of the minimizer. The coefficient for a zero pivot (an exactly singular
     /// operator) is zero.
     fn solution(&self) -> Vec<f64> {
         let k = self.columns.len();

@@ -9,8 +9,8 @@ use slipstick_ranks::Ranks;
 /// A direction counts as new if this much of its product is outside the span of the others.
 const NEW: f64 = 1e-6;
 
-/// Generalised conjugate residuals for several right-hand sides: each iteration adds the
-/// preconditioned residual of each of them to one space, in which all residuals are minimised.
+/// Generalized conjugate residuals for several right-hand sides: each iteration adds the
+/// preconditioned residual of each of them to one space, in which all residuals are minimized.
 ///
 /// With factors of a nearby matrix, residuals soon lie in the few directions in which the factors are
 /// wrong, which are the same for all right-hand sides: together, they find them in fewer iterations.
@@ -88,7 +88,7 @@ impl SharedCycle {
         }
     }
 
-    /// Orthonormalises a product, and combines the directions in the same way. Drops it if it is in
+    /// Orthonormalizes a product, and combines the directions in the same way. Drops it if it is in
     /// the span of the others; `false` if it is not finite.
     fn add(&mut self, mut z: Vec<f64>, mut w: Vec<f64>, ranks: &dyn Ranks) -> bool {
         let size = norm_on(&w, ranks);
@@ -116,7 +116,7 @@ impl SharedCycle {
 }
 
 impl Member {
-    /// Minimises the residual over new directions, whose products are orthonormal and orthogonal to
+    /// Minimizes the residual over new directions, whose products are orthonormal and orthogonal to
     /// earlier ones.
     fn minimise(&mut self, (products, directions): (&[Vec<f64>], &[Vec<f64>]), ranks: &dyn Ranks) {
         let mut components = dots(&self.residual, products);

@@ -62,7 +62,7 @@ pub(super) struct Document<'a> {
     pub points: usize,
     pub cells: usize,
     pub big_endian: bool,
-    /// Whether sizes before the values have 8 bytes instead of 4.
+    /// Whether block headers are UInt64 instead of UInt32 (`header_type`).
     pub long_header: bool,
     pub compression: Compression,
     pub arrays: Vec<Source<'a>>,

@@ -164,7 +164,7 @@ impl Analysis {
         Designs::new(&self.design, &self.cases)
     }
 
-    /// How many load cases, or realisations of a design, can run at the same time: as many as there
+    /// How many load cases, or realizations of a design, can run at the same time: as many as there
     /// are threads, and one if several ranks solve together.
     pub fn at_once(&self) -> usize {
         if self.linear.ranks().size() == 1 { rayon::current_num_threads() } else { 1 }

@@ -1,6 +1,6 @@
-//! Objective and constraints of the realisations of a design, as the optimizer sees them.
+//! Objective and constraints of the realizations of a design, as the optimizer sees them.
 //!
-//! The objective has one or more parts, of which the largest counts: one for each realisation of the
+//! The objective has one or more parts, of which the largest counts: one for each realization of the
 //! design, and for each load case if the worst of them counts. With more than one, the optimizer
 //! bounds all parts by a variable ([`slipstick_design::Functions::largest_of`]).
 
@@ -10,7 +10,7 @@ use slipstick_design::{Bound, DomainValues, ElementValues, Scaling, VariableValu
 
 use super::{FunctionRecord, IterationRecord, Optimization};
 
-/// The analysed realisations of a design: the nominal one, then the eroded and the dilated one, if
+/// The analysed realizations of a design: the nominal one, then the eroded and the dilated one, if
 /// there are three.
 pub(super) struct Designs {
     pub forwards: Vec<Forward>,
@@ -64,7 +64,7 @@ impl Designs {
 pub(super) struct Counts {
     /// Parts of the objective; 0 if there is only one.
     parts: usize,
-    /// Bounds on the volume and on the quantities of all realisations.
+    /// Bounds on the volume and on the quantities of all realizations.
     pub constraints: usize,
 }
 
@@ -91,7 +91,7 @@ struct ConstraintFunction {
 pub(super) struct Values {
     /// The parts of the objective.
     parts: Vec<f64>,
-    /// The bound on the volume, if any; then, for each realisation, the constraints of the analysis.
+    /// The bound on the volume, if any; then, for each realization, the constraints of the analysis.
     constraints: Vec<ConstraintFunction>,
     /// What was added to the values of the constraints of the analysis.
     pub shifts: Vec<f64>,
@@ -162,7 +162,7 @@ pub(super) fn set_multipliers(record: &mut IterationRecord, lambda: &[f64], scal
     let first = usize::from(bounded);
     let others = (record.constraints.len() - first).max(1);
     for (number, (lambda, factor)) in of_constraints.iter().zip(scaling.constraints()).enumerate() {
-        // the constraints of the analysis repeat for each realisation
+        // the constraints of the analysis repeat for each realization
         let at = if number < first { number } else { first + (number - first) % others };
         let multiplier = lambda * factor / scaling.objective();
         let sum = &mut record.constraints[at].multiplier;
@@ -218,7 +218,7 @@ impl Optimization {
     }
 
     /// Gradients of all functions with respect to the variables `x`; `gradients` are those with
-    /// respect to the densities of each realisation, of the parts of the objective and of the
+    /// respect to the densities of each realization, of the parts of the objective and of the
     /// constraints of the analysis.
     pub(super) fn gradients_of(
         &self,

@@ -14,7 +14,7 @@ use slipstick_design::{DensityMap, DesignVariables, ElementValues, MapParameter,
 use slipstick_path::{Guide, MarchEvent, MarchObserver};
 use slipstick_solid::EnergyInterpolation;
 
-/// The realisations of a design, with an analysis for each.
+/// The realizations of a design, with an analysis for each.
 pub(super) struct Realisations {
     /// Of the nominal design, then of the eroded and the dilated one.
     maps: Vec<Maps>,
@@ -22,7 +22,7 @@ pub(super) struct Realisations {
     others: Vec<Analysis>,
 }
 
-/// Names of three realisations.
+/// Names of three realizations.
 const NAMES: [&str; 3] = ["nominal", "eroded", "dilated"];
 
 impl Realisations {
@@ -46,7 +46,7 @@ impl Realisations {
         Ok(Self { maps, others: others.into() })
     }
 
-    /// Number of realisations.
+    /// Number of realizations.
     pub fn count(&self) -> usize {
         self.maps.len()
     }
@@ -69,7 +69,7 @@ impl Realisations {
         realisations.iter().flat_map(|of| cases.iter().map(move |case| name(of, case))).collect()
     }
 
-    /// The variables, the same for all realisations and iterations.
+    /// The variables, the same for all realizations and iterations.
     pub fn variables(&self) -> &DesignVariables {
         self.maps[0].variables()
     }
@@ -147,7 +147,7 @@ impl Realisations {
         side_by_side(self.maps.len(), &mut vec![(); threads - 1], on_this, on_others, wait)
     }
 
-    /// Marches with the densities of all realisations. The observer sees the events of the nominal
+    /// Marches with the densities of all realizations. The observer sees the events of the nominal
     /// design. If another design fails, the nominal analysis gets its densities, for reports.
     pub fn march(
         &mut self,
@@ -197,7 +197,7 @@ impl Realisations {
         Ok(Designs { forwards })
     }
 
-    /// For each realisation, the derivatives of the parts of the objective and of the constraints
+    /// For each realization, the derivatives of the parts of the objective and of the constraints
     /// with respect to its densities.
     pub fn gradients(
         &mut self,

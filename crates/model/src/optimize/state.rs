@@ -25,7 +25,7 @@ pub struct IterationRecord {
     /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as the
     /// optimizer sees it.
     pub optimality: Option<f64>,
-    /// Newton iterations of the whole path; of several realisations, of all their paths. The same
+    /// Newton iterations of the whole path; of several realizations, of all their paths. The same
     /// holds for the next three numbers.
     pub newton_iterations: usize,
     /// Newton iterations of failed attempts, including the paths that failed before the update was
@@ -40,7 +40,7 @@ pub struct IterationRecord {
     /// empty if there is only one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FunctionRecord>,
-    /// Constraints, in the order of [`OptimizationState::constraints`]. Of several realisations, the
+    /// Constraints, in the order of [`OptimizationState::constraints`]. Of several realizations, the
     /// value that violates the bound most, and the sum of the multipliers.
     pub constraints: Vec<FunctionRecord>,
     /// Largest violation of a constraint, relative to its bound; 0 if all are met.
@@ -88,7 +88,7 @@ pub struct OptimizationState {
     pub optimizer: Optimizer,
     /// Scales of objective and constraints, each from the first gradient that is not zero.
     pub scaling: Option<Scaling>,
-    /// Names of the functions whose largest is the objective: load cases, realisations of the
+    /// Names of the functions whose largest is the objective: load cases, realizations of the
     /// design, or both; empty if there is only one function.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
@@ -99,7 +99,7 @@ pub struct OptimizationState {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dilated_limit: Option<f64>,
     /// What the last update added to the smooth values of bounded extremes ([`slipstick_design::Bound::correction`]),
-    /// for each realisation and constraint of the analysis; empty if nothing.
+    /// for each realization and constraint of the analysis; empty if nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<f64>,
     /// Which constraints bound smooth values of extremes.

@@ -389,7 +389,7 @@ class Problem:
         Returns
         -------
         value : float
-            The objective θ, which an optimization minimises.
+            The objective θ, which an optimization minimizes.
         gradient : ndarray, shape (elements,)
             Derivatives with respect to all densities, 0 outside the design. They are exact for the
             current status of the contact nodes; the sensitivity filter is not applied.
@@ -573,7 +573,7 @@ class Problem:
             densities that the case prescribes. If the case filters or projects its variables, these
             are the initial variables.
         objective : str, Term or sequence of Term, optional
-            The objective to minimise instead of that of the case: quantities of the case, or those
+            The objective to minimize instead of that of the case: quantities of the case, or those
             added with :meth:`add`.
         constraints : sequence of Bound
             Bounds on quantities, in addition to those of the case.

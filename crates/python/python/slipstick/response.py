@@ -23,7 +23,7 @@ class Term:
     quantity : str
         Name of a quantity of the case, or of one that was added to the problem.
     weight : float
-        Its factor; the sum of all terms is minimised, so a negative weight maximises the quantity.
+        Its factor; the sum of all terms is minimized, so a negative weight maximizes the quantity.
     steps : str or sequence of int
         The load steps that count in every load case: ``"last"``, ``"all"``, or their numbers, from
         1.

@@ -2,7 +2,7 @@
 //! CalculiX ([`Frd`]); with the feature `vtkhdf` also whole load paths as one VTKHDF file (`VtkHdf`).
 //!
 //! Files appear complete or not at all: data are written to a temporary file next to the target,
-//! which is then renamed. CSV tables are instead written row by row, each row at once.
+//! which is then renamed. CSV tables grow one row at a time; each row is written in a single call.
 //!
 //! ```
 //! use slipstick_results::output::{Csv, Pvd, Values, Vtu};

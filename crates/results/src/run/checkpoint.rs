@@ -27,7 +27,7 @@ pub struct Checkpoint {
     /// Number of rows of `newton.csv` after each evaluated design; as long as the state's history.
     pub newton_rows: Vec<usize>,
     /// Start values of the next march, if they come from the previous design: one file for each of
-    /// its realisations.
+    /// its realizations.
     pub start_values: Vec<StartValuesFile>,
     /// The state.
     pub state: OptimizationState,

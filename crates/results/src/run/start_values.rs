@@ -39,7 +39,7 @@ pub struct StartValuesFile {
 }
 
 impl StartValuesFile {
-    /// Writes the path that iteration `iteration` follows with a realisation of the design: 0 for
+    /// Writes the path that iteration `iteration` follows with a realization of the design: 0 for
     /// the nominal one, 1 for the eroded and 2 for the dilated one. All ranks call it; `run` is that of the
     /// first rank, if it keeps one.
     ///

@@ -90,7 +90,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     // free multipliers, and each keeps its factors for the next time.
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
     let second = if case.contacts.iter().any(plain) && problem.analysis.objective.is_some() { factors } else { 0.0 };
-    // realisations of a design keep their matrices, load cases only while they run
+    // realizations of a design keep their matrices, load cases only while they run
     let realisations = realisations(case);
     let at_once = problem.analysis.at_once().min(if realisations > 1 { realisations } else { case.load_cases.len() });
     let at_once = at_once.max(1) as f64;
@@ -203,7 +203,7 @@ const RESPONSE_WHOLE: f64 = 10.0;
 /// 7 vectors to the peak, because the march needs more memory than the sweep of one response.
 const RESPONSE_DIVIDED: f64 = 12.0;
 
-/// How many realisations of a design are analysed.
+/// How many realizations of a design are analysed.
 fn realisations(case: &Case) -> usize {
     let three = case.design.as_ref().is_some_and(|design| design.minimum_thickness.is_some());
     if three && case.optimizer.is_some() { 3 } else { 1 }

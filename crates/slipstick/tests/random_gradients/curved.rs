@@ -19,7 +19,7 @@ enum Profile {
     /// A cylinder along z.
     Cylinder(f64),
     Sphere(f64),
-    /// No shape that is recognised: curvatures along x and z.
+    /// No shape that is recognized: curvatures along x and z.
     Paraboloid(f64, f64),
 }
 

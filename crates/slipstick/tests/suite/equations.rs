@@ -1,6 +1,7 @@
 //! The documents against the sources: equations of the paper that the code implements are referred
 //! to (`Paper: (22)` in a doc comment), names, files and tests that are cited exist, keys of case
-//! files are explained, links lead to files, and the case in the README builds.
+//! files are explained, links lead to files and headings, the case on the page about case files
+//! builds, and the README shows the Python program of the package.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -249,7 +250,12 @@ const DOCUMENTS: &[&str] = &[
     "docs/theory.md",
     "docs/notation.md",
     "docs/claims.md",
+    "docs/what_it_can_do.md",
+    "docs/commands.md",
     "docs/case_file.md",
+    "docs/results.md",
+    "docs/glossary.md",
+    "docs/other_codes.md",
     "docs/examples.md",
     "docs/SUMMARY.md",
     "docs/introduction.md",
@@ -264,8 +270,20 @@ const DOCUMENTS: &[&str] = &[
     "docs/tutorials/report.md",
     "docs/tutorials/verify_gradient.md",
     "cases/bracket/README.md",
-    "docs/cluster.md",
     "docs/robustness.md",
+    "docs/curved.md",
+    "docs/decks.md",
+    "docs/designs.md",
+    "docs/optimizers.md",
+    "docs/performance.md",
+    "docs/python.md",
+    "docs/quantities.md",
+    "docs/verification.md",
+    "docs/tutorials/own_problem.md",
+    "docs/tutorials/part.md",
+    "crates/python/README.md",
+    "CHANGELOG.md",
+    "cases/snap/README.md",
     "cases/half_ball_on_plate/README.md",
     "cases/cube_on_cuboid/README.md",
     "cases/ironing/README.md",
@@ -297,34 +315,67 @@ fn every_crate_of_the_build_is_explained() {
     assert!(counted > 20, "{counted}");
 }
 
-/// Relative links of the documents lead to files.
+/// Anchors of a page: of its headings, as GitHub and mdBook make them, and those that it sets itself.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut fenced = false;
+    for line in text.lines() {
+        fenced ^= line.starts_with("```");
+        if !fenced && line.starts_with('#') {
+            let heading = line.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");
+            found.insert(heading.chars().filter(|&c| is_word(c) || c == '-').collect());
+        }
+        let own = line.split("<a id=\"").skip(1).filter_map(|rest| rest.split('"').next());
+        found.extend(own.map(str::to_owned));
+    }
+    found
+}
+
+/// Relative links of the documents lead to files, and to headings of pages.
 #[test]
-fn links_lead_to_files() {
-    let mut checked = 0;
+fn links_lead_to_files_and_headings() {
+    let (mut files, mut headings) = (0, 0);
     for name in DOCUMENTS {
         let text = document(name);
         let folder = root().join(name).parent().expect("a file").to_path_buf();
         for rest in text.split("](").skip(1) {
-            let target = rest.split([')', '#']).next().expect("a first part");
-            if !target.is_empty() && !target.contains("://") {
-                assert!(folder.join(target).exists(), "{name} links to {target}, which does not exist");
-                checked += 1;
+            let link = rest.split(')').next().expect("a first part");
+            let (target, anchor) = link.split_once('#').unwrap_or((link, ""));
+            if target.contains("://") {
+                continue;
+            }
+            let file = if target.is_empty() { root().join(name) } else { folder.join(target) };
+            assert!(file.exists(), "{name} links to {target}, which does not exist");
+            files += 1;
+            if !anchor.is_empty() && file.extension().is_some_and(|end| end == "md") {
+                let page = fs::read_to_string(&file).expect("a page");
+                assert!(anchors(&page).contains(anchor), "{name} links to {link}: there is no such heading");
+                headings += 1;
             }
         }
     }
-    assert!(checked > 20, "only {checked} links were found");
+    assert!(files > 100 && headings > 50, "only {files} links to files and {headings} to headings were found");
 }
 
 #[test]
-fn the_case_in_the_readme_builds() {
-    let readme = document("README.md");
-    let case = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a case file");
-    let resolved = slipstick::case::parse_case(case, "README.md").unwrap_or_else(|errors| panic!("{errors}"));
+fn the_case_on_the_page_about_case_files_builds() {
+    let page = document("docs/case_file.md");
+    let case = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a case file");
+    let resolved = slipstick::case::parse_case(case, "docs/case_file.md").unwrap_or_else(|errors| panic!("{errors}"));
     assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
     resolved.require(&["contact", "dirichlet", "design", "objective", "optimizer"]).expect("complete");
     let problem = slipstick::build::build(&resolved.case).unwrap_or_else(|error| panic!("{error}"));
     // by hand: 12·3·4 + 4·2·4
     assert_eq!(problem.mesh.elements.len(), 176);
+}
+
+#[test]
+fn the_readme_shows_the_program_of_the_python_package() {
+    let program = |name: &str| {
+        let text = document(name);
+        text.split("```python\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a program").to_owned()
+    };
+    assert_eq!(program("README.md"), program("crates/python/README.md"));
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn penalty_tends_to_lagrange_from_below_and_augmented_lies_on_it() {
             let mut problem = problem(&Scene { enforcement, shape, friction: 0.3, ..Scene::default() }.text());
             let density = random_density(&problem, 5);
             let run = forward(&mut problem, &density);
-            // sub-steps would be a different discretisation in time
+            // sub-steps would be a different discretization in time
             assert_eq!(run.path.states.len(), 11);
             -run.value
         };

@@ -507,7 +507,7 @@ fn a_tie_does_not_change_thin_bodies() {
 }
 
 /// Two surfaces that are tied for the first half of the path and slide in the second, with their roles
-/// exchanged: friction is μ times the normal force. Spans that overlap are an error, and so is the
+/// swapped: friction is μ times the normal force. Spans that overlap are an error, and so is the
 /// same slave in both pairs.
 #[test]
 fn a_tie_is_followed_by_friction() {

@@ -86,7 +86,7 @@ pub fn march(scene: &Scene) -> (Result<Path, Box<MarchFailure>>, Watch) {
     (result, watch)
 }
 
-/// At first contact the regularised problem is homogeneous, so a smaller load increment changes
+/// At first contact the regularized problem is homogeneous, so a smaller load increment changes
 /// nothing; without damping, the iteration jumps between directions of slip indefinitely.
 #[test]
 fn friction_from_first_contact_on_needs_no_sub_steps() {

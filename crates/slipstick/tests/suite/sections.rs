@@ -65,7 +65,7 @@ fn two_materials_in_series() {
         let gradient = problem.analysis.response_gradients(&run, true).expect("a gradient").remove(0);
         let of = |name: Parameter| gradient.parameters.iter().find(|(other, _)| *other == name).expect("a parameter").1;
         let by_modulus = of(Parameter::YoungsModulus { body: 0 });
-        // the objective is minimised
+        // the objective is minimized
         assert!((by_modulus + 1.0 / 1000.0).abs() < 1e-12, "{region}: {by_modulus}");
     }
 }

@@ -11,22 +11,22 @@ pub fn chapter() -> Chapter {
         title: "Beam sliding over a beam, against code_aster",
         about: "
 code_aster's test SSNV505. Two beams (2032 × 63.5 × 10.16, E = 6894.8, ν = 0.3333, St.
-Venant–Kirchhoff, no friction) lie one above the other. The lower one is clamped at its left end, the
-upper one at its right end. A line across the top of the upper beam, two thirds along it from the
-clamp, moves down by 790; the end of the upper beam touches the lower one and slides along it. The
-numbers are the sums of the vertical reactions at both clamps at five times; at t = 0.2, the beams do
-not touch yet. Both programs use 40 × 3 × 1 elements per beam.
+Venant–Kirchhoff, no friction) lie one above the other. The lower one is clamped at its left end,
+the upper one at its right end. A line across the top of the upper beam, at two thirds of its length
+from the clamp, is moved down by 790; the end of the upper beam touches the lower one and slides
+along it. The numbers are the sums of the vertical reactions at both clamps at five times; at t =
+0.2, the beams do not touch yet. Both programs use 40 × 3 × 1 elements per beam.
 
 * *linear*: variant D, linear hexahedra in plane strain.
-* *27 nodes*: variant L. Its mesh is converted from 20 nodes, and its supports hold only nodes at
-  corners and edges of elements. The new nodes are free, also across the beam.
+* *27 nodes*: variant L. Its mesh was converted from 20-node elements. Supports hold only the
+  original nodes; the added face and centre nodes are free, including in the width direction.
 * *27 nodes, plane strain*: compared with variant K, which has 20 nodes, all of them held.
 
-The slave is the bottom and the end of the upper beam, and two facets of its top, because towards the
-end of the path the edge between end and top touches the lower beam
+The slave is the bottom and the end of the upper beam, and two facets of its top, because towards
+the end of the path the edge between end and top touches the lower beam
 ([edges](edges.md#sharp-edges-of-the-slave)).",
         remarks: "
-Two algorithms of contact in code_aster differ by 0.2 % with linear elements. The variants show what
+code_aster's two contact algorithms differ by 0.2 % with linear elements. The variants show what
 matters: a slave without the top has normals of one side only at its upper edge, so contact pushes
 along the beam at the end. Linear elements are too stiff in bending by a third, as the finer mesh
 and the quadratic elements show.",

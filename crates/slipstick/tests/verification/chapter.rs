@@ -18,7 +18,7 @@ pub struct Chapter {
     pub title: &'static str,
     /// The computed problem, and the source of the expected numbers. Markdown.
     pub about: &'static str,
-    /// Interpretation of the findings: discretisation, known deviations and their cause. Markdown,
+    /// Interpretation of the findings: discretization, known deviations and their cause. Markdown,
     /// or empty.
     pub remarks: &'static str,
     /// Whether it runs with all other tests, not only on request.
@@ -125,7 +125,7 @@ pub fn page(records: &Records) -> String {
             .title
             .to_lowercase()
             .chars()
-            .filter_map(|c| if c == ' ' { Some('-') } else { (c.is_alphanumeric() || c == '-').then_some(c) })
+            .filter_map(|c| if c == ' ' { Some('-') } else { (c.is_alphanumeric() || "-_".contains(c)).then_some(c) })
             .collect();
         let _ = match records.get(chapter.key) {
             Some(record) => writeln!(

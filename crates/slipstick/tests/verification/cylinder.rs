@@ -11,15 +11,15 @@ pub fn chapter() -> Chapter {
         key: "cylinder",
         title: "Nearly incompressible cylinder under pressure",
         about: "
-A hollow cylinder (radius 1 … 2, plane strain, ν = 0.4999) under pressure from inside. The number is
-the mean radial displacement of the inner surface over that of Lamé's solution,
-u(a) = (1 + ν) p a ((1 − 2ν) a² + b²)/(E (b² − a²)). The strains are so small that the pressure acts on
-the undeformed surface. There are two quadratic or four linear elements through the wall. The last row
+A hollow cylinder (radius 1 … 2, plane strain, ν = 0.4999) under pressure from inside. Each row
+gives the mean radial displacement of the inner surface divided by that of Lamé's solution, u(a) =
+(1 + ν) p a ((1 − 2ν) a² + b²)/(E (b² − a²)). The strains are so small that the pressure acts on the
+undeformed surface. There are two quadratic or four linear elements through the wall. The last row
 is a convergence study with N quadratic elements through the wall.",
         remarks: "
-Fully integrated linear hexahedra lock. With F̄ (mean dilatation), none of the elements does, and the
-error of 27-node hexahedra falls by at least 2³, the factor of quadratic elements, when the mesh is
-refined once.",
+Fully integrated linear hexahedra lock. With F̄ (mean dilatation), none of the elements does, and
+the error of 27-node hexahedra falls by at least 2³, the factor of quadratic elements, when the mesh
+is refined once.",
         quick: true,
         run: || Some(run()),
     }

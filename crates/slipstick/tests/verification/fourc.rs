@@ -19,24 +19,25 @@ pub fn chapter() -> Chapter {
         title: "Tests of 4C",
         about: "
 This chapter repeats six tests of [4C](https://github.com/4C-multiphysics/4C)
-(`tests/input_files/contact3D_{lin_stdlagr, lin_duallagr, lin_uzawa, lin_penalty, tet4_hex8, patch_linstatic}.dat`,
-at commit 76590c6 of the fork maxfirmbach/4C). In the first four, a block of E = 2100 is pressed by
-1 into one of E = 210 and dragged by (0.2, 0.2), without friction (129 hexahedra, neo-Hooke, 30
-steps). 4C solves the dynamic problem, with a mass density so small that a quasi-static run agrees
-to about 1e-3 of the prescribed 1. In the fifth, a block of 70 tetrahedra is pressed by 1 into a
-plate of 49 hexahedra and dragged by (2, 2) over it with μ = 0.1, in 50 steps. The sixth is a patch
-test of linear elasticity: blocks of 843 hexahedra with non-matching meshes, pressed by a traction
-of a tenth of E. Here it is run with a millionth of the traction, and its displacements are
-multiplied by a million; the remaining difference is the contribution of the nonlinear theory. The
-expected values are the displacements of a slave node that 4C's own tests assert.
+(`tests/input_files/contact3D_{lin_stdlagr, lin_duallagr, lin_uzawa, lin_penalty, tet4_hex8,
+patch_linstatic}.dat`, at commit 76590c6 of the fork maxfirmbach/4C). In the first four, a block of
+E = 2100 is pressed by 1 into one of E = 210 and dragged by (0.2, 0.2), without friction (129
+hexahedra, neo-Hooke, 30 steps). 4C solves the dynamic problem, with a mass density so small that a
+quasi-static run agrees to about 1e-3 of the prescribed 1. In the fifth, a block of 70 tetrahedra is
+pressed by 1 into a plate of 49 hexahedra and dragged by (2, 2) over it with μ = 0.1, in 50 steps.
+The sixth is a patch test of linear elasticity: blocks of 843 hexahedra with non-matching meshes,
+pressed by a traction of a tenth of E. Here it is run with a millionth of the traction, and its
+displacements are multiplied by a million; the remaining difference is the contribution of the
+nonlinear theory. The expected values are the displacements of a slave node that 4C's own tests
+assert.
 
 The files are not part of slipstick. The suite reads them, converted to JSON, from the folder in
 `SLIPSTICK_4C_CASES`; if the variable is not set, it skips the chapter and prints a message.",
         remarks: "
-Dual multipliers and the augmented Lagrangian differ from standard multipliers, and the penalty
-method from all of them, as in 4C; the remaining difference is a fiftieth of what 4C's dynamics may
-contribute. In `contact3D_tet4_hex8`, 4C integrates with nine points on each slave facet (`INTTYPE
-elements`), not on the segments where facets overlap, which may explain the 6e-4 of u_z.",
+The variants differ from one another in the same way as in 4C. What remains is a fiftieth of the
+effect that 4C's dynamics may have. In `contact3D_tet4_hex8`, 4C integrates with nine points on each
+slave facet (`INTTYPE elements`), not on the segments where facets overlap, which may explain the
+6e-4 of u_z.",
         quick: false,
         run,
     }

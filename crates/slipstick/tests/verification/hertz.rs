@@ -13,17 +13,17 @@ pub fn chapter() -> Chapter {
         title: "Hertz: two spheres",
         about: "
 Two elastic spheres (R = 50, E = 20000, ν = 0.3, no friction) are pressed together. This is the
-problem of code_aster's test SSNV104, where the approach is 2 on each side. Hertz' theory gives
-a = √(R*δ), p₀ = 2E*/π √(δ/R*), F = 4/3 E* √R* δ^(3/2) with R* = 25, E* = E/2(1−ν²) and approach δ;
-for δ = 4 this gives a = 10, p₀ = 2798.3, F = 586081. The model consists of quarters of half-balls
-with driven flat faces; the meshes are refined towards the pole, and those of the two balls do not
-match. The theory assumes small strains and half spaces. It therefore relates F, a and p₀ of small
-contacts well, while the approach depends on the whole body: a half-ball that is driven at its flat
-face is stiffer than the half space, by terms of the order of a/R. We therefore compare F at given
-δ, and at the computed force F we compare a with (3FR*/4E*)^(1/3) and p₀ with 3F/2πa². a is computed
-from the second moment of the pressure, ∫ p r² dA = 2/5 F a², and p₀ is that of the ellipse through
-the nodal pressures within a/2. Dual shapes; N is the number of facets over a quarter turn of the
-sphere, about a third of which are in contact.",
+problem of code_aster's test SSNV104, where the approach is 2 on each side. Hertz' theory gives a =
+√(R*δ), p₀ = 2E*/π √(δ/R*), F = 4/3 E* √R* δ^(3/2) with R* = 25, E* = E/2(1−ν²) and approach δ; for
+δ = 4 this gives a = 10, p₀ = 2798.3, F = 586081. The model consists of quarters of half-balls with
+driven flat faces; the meshes are refined towards the pole, and those of the two balls do not match.
+The theory assumes small strains and half spaces. For small contacts it therefore predicts the
+relation between F, a and p₀ well, but not the approach δ, which depends on the whole body: a
+half-ball that is driven at its flat face is stiffer than the half space, by terms of the order of
+a/R. We therefore compare F at given δ, and at the computed force F we compare a with
+(3FR*/4E*)^(1/3) and p₀ with 3F/2πa². a is computed from the second moment of the pressure, ∫ p r²
+dA = 2/5 F a², and p₀ is that of the ellipse through the nodal pressures within a/2. Dual shapes; N
+is the number of facets over a quarter turn of the sphere, about a third of which are in contact.",
         remarks: "
 At the load of SSNV104, p₀/E* is 0.27 and a/R 0.2: strains and slopes are far beyond the range of
 the theory, F is 14 % above it, and at the same force p₀ is 4.6 % above and a 2 % below it. At

@@ -12,21 +12,21 @@ pub fn chapter() -> Chapter {
         key: "mindlin",
         title: "Cattaneo and Mindlin: two cylinders",
         about: "
-Two parallel cylinders in plane strain (R = 8, E = 200, ν = 0.3, μ = 0.2) are pressed together by
-P = 10 per length, then sheared by Q = 0.93616 (often given as loads p = 0.625 and q = 0.05851 over
-the width 16). The analytic solution, for half planes and small strains, is: half width
-b = √(4PR*/πE*) = 0.68078, p₀ = 2P/πb = 9.3514; the middle |x| < c = b √(1 − Q/μP) = 0.72933 b
-sticks, and the traction is μp₀ (√(1 − x²/b²) − c/b √(1 − x²/c²)). The bodies are half-rings (inner
-radius 1), driven at their inner faces; the driving displacements are iterated until P and Q are met
-within 0.2 % (the expected values are those for the computed forces). Dual shapes, augmented
-Lagrangian; the slave has N facets around, refined towards the contact, the master 3/4 N. b and c
-are computed from second moments of the tractions: ∫ p x² = P b²/4, ∫ q x² = μP b²/4 (1 − c⁴/b⁴); p₀
-is the nodal pressure next to the middle. The statuses of nodes determine c up to the length of a
-facet, which is the bound there.",
+Two parallel cylinders in plane strain (R = 8, E = 200, ν = 0.3, μ = 0.2) are pressed together by P
+= 10 per length, then sheared by Q = 0.93616 (often given as loads p = 0.625 and q = 0.05851 over
+the width 16). The analytic solution, for half planes and small strains, is: half width b =
+√(4PR*/πE*) = 0.68078, p₀ = 2P/πb = 9.3514; the middle |x| < c = b √(1 − Q/μP) = 0.72933 b sticks,
+and the traction is μp₀ (√(1 − x²/b²) − c/b √(1 − x²/c²)). The bodies are half-rings (inner radius
+1), driven at their inner faces; the driving displacements are iterated until P and Q are met within
+0.2 % (the expected values are those for the computed forces). Dual shapes, augmented Lagrangian;
+the slave has N facets around, refined towards the contact, the master 3/4 N. b and c are computed
+from second moments of the tractions: ∫ p x² = P b²/4, ∫ q x² = μP b²/4 (1 − c⁴/b⁴); p₀ is the nodal
+pressure next to the middle. Node statuses resolve c only to one facet length, so that is the bound
+for that row.",
         remarks: "
 At P = 10, p₀/E* is 0.085, and strains of a few percent are beyond the range of the theory: p₀
-converges to a value about 2.5 % above it. At P/16, where all lengths and strains of the contact are a
-quarter, the deviations fall below 2 % and still decrease as the mesh is refined.
+converges to a value about 2.5 % above it. At P/16, where all lengths and strains of the contact are
+a quarter, the deviations fall below 2 % and still decrease as the mesh is refined.
 
 With standard shapes, nodal multipliers oscillate about the pressure, from the edges of the contact
 inwards, by 8 to 12 % of p₀ within 0.8 b; with dual shapes, by 1 to 3 %. Forces and displacements do

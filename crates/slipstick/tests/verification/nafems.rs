@@ -13,48 +13,47 @@ pub fn chapter() -> Chapter {
         about: "
 Three problems of A. Konter, *Advanced Finite Element Contact Benchmarks* (NAFEMS R0094, 2006). The
 expected values are those of code_aster's tests SSNP154, SSNA122 and SSNP156; the first two quote
-Marc and Abaqus. In all of them, steel (E = 210000, ν = 0.3) is pressed onto aluminium (E = 70000,
-ν = 0.3); lengths are in mm, forces in N.
+Marc and Abaqus. In all of them, steel (E = 210000, ν = 0.3) is pressed onto aluminium (E = 70000, ν
+= 0.3); lengths are in mm, forces in N.
 
-1. *Roller.* A cylinder (R = 50) on a block (width 200, height 200, lower side fixed) in plane strain,
-   35 kN per millimetre, half of it meshed. The number is the displacement of the block below the
-   middle of the contact.
+1. *Roller.* A cylinder (R = 50) on a block (width 200, height 200, lower side fixed) in plane
+   strain, 35 kN per millimetre, half of it meshed. The number is the displacement of the block
+   below the middle of the contact.
 2. *Punch.* A punch (diameter 100, height 100, edge rounded with a radius of 10) on a foundation
-   (diameter 200, height 200, lower side fixed), axially symmetric, pressure 100 on top. The number is
-   the displacement of the foundation in the middle of the contact. A quarter is meshed; a hole of
-   radius 0.5, whose wall does not move radially, replaces the axis.
+   (diameter 200, height 200, lower side fixed), axially symmetric, pressure 100 on top. The number
+   is the displacement of the foundation in the middle of the contact. A quarter is meshed; a hole
+   of radius 0.5, whose wall does not move radially, replaces the axis.
 3. *Pin.* A pin (R = 50) in a hole of the same radius, in a strip with a rounded end (R = 100) whose
    straight end, 200 from the centre of the hole, is fixed; plane strain, 20 kN per millimetre, half
-   of it meshed. The number is the displacement of the strip in the middle of the contact. The pin is
-   hollow (inner radius 5) and loaded at its inner face.
+   of it meshed. The number is the displacement of the strip in the middle of the contact. The pin
+   is hollow (inner radius 5) and loaded at its inner face.
 
 Both bodies follow the St. Venant–Kirchhoff law: Hooke's law in total Lagrangian formulation. N
 counts elements along the block's upper side, the punch's lower side and half of the hole; order 2
-means hexahedra with 27 nodes. Only contact holds the steel in the direction of the load. So that it
-does from the start, the meshes overlap by 0.01 there; the loads are forces, so that the equilibrium
-does not depend on this.",
+means hexahedra with 27 nodes. Only contact holds the steel in the direction of the load. To
+establish contact from the start, the meshes overlap by 0.01 there; the loads are forces, so that
+the equilibrium does not depend on this.",
         remarks: "
-The roller agrees within 0.12 %. Here the law matters: with Hooke's law at small strains
-(`linear_elastic`) and neo-Hookean bodies, the block moves by 2.6 % less, since the strains under the
-roller reach 5 %.
+The roller agrees within 0.12 %. The material law matters here: with `linear_elastic` or `neo_hooke`
+instead, the block moves 2.6 % less, since the strains under the roller reach 5 %.
 
-The punch with elements of second order agrees within 1 %. The values for first order come from a mesh
-that is not fine enough: they differ from those for second order on the same mesh by 1.7 %, while the
-values found here approach each other as the meshes are refined. Small strains change the displacement
-by 0.2 % and do not explain the difference. The size of the contact has more effect: a flat part of the
-punch with a radius of 40.5 instead of 40 reduces the displacement by 1 %, and a mesh whose elements at
-the rounding are not much smaller than this may move the edge of the contact as much. Friction changes
-the displacement by 0.00217; in the source, by 0.00215.
+The punch with elements of second order agrees within 1 %. The values for first order come from a
+mesh that is not fine enough: they differ from those for second order on the same mesh by 1.7 %,
+while the values found here approach each other as the meshes are refined. Small strains change the
+displacement by 0.2 % and do not explain the difference. The size of the contact has more effect: a
+flat part of the punch with a radius of 40.5 instead of 40 reduces the displacement by 1 %, and a
+mesh whose elements at the rounding are not much smaller than this may move the edge of the contact
+as much. Friction changes the displacement by 0.00217; in the source, by 0.00215.
 
 The pin agrees within 0.1 % with the variant of SSNP156 that integrates the contact conditions with
-Gauss points, 0.736166. The variants with conditions at nodes give 0.717991, 2.5 % less, on a mesh that
-is not known here. Neither the law nor the load explains this value: small strains increase the
-displacement by 0.4 %, and inner radii of 2 and 15 change it by −0.04 and +0.5 %. The fit may explain
-it. If the nodes of hole and pin do not coincide, linear elements overlap, since their facets are
-chords: by up to 0.1 with 24 elements on half of the hole and 33 on half of the pin, and by less with
-finer meshes. The pin is then a press fit, and the front of the hole moves by less. With the round
-surfaces of second-order elements, an overlap of 0.01 all around (`offset`) reduces the displacement by
-0.75 %.",
+Gauss points, 0.736166. The variants with conditions at nodes give 0.717991, 2.5 % less, on a mesh
+that we do not know. Neither the law nor the load explains this value: small strains increase the
+displacement by 0.4 %, and inner radii of 2 and 15 change it by −0.04 and +0.5 %. The fit may
+explain it. If the nodes of hole and pin do not coincide, linear elements overlap, since their
+facets are chords: by up to 0.1 with 24 elements on half of the hole and 33 on half of the pin, and
+by less with finer meshes. The pin is then a press fit, and the front of the hole moves by less.
+With the round surfaces of second-order elements, an overlap of 0.01 all around (`offset`) reduces
+the displacement by 0.75 %.",
         quick: false,
         run: || Some(run()),
     }

@@ -19,14 +19,14 @@ pub fn chapter() -> Chapter {
         key: "necking",
         title: "A bar of steel that necks, against CalculiX",
         about: "
-A round bar (radius 6.413, length 53.334; E = 200,000 MPa, ν = 0.3, a table of yield stresses from 451
-to 831 MPa) is held at its ends and stretched. Geometry, material and the elongation of 3.5 mm per half
-at the largest force are those of the tutorial *neckingBar* of solids4foam (after Cardiff, Tuković, De
-Jaeger, Clancy and Ivanković, IJNME 109, 2017), which reads the elongation from its curve. CalculiX 2.20
-uses the same law at finite strains; both programs use the same 120 elements with straight edges on an
-eighth of the bar, CalculiX with 20 nodes and reduced integration (`C3D20R`), slipstick with 27 nodes
-and F̄. The force is that on a quarter of the cross-section, interpolated between CalculiX's increments;
-the radius is that in the neck.",
+A round bar (radius 6.413, length 53.334; E = 200,000 MPa, ν = 0.3, a table of yield stresses from
+451 to 831 MPa) is held at its ends and stretched. Geometry, material and the elongation of 3.5 mm
+per half at the largest force are those of the tutorial *neckingBar* of solids4foam (after Cardiff,
+Tuković, De Jaeger, Clancy and Ivanković, IJNME 109, 2017), which reads the elongation from its
+curve. CalculiX 2.20 uses the same law at finite strains; both programs use the same 120 elements
+with straight edges on an eighth of the bar, CalculiX with 20 nodes and reduced integration
+(`C3D20R`), slipstick with 27 nodes and F̄. The force is that on a quarter of the cross-section,
+interpolated between CalculiX's increments; the radius is that in the neck.",
         remarks: "",
         quick: false,
         run: || Some(necking()),

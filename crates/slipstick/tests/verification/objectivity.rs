@@ -37,7 +37,11 @@ fn run() -> Vec<Finding> {
         for shape in ["standard", "dual"] {
             let [on_the_way, tractions, displacements] = turn(enforcement, shape);
             let name = format!("{method}, {shape}");
-            findings.push(Finding::at_most(format!("{name}: tractions on the way, in nodal frames"), 1e-8, on_the_way));
+            findings.push(Finding::at_most(
+                format!("{name}: tractions during the rotation, in nodal frames"),
+                1e-8,
+                on_the_way,
+            ));
             findings.push(Finding::at_most(format!("{name}: tractions after 360°, as vectors"), 1e-8, tractions));
             findings.push(Finding::at_most(format!("{name}: displacements after 360°"), 1e-8, displacements));
         }

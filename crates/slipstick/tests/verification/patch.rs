@@ -15,20 +15,20 @@ pub fn chapter() -> Chapter {
         about: "
 In the contact patch test of Taylor and Papadopoulos (1991), an interface between non-matching
 meshes must transmit a uniform state of stress exactly. Two upper blocks, side by side, press on one
-lower block, so that each slave surface covers part of the master, and its facets cover parts of
-facets. The material is neo-Hookean, the engineering strain 0.15. With walls at the sides the state
-is uniaxial strain, and the pressure follows from the material law by hand. The inclined interface
-y = 1 + 0.2 x − 0.1 z sticks and also transmits shear (ν = 0). `tests/suite/patch.rs` contains further
-variants: other and graded meshes, two materials, free sides. Displacements are relative to the
-prescribed 0.3, tractions to the exact one. In the warped meshes, nodes of the interface are moved
-within it by up to 0.15.",
+lower block, so each slave surface covers only part of the master, and slave facets cover only parts
+of master facets. The material is neo-Hookean, the engineering strain 0.15. With walls at the sides
+the state is uniaxial strain, and the pressure can be computed by hand from the material law. The
+inclined interface y = 1 + 0.2 x − 0.1 z sticks and also transmits shear (ν = 0).
+`tests/suite/patch.rs` contains further variants: other and graded meshes, two materials, free
+sides. Displacements are relative to the prescribed 0.3, tractions to the exact one. In the warped
+meshes, nodes of the interface are moved within it by up to 0.15.",
         remarks: "
 On facets that are parallelograms, in any position relative to each other, slipstick passes the test
-to round-off. On other quadrilaterals the shape functions of master and slave are not polynomials
-over the triangles of an overlap, so the mortar integrals contain the error of the integration rule
-(`cell_rule`). This error decreases with the number of points and is small compared to the
-discretization error. The same holds for every segment-based method that integrates with Gauss
-points.",
+to within round-off. On other quadrilaterals the shape functions of master and slave are not
+polynomials over the triangles of an overlap, so the mortar integrals contain the error of the
+integration rule (`cell_rule`). This error decreases with the number of points and is small compared
+to the discretization error. The same holds for every segment-based method that integrates with
+Gauss points.",
         quick: true,
         run: || Some(run()),
     }

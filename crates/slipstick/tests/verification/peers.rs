@@ -14,11 +14,11 @@ A cube of one element (0.8³) on a slab of four (4 × 1 × 1, E = 500, ν = 0.3)
 then dragged by (1, 0, 0.03), in 10 steps. The reactions on the driven face at the end are compared
 with the band of GetFEM 5.4.2 (augmented Lagrangian with ray tracing, the same law), Kratos 10.4.4
 (dual mortar) and CalculiX 2.20 (mortar; its neo-Hookean law differs, which changes F_n by 0.8 %).
-Each of them discretises contact in a different way; the bands span their three values, to the
-digits that are known.",
+Each of them discretizes contact in a different way; the bands span their three values, widened by
+half a unit of the last known digit.",
             remarks: "
 With one element, the three programs differ by up to 4 % in F_n and 19 % in F_t, mostly because of
-the discretisation: four elements per edge change F_n by 12 to 16 %. At μ = 0 and
+the discretization: four elements per edge change F_n by 12 to 16 %. At μ = 0 and
 0.2, slipstick's F_n is 0.6 % and 0.5 % above the stiffest of the others. At μ = 0.5, the rear nodes
 of the cube open with standard shapes but stay closed with dual shapes. With standard shapes, the
 normal force lies 1.4 % above the band and the tangential force 1.6 % below it; with dual shapes,
@@ -39,8 +39,9 @@ The forces oscillate along the slide with the period of the block's facets (0.3)
 standard shapes, the end of the path lies in a trough of the oscillation, which does not depend on
 the number of steps. With dual shapes, which the mortar contacts of Kratos and CalculiX also use, or
 with a finer die, both forces at the end are inside the bands, but then the end lies on a crest. On
-this mesh, forces at a single step are only accurate to a few percent. [Performance](performance.md#against-other-codes)
-lists the range of the tangential forces of GetFEM and CalculiX along the slide.",
+this mesh, forces at a single step are only accurate to a few percent.
+[Performance](performance.md#against-other-codes) lists the range of the tangential forces of GetFEM
+and CalculiX along the slide.",
             quick: false,
             run: || Some(ironing()),
         },

@@ -13,13 +13,13 @@ pub fn chapters() -> [Chapter; 2] {
             key: "plate",
             title: "Plastic bar, by hand, and plate with a hole, against CalculiX",
             about: "
-*Bar*: a cube (E = 700, ν = 0.32, σ_y = 30 + 260 α) is pulled to a logarithmic plastic strain of 0.3,
-and the force follows by hand from strains that add up: τ = σ_y(α), ε = τ/E + α along the bar and −ν
-τ/E − α/2 across it. *Plate*: a quarter of a plate (20 × 36 × 2, hole of radius 5, E = 200,000, ν =
-0.3, yield stress 200, 300, 350 at plastic strains 0, 0.1, 0.3) is stretched by 0.6 at its end, to its
-largest force. CalculiX 2.20 uses the same law at finite strains; both programs use the same 48
-elements with straight edges, CalculiX with 20 nodes and reduced integration (`C3D20R`), slipstick
-with 27 nodes and F̄. The number is the force on the quarter.",
+*Bar*: a cube (E = 700, ν = 0.32, σ_y = 30 + 260 α) is pulled to a logarithmic plastic strain of
+0.3, and the force follows by hand from strains that add up: τ = σ_y(α), ε = τ/E + α along the bar
+and −ν τ/E − α/2 across it. *Plate*: a quarter of a plate (20 × 36 × 2, hole of radius 5, E =
+200,000, ν = 0.3, yield stress 200, 300, 350 at plastic strains 0, 0.1, 0.3) is stretched by 0.6 at
+its end, to its largest force. CalculiX 2.20 uses the same law at finite strains; both programs use
+the same 48 elements with straight edges, CalculiX with 20 nodes and reduced integration (`C3D20R`),
+slipstick with 27 nodes and F̄. The number is the force on the quarter.",
             remarks: "",
             quick: true,
             run: || Some(bar().into_iter().chain(plate()).collect()),
@@ -28,16 +28,17 @@ with 27 nodes and F̄. The number is the force on the quarter.",
             key: "arches",
             title: "Elastoplastic arches with friction, against published curves",
             about: "
-Two half-rings in plane strain (radii 8 and 10, and 10 and 12; E = 689.56 MPa, ν = 0.32, σ_y = 31 + 261.2
-α MPa, thickness 1 mm) interfere by 5 mm, and the upper one is dragged over the lower one by 31.5 mm,
-until it snaps off. The published curves are those of Neto, Oliveira and Menezes (CMAME 299, 2016), as
-digitised by the benchmarks of solids4foam. *RMS* is the root of the mean square deviation of the
-reaction at 14 stations, as a fraction of the largest reaction; a station may lie anywhere within the
-0.4 mm to which its position is known. *peak* is the largest reaction, and *coarse* has 40 × 3 elements
-in each arch with F̄, *fine* 100 × 5, and *27 nodes* 50 × 2 of second order.",
+Two half-rings in plane strain (radii 8 and 10, and 10 and 12; E = 689.56 MPa, ν = 0.32, σ_y = 31 +
+261.2 α MPa, thickness 1 mm) interfere by 5 mm, and the upper one is dragged over the lower one by
+31.5 mm, until it snaps off. The published curves are those of Neto, Oliveira and Menezes (CMAME
+299, 2016), as digitized by the benchmarks of solids4foam. *RMS* is the root of the mean square
+deviation of the reaction at 14 stations, as a fraction of the largest reaction; a station may lie
+anywhere within the 0.4 mm to which its position is known. *peak* is the largest reaction, and
+*coarse* has 40 × 3 elements in each arch with F̄, *fine* 100 × 5, and *27 nodes* 50 × 2 of second
+order.",
             remarks: "
-The coarse mesh reproduces the published curves within 1 % of their peaks (RMS), and finer meshes have
-smaller horizontal reactions without friction. The published curves therefore seem to contain a
+The coarse mesh reproduces the published curves within 1 % of their peaks (RMS), and finer meshes
+have smaller horizontal reactions without friction. The published curves therefore seem to contain a
 discretization error of a few per cent.",
             quick: false,
             run: || Some(arches()),

@@ -11,21 +11,21 @@ pub fn chapter() -> Chapter {
         title: "Press fit: hub on shaft",
         about: "
 A hub (radius 10 … 20) sits on a hollow shaft (radius 4 … 10), both 2.5 high, E = 200000, ν = 0.3,
-with an interference δ = 0.01 of the radii. Lamé's solution for plane stress gives the pressure
-p = δ E/a / [(b² + a²)/(b² − a²) + (a² + c²)/(a² − c²)] with a = 10, b = 20, c = 4. The interference
-is given in two ways: the meshes touch, and `offset` grows from 0 to δ; or the shaft is meshed with
-the radius a + δ, so that the meshes overlap, and `offset` grows from −δ to 0. Pressure is the normal
-force over the covered area. Then, with μ = 0.2, the shaft is pulled by its upper end until it slides
-everywhere, while the lower end of the hub is held; the force is compared with that of Coulomb's law
-at the pressure of Lamé, μ p 2πa h. The meshes have 64 elements around.
+with an interference δ = 0.01 of the radii. Lamé's solution for plane stress gives the pressure p =
+δ E/a / [(b² + a²)/(b² − a²) + (a² + c²)/(a² − c²)] with a = 10, b = 20, c = 4. The interference is
+given in two ways: the meshes touch, and `offset` grows from 0 to δ; or the shaft is meshed with the
+radius a + δ, so that the meshes overlap, and `offset` grows from −δ to 0. Pressure is the normal
+force over the covered area. Then, with μ = 0.2, the shaft is pulled by its upper end until it
+slides everywhere, while the lower end of the hub is held; the force is compared with that of
+Coulomb's law at Lamé's pressure, μ p 2πa h. The meshes have 64 elements around.
 
-The last two rows are those of the [case](../cases/press_fit/README.md) with a bushing that is tied to a
-ring, and a rigid tool that pushes the shaft: the pressure of a shaft as long as the ring when the fit
-is closed, compared with Lamé's solution for three layers, and the force of the tool at the end over the
-normal force.",
+The last two rows come from the [case](../cases/press_fit/README.md) in which a bushing is tied to a
+ring and a rigid tool pushes the shaft. They give (1) the pressure once the fit is closed, for a
+shaft as long as the ring, against Lamé's three-layer solution, and (2) the final tool force over
+the normal force.",
         remarks: "
-The pressure is that of polygons with 64 sides. The pull stretches both, and the
-thinner shaft reduces the pressure slightly.",
+The pressure found is that of 64-sided polygons instead of circles. Pulling stretches hub and shaft;
+the shaft becomes thinner, which lowers the pressure slightly.",
         quick: true,
         run: || Some(run()),
     }

@@ -31,7 +31,7 @@ tangential force is zero. The ends of the block and the facets cause a tangentia
 stay below 0.01 F_n at every step of the slide, for any size of the load steps. A formulation with
 normals frozen per load step gives 0.2 at 0.2 slide per step. With friction (μ = 0.2), normal and
 tangential force should be constant along the slide: their span (largest − smallest) divided by the
-mean, from slide 0.5 on, must stay below 0.05.",
+mean, after a slide of 0.5, must stay below 0.05.",
             remarks: "
 There is no drag: the force oscillates with the period of the facets, and the step size only
 determines where the oscillation is sampled. With friction, the oscillation is at least halved when

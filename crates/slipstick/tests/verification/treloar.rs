@@ -12,18 +12,20 @@ pub fn chapter() -> Chapter {
         key: "treloar",
         title: "Laws of rubber: Treloar's measurements",
         about: "
-Treloar (Trans. Faraday Soc. 40, 1944) measured the nominal stress of vulcanised rubber in uniaxial
-tension, equibiaxial tension and pure shear. Ogden's constants are those of Ogden (Proc. R. Soc. Lond.
-A 326, 1972); those of the other laws are least squares of the relative deviations from the
-measurements. *deviation from the measurements* is the mean relative deviation of the closed-form stress
-of the incompressible solid, for Mooney-Rivlin up to a stretch of 2, otherwise over all stretches.
-*element* is the largest relative deviation of one hexahedron with a bulk modulus of 10⁵ MPa from this
-closed form, over all measured stretches, with full integration and with F̄.",
+Treloar (Trans. Faraday Soc. 40, 1944) measured the nominal stress of vulcanized rubber in uniaxial
+tension, equibiaxial tension and pure shear. Ogden's constants are those of Ogden (Proc. R. Soc.
+Lond. A 326, 1972); those of the other laws are least-squares fits to the relative deviations from
+the measurements. *deviation from the measurements* is the mean relative deviation of the
+closed-form stress of the incompressible solid, for Mooney-Rivlin up to a stretch of 2, otherwise
+over all stretches. *element* is the largest relative deviation of one hexahedron with a bulk
+modulus of 10⁵ MPa from this closed form, over all measured stretches, with full integration and
+with F̄.",
         remarks: "
 ![Nominal stress over stretch](figures/treloar.png)
 
 The figure shows the measurements and Ogden's law with three terms, as in figures 1 to 3 of the 1972
-paper. The other laws are simpler: Yeoh's has no second invariant, and Mooney-Rivlin does not stiffen.",
+paper. The other laws are simpler: Yeoh's has no second invariant, and Mooney-Rivlin does not
+stiffen.",
         quick: true,
         run: || Some(run()),
     }
@@ -86,9 +88,9 @@ fn figure_of_ogdens_law() {
 
 const NAMES: [&str; 3] = ["Mooney-Rivlin", "Yeoh", "Ogden"];
 
-/// Nominal stress \[MPa\] and stretch of vulcanised rubber.
+/// Nominal stress \[MPa\] and stretch of vulcanized rubber.
 ///
-/// Source: Treloar, Trans. Faraday Soc. 40 (1944) 59–70, as digitised in
+/// Source: Treloar, Trans. Faraday Soc. 40 (1944) 59–70, as digitized in
 /// github.com/Chongran-Zhao/Hyperelastic-fitting (Treloar_1944).
 const UNIAXIAL: [[f64; 2]; 24] = [
     [0.0255, 1.02],

@@ -35,7 +35,7 @@ use crate::registers::{
 };
 use pulp::Simd;
 
-/// Quantities that relate the points of an element to its mean.
+/// Element mean θ and the quantities at the Gauss points that depend on it.
 pub(super) struct Mean {
     /// Vθ. \[L³\]
     volume: f64,

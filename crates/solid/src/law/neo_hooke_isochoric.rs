@@ -20,7 +20,7 @@ pub struct NeoHookeIsochoric {
 }
 
 impl NeoHookeIsochoric {
-    /// From Young's modulus E \[F/L²\] and Poisson's ratio ν of the linearised law.
+    /// From Young's modulus E \[F/L²\] and Poisson's ratio ν of the linearized law.
     ///
     /// # Errors
     /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.

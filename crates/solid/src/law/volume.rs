@@ -8,7 +8,7 @@
 //! ```
 //!
 //! U grows without bound both for J → 0 and for J → ∞, and it is convex in J, so it does not
-//! destabilise the law. `neo_hooke = { form = "isochoric" }` has the energy of other programs,
+//! destabilize the law. `neo_hooke = { form = "isochoric" }` has the energy of other programs,
 //!
 //! ```text
 //! U(J) = K/2 (J − 1)²,   P = K (J − 1) J F⁻ᵀ

@@ -17,7 +17,7 @@ const LAGRANGE: Enforcement = Enforcement::Lagrange {
     scaling: StiffnessScaling::Area,
 };
 
-/// The pairs; those whose numbers are in `exchanged` with slave and master exchanged.
+/// The pairs; those whose numbers are in `exchanged` with slave and master swapped.
 pub(super) fn contacts(
     root: &Table<'_>,
     names: &Names,

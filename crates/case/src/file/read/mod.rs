@@ -29,7 +29,7 @@ pub(super) use schedule::late;
 
 /// Reads the whole document, and the files that it refers to with `files`. After an error the
 /// result is a placeholder that must not be used. The contact pairs whose numbers are in `exchanged` have
-/// slave and master exchanged.
+/// slave and master swapped.
 pub(super) fn case(root: Table<'_>, files: ReadFile<'_>, exchanged: &[usize]) -> Case {
     let mut names = Names::default();
     let title = root.string("title").or(String::new());

@@ -30,7 +30,7 @@ pub(super) fn quantities(root: &Table<'_>, known: &Known<'_>) -> Vec<Quantity> {
     quantities
 }
 
-/// What is minimised, maximised or followed.
+/// What is minimized, maximized or followed.
 pub(super) fn objective(
     root: &Table<'_>,
     quantities: &[Quantity],

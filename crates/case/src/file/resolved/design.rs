@@ -134,7 +134,7 @@ impl Projection {
     }
 }
 
-/// What is minimised.
+/// What is minimized.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Objective {
     /// In each load case.
@@ -149,7 +149,7 @@ fn is_sum(over: &OverLoadCases) -> bool {
     *over == OverLoadCases::Sum
 }
 
-/// What is minimised in each load case.
+/// What is minimized in each load case.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObjectiveKind {

@@ -33,8 +33,8 @@ pub struct Combination {
     pub sum: Vec<QuantityTerm>,
     /// The load steps in which they count.
     pub steps: ObservedSteps,
-    /// Instead of the sum, the worst of all quantities and steps: the largest if minimised, the
-    /// smallest if maximised.
+    /// Instead of the sum, the worst of all quantities and steps: the largest if minimized, the
+    /// smallest if maximized.
     pub worst: bool,
 }
 

@@ -41,7 +41,7 @@ struct Record {
     finished: bool,
     /// Its results.
     numbers: Numbers,
-    /// Its duration, summed over all its parts [s].
+    /// Total duration of the run over all sessions, resumed ones included [s].
     seconds: f64,
 }
 
@@ -229,7 +229,7 @@ fn history(directory: &Path) -> Vec<(String, f64)> {
     let recalled = RunDirectory::open(directory).and_then(|run| ResultRecord::read(&run)).ok().flatten();
     let result = recalled.and_then(|recalled| rows.get(recalled.iteration));
     if let Some(last) = result.or(rows.last()) {
-        // the constraints' columns follow the one of the inner iterations
+        // constraint columns come after the column `inner_iterations`
         let constraints = header.iter().skip_while(|name| **name != "inner_iterations").skip(1);
         let constraints = constraints.take_while(|name| **name != "seconds" && !name.starts_with("multiplier"));
         for name in ["iteration", "objective", "volume_fraction", "violation"].iter().chain(constraints) {

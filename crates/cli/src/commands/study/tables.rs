@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::context::Context;
 use crate::table::lines;
 
-/// The numbers of a run by the names of the quantities.
+/// Results of a run, keyed by quantity name.
 pub type Numbers = BTreeMap<String, f64>;
 
 /// A Markdown table, which is also printed; `None` without rows.

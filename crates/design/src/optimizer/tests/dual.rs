@@ -4,7 +4,7 @@ use super::large::springs;
 use super::*;
 
 /// The asymptotes and the approximation of the notes, implemented independently for one constraint:
-/// the minimiser of the Lagrangian for given λ in closed form, and λ by bisection on the
+/// the minimizer of the Lagrangian for given λ in closed form, and λ by bisection on the
 /// approximated constraint.
 struct Dual {
     low: Vec<f64>,

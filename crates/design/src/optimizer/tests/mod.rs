@@ -47,7 +47,7 @@ fn run(
     run_with_largest(0, functions, start, bounds, parameters, steps)
 }
 
-/// As [`run`], with the largest of the first `largest_of` constraints minimised.
+/// As [`run`], with the largest of the first `largest_of` constraints minimized.
 fn run_with_largest(
     largest_of: usize,
     functions: impl Fn(&[f64]) -> Evaluated,

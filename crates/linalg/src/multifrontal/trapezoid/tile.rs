@@ -120,7 +120,7 @@ pub(super) fn inverse<T: Scalar>(triangle: &Tile<T>, diagonal: impl Iterator<Ite
     tile
 }
 
-/// y ← y + A x, in two sums that do not wait for each other. The compiler vectorises the loops; it does
+/// y ← y + A x, in two sums that do not wait for each other. The compiler vectorizes the loops; it does
 /// not fuse products and sums.
 #[inline(always)]
 pub(super) fn add_product<T: Scalar>(tile: &impl Stored<T>, x: &[T; SIDE], y: &mut [T; SIDE]) {

@@ -282,7 +282,7 @@ impl Design {
         }
     }
 
-    /// Regularised traction of node j around the multiplier ẑ.
+    /// Regularized traction of node j around the multiplier ẑ.
     pub(in crate::equations) fn regularised(
         &self,
         step: &Step,

@@ -129,7 +129,7 @@ fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
     assert!(jump < 0.005, "{jump}");
 }
 
-/// The same with slave and master exchanged, where the plate has the finer facets, as a slave
+/// The same with slave and master swapped, where the plate has the finer facets, as a slave
 /// should: the flat nose, and a trailing edge.
 #[test]
 fn a_sharp_master_edge_slides_with_coulombs_ratio() {

@@ -91,7 +91,7 @@ fn good_surfaces_are_not_complained_about() {
 }
 
 /// Slave facets of 1 × 1 on master facets of 0.4 × 0.5 are reported; with slave and master
-/// exchanged, there is no warning.
+/// swapped, there is no warning.
 #[test]
 fn a_coarse_slave_is_told() {
     let exchanged = |slave: &str, master: &str| {
