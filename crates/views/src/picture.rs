@@ -204,7 +204,7 @@ pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRe
         return Err(PictureError::UnknownField { name: name.to_owned(), place, known: known.join(", ") });
     };
     let picture = if request.smooth {
-        smooth_picture(case, mesh, request, source, field)
+        smooth_picture(run, case, mesh, request, source, field)
     } else {
         field_picture(run, case, mesh, request, source, field)
     };
@@ -271,8 +271,9 @@ fn field_picture(
     Ok(state_picture(mesh, displacement.unwrap_or(&still), density, threshold, &field, &options)?)
 }
 
-/// The design as a smooth surface.
+/// The design as a smooth surface, deformed if there are displacements.
 fn smooth_picture(
+    run: &RunDirectory,
     case: &Case,
     mesh: &Mesh,
     request: &PictureRequest,
@@ -285,8 +286,13 @@ fn smooth_picture(
     let export = design_surface(mesh, &density.values, &how)?;
     let what = if request.shown == Shown::Newest { "newest design" } else { &source.what };
     let caption = Some(format!("{what}, surface of density > {:.2}", export.threshold));
-    let options = RenderOptions { caption, ..options(case, mesh, (request, export.threshold), source, density)? };
-    Ok(surface_picture(mesh, &export.surface, &options)?)
+    let displacement = source.values("displacement");
+    if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
+        return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
+    }
+    let options = options(case, mesh, (request, export.threshold), source, density)?;
+    let options = RenderOptions { caption, domain: displacement.is_none(), ..options };
+    Ok(surface_picture(mesh, &export.surface, displacement, &options)?)
 }
 
 /// The results that may have the field, the first choice first.

@@ -14,6 +14,8 @@ impl Colour {
     pub const INK: Self = Self([34, 38, 46]);
     /// Context: boxes, grids.
     pub const GREY: Self = Self([138, 145, 156]);
+    /// The material of a design.
+    pub const MATERIAL: Self = Self([216, 206, 190]);
     /// A body that is only context.
     pub const GLASS: Self = Self([110, 150, 205]);
 

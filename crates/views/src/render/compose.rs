@@ -7,7 +7,7 @@ use super::legend::ColourBar;
 use super::picture::Canvas;
 use super::raster::{Drawing, Face, Line, Sheet};
 use super::scene::{Layer, Paint, Scene, Style};
-use super::skin::{SkinFace, outline, skin, wire};
+use super::skin::{SkinFace, corner_normals, outline, skin, wire};
 use super::space::{Vector, cross, dot, subtract, unit};
 use super::view::{Camera, Rectangle};
 
@@ -15,11 +15,15 @@ use super::view::{Camera, Rectangle};
 const BOX_EDGES: [[usize; 2]; 12] =
     [[0, 1], [0, 2], [0, 4], [1, 3], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 6], [5, 7], [6, 7]];
 
-/// Direction to the light: right, up, towards the eye.
-const LIGHT: Vector = [-0.35, 0.6, 0.75];
+/// Directions to the lights, to the right, up and towards the eye, and their shares: a key light, and a weaker one
+/// from the other side.
+const LIGHTS: [(Vector, f64); 2] = [([-0.35, 0.6, 0.75], 0.5), ([0.8, 0.1, 0.5], 0.15)];
 
-/// Light on a face that points away from the light.
-const SHADOW: f64 = 0.15;
+/// Light from everywhere, and from above.
+const AMBIENT: [f64; 2] = [0.2, 0.25];
+
+/// How far surfaces shade each other, relative to the shorter side of the picture.
+const OCCLUSION: f64 = 0.06;
 
 pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, RenderError> {
     let mut drawing = canvas.drawing();
@@ -46,6 +50,9 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     // Large enough for a line on a face seen at a grazing angle, small enough not to show through a
     // plate.
     drawing.lift = 0.004 * samples.width().max(samples.height());
+    if scene.shaded {
+        drawing.occlusion = OCCLUSION * f64::from(canvas.width.min(canvas.height));
+    }
     let brush = Brush { scene, camera, samples: s, dot: s * text.dot };
     for (layer, skin) in shown.iter().zip(&skins) {
         drawing.sheets.push(brush.sheet(layer, skin)?);
@@ -142,7 +149,9 @@ impl Brush<'_> {
             let [from, to] = pair.map(|n| self.scene.points[n as usize]);
             self.line(from, to, width, colour)
         });
-        let faces = skin.iter().filter(|_| filled).filter_map(|face| self.face(layer, face));
+        let smooth = (filled && self.scene.shaded && !layer.edges).then(|| corner_normals(skin, &self.scene.points));
+        let shaded = skin.iter().enumerate().filter(|_| filled);
+        let faces = shaded.filter_map(|(f, face)| self.face(layer, face, smooth.as_ref().map(|all| &all[f])));
         let opacity = if let Style::Translucent(opacity) = layer.style { opacity.clamp(0.0, 1.0) } else { 1.0 };
         Ok(Sheet {
             palette,
@@ -158,10 +167,10 @@ impl Brush<'_> {
         [toward([1.0, 0.0, 0.0]), toward([0.0, 1.0, 0.0]), toward([0.0, 0.0, 1.0])]
     }
 
-    /// The projected face; `None` if it points away from the eye.
-    fn face(&self, layer: &Layer<'_>, face: &SkinFace) -> Option<Face> {
-        let normal = self.camera.view.components(face.normal(&self.scene.points));
-        if normal[2] <= 0.0 {
+    /// The projected face, lit by its own normal or by those at its corners; `None` if it points away from the eye.
+    fn face(&self, layer: &Layer<'_>, face: &SkinFace, normals: Option<&[Vector; 4]>) -> Option<Face> {
+        let flat = face.normal(&self.scene.points);
+        if self.camera.view.components(flat)[2] <= 0.0 {
             return None;
         }
         let count = face.nodes.len();
@@ -172,14 +181,18 @@ impl Brush<'_> {
             Paint::Cells(values) => [values[face.cell as usize]; 4],
             Paint::Points(values) => std::array::from_fn(|k| values[node(k) as usize]),
         };
-        let shade = if self.scene.shaded {
-            // Lambert's law, softened so that no visible face is black.
-            SHADOW + (1.0 - SHADOW) * 0.5 * (1.0 + dot(normal, unit(LIGHT)))
-        } else {
-            1.0
-        };
+        let shade = |k: usize| if self.scene.shaded { self.light(normals.map_or(flat, |all| all[k])) } else { 1.0 };
         let edge = if layer.edges { self.edge_strength(&corners[..count]) } else { 0.0 };
-        Some(Face { corners, count, values, shade: shade as f32, edge: edge as f32 })
+        Some(Face { corners, count, values, shades: std::array::from_fn(shade), edge: edge as f32 })
+    }
+
+    /// The light on a face with this normal, 0 to 1: Lambert's law for each light, and a part that no face lacks.
+    fn light(&self, normal: Vector) -> f64 {
+        let normal = self.camera.view.components(normal);
+        let up = self.camera.view.components([0.0, 1.0, 0.0]);
+        let lights = LIGHTS.iter().map(|(direction, share)| share * dot(normal, unit(*direction)).max(0.0));
+        let light = AMBIENT[0] + AMBIENT[1] * 0.5 * (1.0 + dot(normal, up)) + lights.sum::<f64>();
+        light.min(1.0)
     }
 
     /// From 0 for faces of 3 pixels to 1 for those of 12 and more.

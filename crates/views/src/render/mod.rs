@@ -12,7 +12,8 @@
 //! * Views are orthographic: lengths in the plane of the picture are true to scale. y is up, as
 //!   everywhere in slipstick.
 //! * A translucent layer shows only its nearest face, so that the objects behind it remain legible.
-//! * Shading dims colours: the colour bar shows them fully lit. [`Scene::shaded`] turns it off.
+//! * Shading dims colours: the colour bar shows them fully lit. Faces are smooth where no element edges are
+//!   drawn, and surfaces shade each other where they are close. [`Scene::shaded`] turns it off.
 //! * The same input gives the same bytes, on any number of threads.
 
 mod chart;
@@ -20,10 +21,12 @@ mod colour;
 mod compose;
 mod curve;
 mod error;
+mod follow;
 mod font;
 mod history;
 mod ink;
 mod legend;
+mod occlusion;
 mod picture;
 mod raster;
 mod read_history;

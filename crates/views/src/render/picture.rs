@@ -173,6 +173,7 @@ impl Canvas {
             samples: self.supersampling as usize,
             sheets: Vec::new(),
             lift: 0.0,
+            occlusion: 0.0,
             inks: Vec::new(),
         }
     }

@@ -1,12 +1,14 @@
 //! Rasterizes faces, lines and ink: a depth buffer per band of rows, several samples per pixel.
 //!
 //! Bands are independent of each other, and within a band everything is drawn in the given order,
-//! so the picture does not depend on the number of threads.
+//! so the picture does not depend on the number of threads. Faces are drawn first: how much they shade each
+//! other ([`occlusion`]) follows from their depths, of all bands.
 
 use rayon::prelude::*;
 
 use super::colour::{Palette, to_byte};
 use super::ink::Ink;
+use super::occlusion::{self, Depths};
 
 /// A triangle or quadrilateral; positions are samples to the right, downwards and away from the
 /// eye.
@@ -17,8 +19,8 @@ pub(super) struct Face {
     pub count: usize,
     /// Values at the corners, which the palette converts to colours.
     pub values: [f64; 4],
-    /// Light intensity on the face, 0 to 1.
-    pub shade: f32,
+    /// Light intensity at the corners, 0 to 1.
+    pub shades: [f64; 4],
     /// Strength with which its edges are drawn, 0 to 1.
     pub edge: f32,
 }
@@ -56,6 +58,8 @@ pub(super) struct Drawing {
     pub sheets: Vec<Sheet>,
     /// Depth offset of lines towards the eye. \[samples\]
     pub lift: f64,
+    /// How far surfaces shade each other; 0: they do not. \[pixels\]
+    pub occlusion: f64,
     pub inks: Vec<Ink>,
 }
 
@@ -66,7 +70,17 @@ impl Drawing {
     /// Red, green, blue of all pixels, row by row.
     pub fn pixels(&self) -> Vec<u8> {
         let bands = self.bin();
-        let parts: Vec<Vec<u8>> = bands.par_iter().enumerate().map(|(b, content)| self.band(b, content)).collect();
+        let bodies: Vec<Layer> = bands.par_iter().enumerate().map(|(b, content)| self.bodies(b, content)).collect();
+        let open = (self.occlusion > 0.0).then(|| {
+            let depth = bodies.iter().enumerate().flat_map(|(b, layer)| self.pixel_depths(b, layer)).collect();
+            occlusion::openness(&Depths { columns: self.width, depth }, self.occlusion)
+        });
+        let parts: Vec<Vec<u8>> = bodies
+            .into_par_iter()
+            .zip(&bands)
+            .enumerate()
+            .map(|(b, (layer, content))| self.band(b, layer, content, open.as_deref()))
+            .collect();
         parts.concat()
     }
 
@@ -100,16 +114,47 @@ impl Drawing {
         bands
     }
 
-    fn band(&self, number: usize, content: &Content) -> Vec<u8> {
+    fn window(&self, number: usize) -> Window {
         let first = number * BAND;
         let rows = (self.height - first).min(BAND);
-        let window =
-            Window { columns: self.width * self.samples, first: first * self.samples, rows: rows * self.samples };
+        Window { columns: self.width * self.samples, first: first * self.samples, rows: rows * self.samples }
+    }
+
+    /// The opaque faces of a band.
+    fn bodies(&self, number: usize, content: &Content) -> Layer {
+        let window = self.window(number);
         let mut picture = Layer::new(&window);
+        for (sheet, part) in self.sheets.iter().zip(&content.sheets).filter(|(sheet, _)| sheet.opacity >= 1.0) {
+            for &f in &part.faces {
+                fill(&sheet.faces[f as usize], sheet, &window, &mut picture);
+            }
+        }
+        picture
+    }
+
+    /// Depth at the middle of each pixel of a band. \[pixels\]
+    fn pixel_depths(&self, number: usize, layer: &Layer) -> Vec<f32> {
+        let (window, s) = (self.window(number), self.samples);
+        let middle = |row: usize, x: usize| layer.depth[(row * s + s / 2) * window.columns + x * s + s / 2] / s as f32;
+        (0..window.rows / s).flat_map(|row| (0..self.width).map(move |x| middle(row, x))).collect()
+    }
+
+    /// Completes a band: the light that reaches its faces, then lines, glass and ink.
+    fn band(&self, number: usize, mut picture: Layer, content: &Content, open: Option<&[f32]>) -> Vec<u8> {
+        let window = self.window(number);
+        if let Some(open) = open {
+            for (i, light) in picture.light.iter_mut().enumerate().filter(|(i, _)| picture.depth[*i].is_finite()) {
+                let (row, column) = (window.first + i / window.columns, i % window.columns);
+                let open = open[row / self.samples * self.width + column / self.samples];
+                light.iter_mut().for_each(|v| *v *= open);
+            }
+        }
         let mut glass = Vec::new();
         for (sheet, part) in self.sheets.iter().zip(&content.sheets) {
             if sheet.opacity >= 1.0 {
-                self.draw(sheet, part, &window, &mut picture);
+                for &l in &part.lines {
+                    trace(&sheet.lines[l as usize], self.lift, &window, &mut picture);
+                }
             } else if !(part.faces.is_empty() && part.lines.is_empty()) {
                 let mut layer = Layer::new(&window);
                 self.draw(sheet, part, &window, &mut layer);
@@ -120,7 +165,7 @@ impl Drawing {
         for &i in &content.inks {
             self.print(&self.inks[i as usize], &window, &mut picture);
         }
-        self.resolve(rows, &picture)
+        self.resolve(window.rows / self.samples, &picture)
     }
 
     fn draw(&self, sheet: &Sheet, part: &Part, window: &Window, layer: &mut Layer) {
@@ -231,6 +276,8 @@ fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
     let share = 1.0 / face.count as f64;
     let c: [f64; 3] = std::array::from_fn(|i| share * corners.iter().map(|p| p[i]).sum::<f64>());
     let middle_value = share * values.iter().sum::<f64>();
+    let shades = &face.shades[..face.count];
+    let middle_shade = share * shades.iter().sum::<f64>();
     for k in 0..face.count {
         let next = (k + 1) % face.count;
         let (a, b) = (corners[k], corners[next]);
@@ -242,6 +289,7 @@ fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
         // Distance from the face's edge, which is this triangle's side opposite the centre.
         let edge_distance = area.abs() / (b[0] - a[0]).hypot(b[1] - a[1]);
         let values = [values[k], values[next], middle_value];
+        let shades = [shades[k], shades[next], middle_shade];
         let (left, right) = extent([a[0], b[0], c[0]]);
         let (top, bottom) = extent([a[1], b[1], c[1]]);
         for y in window.span_y(top, bottom) {
@@ -258,7 +306,8 @@ fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
                     layer.depth[i] = depth;
                     let on_edge = w[2] * edge_distance < sheet.edge_radius;
                     let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
-                    let light = sheet.palette.light(value).map(|v| v * face.shade);
+                    let shade = (w[0] * shades[0] + w[1] * shades[1] + w[2] * shades[2]) as f32;
+                    let light = sheet.palette.light(value).map(|v| v * shade);
                     layer.light[i] = if on_edge { mark(light, face.edge) } else { light };
                 }
             }

@@ -5,6 +5,7 @@ use slipstick_mesh::Mesh;
 use super::RenderError;
 use super::colour::{Colour, ColourMap, ColourScale};
 use super::error::{check_field, check_finite};
+use super::follow::displaced;
 use super::picture::{Canvas, Picture};
 use super::scene::{Layer, Paint, Scene, Style};
 use super::view::View;
@@ -131,26 +132,53 @@ pub fn state_picture(
     show(mesh, Some(displacement), density, threshold, field, options)
 }
 
-/// A design as the surface that [`design_surface`](crate::export::design_surface) extracts:
-/// undeformed, in one colour.
+/// A design as the surface that [`design_surface`](crate::export::design_surface) extracts, in the colour of a
+/// material; with displacements, 3 per node \[L\], deformed, with the other bodies as context.
 ///
-/// Only the options view, caption, domain and canvas are used.
+/// Only the options view, bodies, others, displacement factor, caption, domain and canvas are used.
 ///
 /// # Errors
-/// [`RenderError::NotFinite`]; [`RenderError::Size`] or [`RenderError::Supersampling`] for the
-/// options.
+/// [`RenderError::NotFinite`], [`RenderError::Length`]; [`RenderError::Size`] or
+/// [`RenderError::Supersampling`] for the options.
 pub fn surface_picture(
     mesh: &Mesh,
     surface: &TriangleSurface,
+    displacement: Option<&[f64]>,
     options: &RenderOptions,
 ) -> Result<Picture, RenderError> {
-    let mut scene = Scene::new(&surface.points, &[])?;
-    scene.view = options.view;
-    scene.caption = options.caption.clone();
-    scene.add_surface(&surface.triangles, Colour::GLASS)?;
     let mut bodies = surface.bodies.clone();
     bodies.sort_unstable();
     bodies.dedup();
+    let mut points = surface.points.clone();
+    if let Some(displacement) = displacement {
+        check_field("displacement", displacement, 3 * mesh.nodes.len())?;
+        for &body in &bodies {
+            let of = surface.triangles.iter().zip(&surface.bodies).filter(|(_, of)| **of == body);
+            let mut chosen: Vec<u32> = of.flat_map(|(triangle, _)| *triangle).collect();
+            chosen.sort_unstable();
+            chosen.dedup();
+            let factor = options.displacement_factor;
+            displaced(mesh, &mesh.bodies[body as usize], displacement, factor, &mut points, &chosen);
+        }
+    }
+    let first = mesh.nodes.len() as u32;
+    let mut all = mesh.nodes.clone();
+    if let Some(displacement) = displacement {
+        for (point, by) in all.iter_mut().zip(displacement.as_chunks::<3>().0) {
+            (0..3).for_each(|c| point[c] += options.displacement_factor * by[c]);
+        }
+    }
+    all.extend(points);
+    let mut scene = Scene::new(&all, &mesh.elements)?;
+    scene.view = options.view;
+    scene.caption = options.caption.clone();
+    let triangles: Vec<[u32; 3]> = surface.triangles.iter().map(|t| t.map(|n| first + n)).collect();
+    scene.add_surface(&triangles, Colour::MATERIAL)?;
+    if displacement.is_some() {
+        let others = mesh.bodies.iter().enumerate().filter(|(body, _)| !bodies.contains(&(*body as u32)));
+        let cells: Vec<u32> = others.flat_map(|(_, body)| body.elements.clone()).map(|e| e as u32).collect();
+        scene.add(Layer { cells, paint: Paint::Plain(Colour::GLASS), style: options.others, edges: false })?;
+    }
     for body in bodies.into_iter().filter(|_| options.domain).map(|body| &mesh.bodies[body as usize]) {
         if let Some([min, max]) = bounds(&mesh.nodes[body.nodes.clone()]) {
             scene.add_box(min, max)?;

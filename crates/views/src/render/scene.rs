@@ -81,8 +81,8 @@ pub struct Scene<'a> {
     pub caption: Option<String>,
     /// Text in the centre if no layer has cells.
     pub note: String,
-    /// Whether faces are shaded by their angle to the light, which comes from the upper left behind
-    /// the eye.
+    /// Whether faces are shaded: by their angles to lights, of which the strongest comes from the upper left
+    /// behind the eye, and by surfaces close to them.
     pub shaded: bool,
     /// Whether the directions of x, y and z are shown.
     pub axes: bool,

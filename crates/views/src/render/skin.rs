@@ -46,6 +46,33 @@ fn edges(skin: &[SkinFace]) -> Vec<([u32; 2], u32)> {
     all
 }
 
+/// Cosine of the angle between faces from which their common edge is sharp.
+fn sharp() -> f64 {
+    40f64.to_radians().cos()
+}
+
+/// The normal at every corner of every face, with which a body of few faces looks smooth: the mean over the faces
+/// around the node that are not beyond a sharp edge, by their areas.
+pub(super) fn corner_normals(skin: &[SkinFace], points: &[Vector]) -> Vec<[Vector; 4]> {
+    let areas: Vec<Vector> = skin.iter().map(|face| facet_area_vector(&face.nodes.corners(points))).collect();
+    let normals: Vec<Vector> = areas.iter().map(|area| unit(*area)).collect();
+    let mut around: Vec<(u32, u32)> =
+        (0u32..).zip(skin).flat_map(|(f, face)| face.nodes.iter().map(move |&node| (node, f))).collect();
+    around.sort_unstable();
+    let smooth = |face: usize, node: u32| {
+        let first = around.partition_point(|entry| entry.0 < node);
+        let others = around[first..].iter().take_while(|entry| entry.0 == node).map(|entry| entry.1 as usize);
+        let near = others.filter(|&other| dot(normals[face], normals[other]) > sharp());
+        let sum = near.fold([0.0; 3], |sum: Vector, other| std::array::from_fn(|c| sum[c] + areas[other][c]));
+        if dot(sum, sum) > 0.0 { unit(sum) } else { normals[face] }
+    };
+    let of = |(f, face): (usize, &SkinFace)| {
+        let count = face.nodes.len();
+        std::array::from_fn(|k| smooth(f, face.nodes[k.min(count - 1)]))
+    };
+    skin.iter().enumerate().map(of).collect()
+}
+
 /// The edges of the faces that point towards the eye.
 pub(super) fn wire(skin: &[SkinFace], points: &[Vector], eye: Vector) -> Vec<[u32; 2]> {
     let front: Vec<bool> = skin.iter().map(|face| dot(face.normal(points), eye) >= 0.0).collect();
@@ -56,7 +83,7 @@ pub(super) fn wire(skin: &[SkinFace], points: &[Vector], eye: Vector) -> Vec<[u3
 
 /// Edges where the skin bends by more than 40°, and contours, where it faces away from the eye.
 pub(super) fn outline(skin: &[SkinFace], points: &[Vector], eye: Vector) -> Vec<[u32; 2]> {
-    let sharp = 40f64.to_radians().cos();
+    let sharp = sharp();
     let normals: Vec<Vector> = skin.iter().map(|face| face.normal(points)).collect();
     let shows = |group: &[([u32; 2], u32)]| match group {
         [a, b] => {

@@ -45,7 +45,7 @@ fn a_solid_body_has_the_same_contour_as_its_surface() {
     for view in ["iso", "front", "top"] {
         let bare = RenderOptions { view: View::named(view).unwrap(), ..bare.clone() };
         // the colour bar takes up room: without it, both pictures have the same frame
-        let smooth = shown(surface_picture(&mesh, &surface, &bare).unwrap());
+        let smooth = shown(surface_picture(&mesh, &surface, None, &bare).unwrap());
         let mut scene = Scene::new(&mesh.nodes, &mesh.elements).unwrap();
         scene.view = bare.view;
         let cells = (0..mesh.elements.len() as u32).collect();
@@ -134,13 +134,14 @@ fn the_bodies_of_the_design_bear_the_field() {
     let top = RenderOptions { view: View::named("top").unwrap(), edges: false, ..options() };
     let count = |picture: &Picture, colour: Colour| picture.pixels().chunks(3).filter(|p| **p == colour.0).count();
     let front = RenderOptions { others: Style::Solid, ..top.clone() };
-    // From above, in the light that falls on a face towards the eye: 0.15 + 0.85 (1 + cos α)/2.
+    // From above, in the light that falls on a face towards the eye and upwards.
     let hidden = RenderOptions { others: Style::Hidden, ..top.clone() };
     let solid = state_picture(&mesh, &still, &density, 0.1, &field, &front).unwrap();
     let alone = state_picture(&mesh, &still, &density, 0.1, &field, &hidden).unwrap();
     assert_ne!(solid.pixels(), alone.pixels());
-    let cosine = 0.75 / (0.35f64 * 0.35 + 0.6 * 0.6 + 0.75 * 0.75).sqrt();
-    let light = (0.15 + 0.85 * 0.5 * (1.0 + cosine)) as f32;
+    let key = 0.75 / (0.35f64 * 0.35 + 0.6 * 0.6 + 0.75 * 0.75).sqrt();
+    let fill = 0.5 / (0.8f64 * 0.8 + 0.1 * 0.1 + 0.5 * 0.5).sqrt();
+    let light = (0.2 + 0.25 + 0.5 * key + 0.15 * fill) as f32;
     let lit = Colour(ColourMap::Viridis.at(1.0).linear().map(|v| colour::to_byte(v * light)));
     assert!(count(&alone, lit) > 2000, "the plate's top has the highest value");
     // Bodies without a density below 1 are all shown.
