@@ -362,6 +362,7 @@ fn build_interfaces(
         interfaces.push(ModelInterface {
             surfaces: [contact.slave.clone(), contact.master.clone()],
             friction: contact.friction,
+            friction_path: contact.friction_path.clone(),
             shear_limit: contact.shear_limit.unwrap_or(f64::INFINITY),
             offset: contact.offset.clone(),
             adjusted: adjusted(&interface, contact, mesh, &points, &slants, i)?,

@@ -71,8 +71,9 @@ pub fn translate(bytes: &[u8], file: &str, ignored: &[String]) -> Result<Transla
     let mut ledger = Ledger::new(file, ignored);
     let deck = read::deck(&cards(&flat)?, &mut ledger);
     let mut mesh = FileMesh::parse(&flat)?;
+    let centres = mesh.complete_hexahedra();
     let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
-    let targets = Targets::new(&mut mesh, &deck, &bodies, &mut ledger);
+    let targets = Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     let text = write::case(&deck, &mesh, &bodies, &targets, file, &places, &mut ledger);
     ledger.place(&places);
     Ok(Translation { title: deck.title, text, steps: targets.load_steps, ledger })
@@ -98,8 +99,9 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
         if !deck.spring_elements.is_empty() {
             mesh.notices.retain(|notice| !only_springs(notice));
         }
+        let centres = mesh.complete_hexahedra();
         let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
-        Targets::new(&mut mesh, &deck, &bodies, &mut ledger);
+        Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     }
     Ok(mesh)
 }

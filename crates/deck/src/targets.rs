@@ -1,18 +1,20 @@
 //! What motions, forces, pressures and contact act on: nodes and faces, grouped into sets of the file.
 
 mod bolts;
+mod centres;
 mod equations;
 mod heat;
 mod mass;
+mod rigid;
 mod springs;
 mod surfaces;
 mod turned;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use slipstick_meshio::{CellKind, ElementFace, FileMesh};
+use slipstick_meshio::{CellKind, Centre, ElementFace, FileMesh};
 
-use crate::bodies::{Bodies, find, rigid_nodes};
+use crate::bodies::{Bodies, find};
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
 use crate::read::{Deck, On, Target};
@@ -74,6 +76,8 @@ pub struct Targets {
 
 struct Finder<'a> {
     mesh: &'a mut FileMesh,
+    /// The nodes that the deck does not have: at the centres of hexahedra of 20 nodes and their faces.
+    centres: &'a [Centre],
     deck: &'a Deck,
     bodies: &'a Bodies,
     ledger: &'a mut Ledger,
@@ -94,9 +98,10 @@ type Groups<'t> = BTreeMap<(u8, Bits), Vec<(u32, &'t Track)>>;
 
 impl Targets {
     /// Groups nodes and faces; groups that are no set of the file become one.
-    pub fn new(mesh: &mut FileMesh, deck: &Deck, bodies: &Bodies, ledger: &mut Ledger) -> Self {
+    pub fn new(mesh: &mut FileMesh, centres: &[Centre], deck: &Deck, bodies: &Bodies, ledger: &mut Ledger) -> Self {
         let timeline = Timeline::new(deck);
-        let mut finder = Finder { mesh, deck, bodies, ledger, points: Vec::new(), couplings: Vec::new() };
+        let (points, couplings) = (Vec::new(), Vec::new());
+        let mut finder = Finder { mesh, centres, deck, bodies, ledger, points, couplings };
         finder.faces_of_nodes();
         let mut targets = Self { load_steps: timeline.total(), counts: timeline.counts.clone(), ..Self::default() };
         if deck.steps.is_empty() {
@@ -104,10 +109,12 @@ impl Targets {
             return targets;
         }
         finder.find_couplings();
+        finder.couple_rigid_faces();
         finder.find_points();
         targets.equations = finder.equations();
         let mut motions = finder.motions(&timeline);
         let mut forces = finder.forces(&timeline);
+        finder.keep_shape(&mut targets.equations, &forces);
         let turned = finder.turned(&mut motions, &mut forces);
         targets.bolts = finder.bolts(&timeline, &mut motions, &mut forces);
         targets.sprung = finder.springs(&motions);
@@ -145,6 +152,13 @@ impl Finder<'_> {
                 }
             },
         }
+    }
+
+    /// Those of them that the deck has.
+    fn own_nodes(&mut self, target: &Target, keyword: &str, lines: [usize; 2]) -> Vec<u32> {
+        let mut nodes = self.nodes(target, keyword, lines);
+        nodes.retain(|&node| self.centres.first().is_none_or(|first| node < first.node));
+        nodes
     }
 
     fn amplitude<'d>(
@@ -192,7 +206,7 @@ impl Finder<'_> {
             let why = "FIXED is supported in steps, at the nodes of *PRE-TENSION SECTION only";
             self.ledger.refuse("BOUNDARY", line, why, "prescribe the displacement that the step before reaches");
         }
-        let mut tracks = tracks.tracks;
+        let mut tracks = self.with_rotations(tracks.tracks);
         for track in tracks.values() {
             let cure = "prescribe the same components in all steps";
             if track.first > 0 {
@@ -205,38 +219,8 @@ impl Finder<'_> {
             }
         }
         self.rigid_faces(&mut tracks);
+        self.prescribe_centres(&mut tracks);
         tracks
-    }
-
-    /// Rigid bodies that are faces of deformable ones: their nodes move as the reference node does, if it
-    /// does not turn.
-    fn rigid_faces(&mut self, tracks: &mut BTreeMap<OfNode, Track>) {
-        for (index, rigid) in self.deck.rigids.iter().enumerate() {
-            if self.bodies.list.iter().any(|body| body.rigid == Some(index)) {
-                continue;
-            }
-            let Some(reference) = self.bodies.position(rigid.reference) else { continue };
-            let rotation = rigid.rotation.and_then(|number| self.bodies.position(number));
-            let known = |component: u8| match (rotation, component) {
-                (Some(node), 3..) => tracks.get(&(node, component - 3)),
-                _ => tracks.get(&(reference, component)),
-            };
-            let held: Option<Vec<Track>> = (0..6).map(|component| known(component).cloned()).collect();
-            let turns =
-                |held: &Vec<Track>| held[3..].iter().any(|track| track.curve.iter().any(|point| point[1] != 0.0));
-            let Some(held) = held.filter(|held| !turns(held)) else {
-                let why = "a face of a deformable body can only be rigid if its motion is prescribed, without rotation";
-                let cure = "prescribe all components of reference and rotation node, or make the whole body rigid";
-                self.ledger.refuse("RIGID BODY", rigid.line, why, cure);
-                continue;
-            };
-            self.ledger.translated("RIGID BODY", rigid.line, "its nodes move as prescribed for the reference node");
-            for node in rigid_nodes(self.mesh, rigid) {
-                for (component, track) in (0..3).zip(&held) {
-                    tracks.insert((node, component), Track { set: rigid.nodes.clone(), ..track.clone() });
-                }
-            }
-        }
     }
 
     /// The rigid body of which a node is the reference or rotation node, and the first of its components.
@@ -373,13 +357,13 @@ impl Finder<'_> {
                     Target::Set(name) => find(&self.mesh.node_sets, name).map(str::to_owned),
                     Target::Node(_) => None,
                 };
-                for node in self.nodes(target, load.keyword, load.lines) {
+                for node in self.own_nodes(target, load.keyword, load.lines) {
                     tracks.say((node, *component), load.value, amplitude, load.lines[0], set.as_deref());
                 }
             }
             tracks.step(k, step.loads.replaces);
         }
-        tracks.tracks
+        self.with_rotations(tracks.tracks)
     }
 
     fn loaded(&mut self, tracks: BTreeMap<OfNode, Track>) -> Vec<Forces> {

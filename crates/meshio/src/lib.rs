@@ -29,6 +29,7 @@ pub mod abaqus;
 mod body;
 mod builder;
 mod cell;
+mod completed;
 mod cursor;
 mod error;
 mod file_mesh;
@@ -40,6 +41,7 @@ pub mod vtu;
 
 pub use body::ReadBody;
 pub use cell::CellKind;
+pub use completed::Centre;
 pub use error::MeshFileError;
 pub use file_mesh::{Cells, ElementFace, FileMesh};
 pub use hexahedra::second_order_hexahedra;

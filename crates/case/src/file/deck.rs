@@ -26,6 +26,9 @@ pub struct WithDeck {
     pub ledger: Ledger,
 }
 
+/// `max_newton_iterations` of a deck: contact between coarse facets that overlap in the mesh takes up to 40.
+const ITERATIONS: usize = 50;
+
 /// Begins the part of a text that comes from a deck.
 const MARK: &str = "# The tables below are those of the deck ";
 
@@ -88,7 +91,7 @@ pub fn with_deck(
     let mut all = format!("{}{title}# deck {file}: see below{}", &text[..span.start], &text[span.end..]);
     let _ = write!(all, "\n{MARK}{file}.\n");
     if !root.contains_key("load_path") {
-        let _ = write!(all, "[load_path]\nsteps = {}\n", translation.steps);
+        let _ = write!(all, "[load_path]\nsteps = {}\nmax_newton_iterations = {ITERATIONS}\n", translation.steps);
     }
     all.push_str(&translation.text);
     Ok(Some(WithDeck { text: all, ledger: translation.ledger }))

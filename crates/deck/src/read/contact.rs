@@ -7,14 +7,37 @@ use super::{DAMAGED, Reader, Target};
 /// `*SURFACE INTERACTION`.
 #[derive(Debug, Default)]
 pub struct Interaction {
-    pub behavior: Option<(Behavior, usize)>,
-    /// Coefficient, stick slope (force per area and length) and shear limit.
-    pub friction: Option<(f64, Option<f64>, Option<f64>, usize)>,
+    pub behavior: Behavior,
+    pub friction: Friction,
+    /// What steps, counted from 0, change: ascending.
+    pub behaviors: Vec<(usize, Behavior)>,
+    pub frictions: Vec<(usize, Friction)>,
+}
+
+impl Interaction {
+    /// The laws of pressure between steps `active[0]` and `active[1]`, each with its steps.
+    pub fn phases(&self, active: [usize; 2]) -> Vec<([usize; 2], Behavior)> {
+        let starts = [(0, self.behavior)].into_iter().chain(self.behaviors.iter().copied());
+        let ends = self.behaviors.iter().map(|(step, _)| *step).chain([usize::MAX]);
+        let phases =
+            starts.zip(ends).map(|((from, behavior), to)| ([from.max(active[0]), to.min(active[1])], behavior));
+        phases.filter(|([from, to], _)| from < to).collect()
+    }
+}
+
+/// `*FRICTION`.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+pub struct Friction {
+    pub coefficient: f64,
+    /// Stick slope: force per area and length.
+    pub slope: Option<f64>,
+    pub shear_limit: Option<f64>,
 }
 
 /// `*SURFACE BEHAVIOR`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
 pub enum Behavior {
+    #[default]
     Hard,
     /// Pressure per penetration.
     Linear(f64),
@@ -76,6 +99,7 @@ impl Reader<'_> {
             "RIGID BODY" => self.rigid_body(card),
             "MODEL CHANGE" => self.model_change(card),
             "CLEARANCE" => self.clearance(card),
+            "CHANGE FRICTION" | "CHANGE SURFACE BEHAVIOR" => self.change(card),
             _ => return false,
         }
         true
@@ -86,6 +110,37 @@ impl Reader<'_> {
         self.ledger.used("SURFACE INTERACTION", keyword.line);
         self.deck.interactions.insert(name.clone(), Interaction::default());
         self.interaction = Some(name);
+    }
+
+    /// `*CHANGE …`: the keyword after it applies from this step on.
+    fn change(&mut self, card: &Card<'_>) {
+        self.allow(card, &["INTERACTION"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let name = keyword.parameter("INTERACTION").unwrap_or_default().to_ascii_uppercase();
+        if !self.in_step || !self.deck.interactions.contains_key(&name) {
+            let why = "it needs the INTERACTION=… that it changes, and a step";
+            return self.ledger.wrong(&keyword.name, [line; 2], why, "name a *SURFACE INTERACTION, within a step");
+        }
+        self.ledger.translated(&keyword.name, line, "the keyword after it applies from the start of the step");
+        self.interaction = Some(name);
+        self.changes = true;
+    }
+
+    /// The step that `*FRICTION` or `*SURFACE BEHAVIOR` changes; `None` before the first one.
+    ///
+    /// # Errors
+    /// In a step, without `*CHANGE …` before it.
+    fn changed_step(&mut self, keyword: &Keyword<'_>) -> Result<Option<usize>, ()> {
+        match (self.in_step, self.changes) {
+            (false, _) => Ok(None),
+            (true, true) => Ok(Some(self.deck.steps.len() - 1)),
+            (true, false) => {
+                let (why, cure) =
+                    ("in a step, it says not what it changes", "write *CHANGE … with INTERACTION=… before it");
+                self.ledger.refuse(&keyword.name, keyword.line, why, cure);
+                Err(())
+            }
+        }
     }
 
     fn own_interaction(&mut self, keyword: &Keyword<'_>) -> Option<&mut Interaction> {
@@ -100,6 +155,7 @@ impl Reader<'_> {
     fn surface_behavior(&mut self, card: &Card<'_>) {
         self.allow(card, &["PRESSURE-OVERCLOSURE", "AUGMENTED LAGRANGE", "PENALTY", "DIRECT"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
+        let Ok(step) = self.changed_step(keyword) else { return };
         let law = keyword.parameter("PRESSURE-OVERCLOSURE").unwrap_or("HARD").to_ascii_uppercase();
         let behavior = match law.as_str() {
             "HARD" => {
@@ -123,8 +179,10 @@ impl Reader<'_> {
                 return self.ledger.refuse("SURFACE BEHAVIOR", line, why, LINEAR);
             }
         };
-        if let Some(own) = self.own_interaction(keyword) {
-            own.behavior = Some((behavior, line));
+        match (self.own_interaction(keyword), step) {
+            (Some(own), Some(step)) => own.behaviors.push((step, behavior)),
+            (Some(own), None) => own.behavior = behavior,
+            (None, _) => {}
         }
     }
 
@@ -135,10 +193,7 @@ impl Reader<'_> {
             let cure = "use a large coefficient, or *TIE";
             return self.ledger.refuse("FRICTION", line, "rough friction is not supported", cure);
         }
-        if self.in_step {
-            let cure = "use one coefficient for all steps";
-            return self.ledger.refuse("FRICTION", line, "friction that changes between steps is not supported", cure);
-        }
+        let Ok(step) = self.changed_step(keyword) else { return };
         let rows = self.numbers(card);
         let row = rows.first().cloned().unwrap_or_default();
         let (coefficient, slope) =
@@ -149,8 +204,22 @@ impl Reader<'_> {
             line,
             "Coulomb's law; a stick slope is the tangential stiffness of `penalty`, with hard contact sticking is rigid",
         );
-        if let Some(own) = self.own_interaction(keyword) {
-            own.friction = Some((coefficient, slope, limit, line));
+        let friction = Friction { coefficient, slope, shear_limit: limit };
+        let Some(own) = self.own_interaction(keyword) else { return };
+        let Some(step) = step else {
+            own.friction = friction;
+            return;
+        };
+        let earlier = own.frictions.iter().map(|(_, friction)| *friction).chain([own.friction]);
+        let same = |other: Friction| {
+            let slides = other.coefficient > 0.0 && coefficient > 0.0;
+            !slides || (other.slope, other.shear_limit) == (slope, limit)
+        };
+        let alike = earlier.into_iter().all(same);
+        own.frictions.push((step, friction));
+        if !alike {
+            let why = "a stick slope or TAUMAX that changes between steps is not supported";
+            self.ledger.refuse("FRICTION", line, why, "change only the coefficient");
         }
     }
 

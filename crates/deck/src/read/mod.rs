@@ -19,7 +19,7 @@ use slipstick_meshio::abaqus::Card;
 use crate::ledger::Ledger;
 
 pub use bolt::Pretension;
-pub use contact::{Adjust, Behavior, Interaction, Pair, Rigid, Tie};
+pub use contact::{Adjust, Behavior, Friction, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
 pub use equation::Equation;
 pub use material::{Elastic, Hyperelastic, Material};
@@ -94,9 +94,11 @@ pub struct Amplitude {
 
 /// Reads all keywords, each with an entry in the ledger.
 pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
-    let mut reader = Reader { deck: Deck::default(), ledger, material: None, interaction: None, in_step: false };
+    let mut reader =
+        Reader { deck: Deck::default(), ledger, material: None, interaction: None, changes: false, in_step: false };
     for card in cards {
         reader.card(card);
+        reader.changes &= card.keyword.name.starts_with("CHANGE ");
     }
     reader.deck
 }
@@ -107,6 +109,8 @@ struct Reader<'l> {
     /// The material that options belong to.
     material: Option<String>,
     interaction: Option<String>,
+    /// Whether the last keyword was `*CHANGE …`.
+    changes: bool,
     in_step: bool,
 }
 

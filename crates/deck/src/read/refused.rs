@@ -46,7 +46,6 @@ const CONTROLS: &[(&str, &str)] = &[
 
 /// What to do about others.
 const CURES: &[(&str, &str)] = &[
-    ("CHANGE FRICTION", "use one coefficient for all steps"),
     ("CONTACT", "name the surfaces that may touch with *CONTACT PAIR"),
     ("CONTACT INTERFERENCE", "set `offset` of the pair in a case file"),
     ("DISTRIBUTING COUPLING", "write *COUPLING with *DISTRIBUTING, or load the surface with *DSLOAD"),

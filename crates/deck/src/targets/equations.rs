@@ -16,14 +16,18 @@ pub struct Joined {
     pub factor: f64,
 }
 
-/// A surface of the file on a body that is coupled to a node of no body.
+/// A surface or a set of nodes of the file on a body that is coupled to a node of no body.
 #[derive(Debug)]
 pub struct CoupledFace {
     pub node: u32,
+    /// The node whose displacements are the rotation, for a rigid body.
+    pub rotation: Option<u32>,
     pub name: String,
     pub surface: String,
     pub body: usize,
     pub kinematic: bool,
+    /// The keyword that says so.
+    pub keyword: &'static str,
     pub line: usize,
 }
 
@@ -37,7 +41,7 @@ impl Finder<'_> {
         let mut nodes = BTreeSet::new();
         for equation in &deck.equations {
             for term in &equation.terms {
-                nodes.extend(self.nodes(&term.target, "EQUATION", equation.lines));
+                nodes.extend(self.own_nodes(&term.target, "EQUATION", equation.lines));
             }
         }
         nodes.retain(|&node| self.bodies.of(node).is_none() && self.reference(node).is_none());
@@ -91,7 +95,8 @@ impl Finder<'_> {
                 name.push('_');
             }
             let kinematic = coupling.kinematic == Some(true);
-            self.couplings.push(CoupledFace { node, name, surface, body, kinematic, line });
+            let (rotation, keyword) = (None, "COUPLING");
+            self.couplings.push(CoupledFace { node, rotation, name, surface, body, kinematic, keyword, line });
         }
     }
 
@@ -106,11 +111,12 @@ impl Finder<'_> {
     pub(super) fn equations(&mut self) -> Vec<EquationOfSets> {
         let (deck, mut found) = (self.deck, Vec::new());
         let targets = deck.equations.iter().flat_map(|of| of.terms.iter().map(move |term| (&term.target, of.lines)));
-        let used: BTreeSet<u32> = targets.flat_map(|(target, lines)| self.nodes(target, "EQUATION", lines)).collect();
+        let used: BTreeSet<u32> =
+            targets.flat_map(|(target, lines)| self.own_nodes(target, "EQUATION", lines)).collect();
         let axes = self.local_axes(|node| used.contains(&node));
         for equation in &deck.equations {
             let columns: Vec<Vec<u32>> =
-                equation.terms.iter().map(|term| self.nodes(&term.target, "EQUATION", equation.lines)).collect();
+                equation.terms.iter().map(|term| self.own_nodes(&term.target, "EQUATION", equation.lines)).collect();
             let count = columns.iter().map(Vec::len).max().unwrap_or(0);
             if let Some(odd) = columns.iter().find(|nodes| nodes.len() != 1 && nodes.len() != count) {
                 let why = format!("a set of {} nodes does not fit to one of {count}", odd.len());
@@ -144,7 +150,7 @@ impl Finder<'_> {
     }
 
     /// The set with a single node, and its body.
-    fn joined_node(&mut self, node: u32) -> (Option<String>, usize) {
+    pub(super) fn joined_node(&mut self, node: u32) -> (Option<String>, usize) {
         if let Some((body, _)) = self.reference(node) {
             return (None, body);
         }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::centres::between;
 use super::{Bits, Finder, bits};
 use crate::history::{Curve, Timeline, Track, Tracks};
 
@@ -36,7 +37,7 @@ impl Finder<'_> {
         for (k, step) in deck.steps.iter().enumerate() {
             for condition in &step.temperatures {
                 let amplitude = self.amplitude(deck, &condition.amplitude, "TEMPERATURE", condition.lines);
-                for node in self.nodes(&condition.target, "TEMPERATURE", condition.lines) {
+                for node in self.own_nodes(&condition.target, "TEMPERATURE", condition.lines) {
                     let start = initial.get(&node).copied().unwrap_or(0.0);
                     if amplitude.is_some() && start != 0.0 {
                         let why = "an amplitude of temperatures that do not start from 0 is not supported";
@@ -48,7 +49,17 @@ impl Finder<'_> {
             }
             tracks.step(k, false);
         }
-        self.grouped(tracks.tracks)
+        let mut tracks = tracks.tracks;
+        for centre in self.centres {
+            // linear in between, as there
+            let share = 1.0 / centre.corners.len() as f64;
+            let corners: Option<Vec<(&Track, f64)>> =
+                centre.corners.iter().map(|node| Some((tracks.get(node)?, share))).collect();
+            if let Some(track) = corners.map(|corners| between(&corners)) {
+                tracks.insert(centre.node, track);
+            }
+        }
+        self.grouped(tracks)
     }
 
     /// Nodes that are heated alike: all nodes of some bodies, and others.

@@ -1,11 +1,10 @@
 //! Contact pairs and ties.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
 use super::{Writer, quoted};
 use crate::bodies::find;
-use crate::read::{Adjust, Behavior, Interaction, Pair};
+use crate::read::{Adjust, Behavior, Friction, Interaction, Pair};
 
 impl Writer<'_> {
     pub(super) fn contact(&mut self) {
@@ -22,63 +21,93 @@ impl Writer<'_> {
                 );
                 &nothing
             });
-            let Some([slave, master]) = self.sides([&pair.slave, &pair.master], "CONTACT PAIR", pair.line) else {
-                continue;
-            };
-            self.table("contact", "CONTACT PAIR", pair.line);
-            self.line(format!("slave = {slave}\nmaster = {master}"));
-            let start = |step: usize| {
-                self.targets.counts.iter().take(step).sum::<usize>() as f64 / self.targets.load_steps as f64
-            };
-            let active = [start(pair.active[0]), start(pair.active[1])];
-            if active != [0.0, 1.0] {
-                self.line(format!("active = [{:?}, {:?}]", active[0], active[1]));
+            for (steps, behavior) in interaction.phases(pair.active) {
+                self.phase(pair, interaction, steps, behavior);
             }
-            if let Some((Behavior::Tied, _)) = interaction.behavior {
-                if let Some(Adjust::Clearance(_)) = pair.adjust {
-                    let why = "the *CLEARANCE of surfaces that are tied, with the gap that they have in the mesh";
-                    self.ledger.wrong("CONTACT PAIR", [pair.line; 2], why, "move a body in the mesh instead");
-                }
-                self.line("tied = true");
-                continue;
-            }
-            let mut text = String::new();
-            if !self.is_curved([&pair.slave, &pair.master]) {
-                text.push_str("surfaces = \"faceted\"\n");
-            }
-            let (coefficient, slope) = interaction.friction.map_or((0.0, None), |(mu, slope, ..)| (mu, slope));
-            let _ = writeln!(text, "friction = {coefficient:?}");
-            if let Some((.., Some(limit), _)) = interaction.friction {
-                let _ = writeln!(text, "shear_limit = {limit:?}");
-            }
-            match &pair.adjust {
-                Some(Adjust::Distance(distance)) if *distance > 0.0 => {
-                    let _ = writeln!(text, "adjust = {distance:?}");
-                }
-                Some(Adjust::Clearance(gap)) => {
-                    let _ = writeln!(text, "adjust = {{ gap = {gap:?} }}");
-                }
-                Some(Adjust::Set(set)) => {
-                    if let Some(nodes) = self.nodes_of_slave(pair, set) {
-                        let _ = writeln!(text, "adjust = {{ nodes = {} }}", quoted(&nodes));
-                    }
-                }
-                Some(Adjust::Distance(_)) | None => {}
-            }
-            if let Some((Behavior::Linear(normal), _)) = interaction.behavior {
-                let stiffness = match slope {
-                    Some(tangential) => format!("{{ normal = {normal:?}, tangential = {tangential:?} }}"),
-                    None => format!("{normal:?}"),
-                };
-                let _ = writeln!(text, "enforcement = {{ penalty = {{ stiffness = {stiffness} }} }}");
-            }
-            self.text.push_str(&text);
         }
         for tie in &deck.ties {
             let Some([slave, master]) = self.sides([&tie.slave, &tie.master], "TIE", tie.line) else { continue };
             self.table("contact", "TIE", tie.line);
             self.line(format!("slave = {slave}\nmaster = {master}\ntied = true"));
         }
+    }
+
+    /// A pair in the steps in which it has one law of pressure.
+    fn phase(&mut self, pair: &Pair, interaction: &Interaction, steps: [usize; 2], behavior: Behavior) {
+        let Some([slave, master]) = self.sides([&pair.slave, &pair.master], "CONTACT PAIR", pair.line) else { return };
+        self.table("contact", "CONTACT PAIR", pair.line);
+        self.line(format!("slave = {slave}\nmaster = {master}"));
+        let active = steps.map(|step| self.time(step, 0));
+        if active != [0.0, 1.0] {
+            self.line(format!("active = [{:?}, {:?}]", active[0], active[1]));
+        }
+        if behavior == Behavior::Tied {
+            if let Some(Adjust::Clearance(_)) = pair.adjust {
+                let why = "the *CLEARANCE of surfaces that are tied, with the gap that they have in the mesh";
+                self.ledger.wrong("CONTACT PAIR", [pair.line; 2], why, "move a body in the mesh instead");
+            }
+            return self.line("tied = true");
+        }
+        if !self.is_curved([&pair.slave, &pair.master]) {
+            self.line("surfaces = \"faceted\"");
+        }
+        let friction = self.friction(interaction);
+        match &pair.adjust {
+            Some(Adjust::Distance(distance)) if *distance > 0.0 => self.line(format!("adjust = {distance:?}")),
+            Some(Adjust::Clearance(gap)) => self.line(format!("adjust = {{ gap = {gap:?} }}")),
+            Some(Adjust::Set(set)) => {
+                if let Some(nodes) = self.nodes_of_slave(pair, set) {
+                    self.line(format!("adjust = {{ nodes = {} }}", quoted(&nodes)));
+                }
+            }
+            Some(Adjust::Distance(_)) | None => {}
+        }
+        if let Behavior::Linear(normal) = behavior {
+            let stiffness = match friction.slope {
+                Some(tangential) => format!("{{ normal = {normal:?}, tangential = {tangential:?} }}"),
+                None => format!("{normal:?}"),
+            };
+            // standard shapes would average the gap over large facets
+            if self.is_curved([&pair.slave, &pair.slave]) {
+                self.line("multiplier_shape = \"dual\"");
+            }
+            self.line(format!("enforcement = {{ penalty = {{ stiffness = {stiffness} }} }}"));
+        }
+    }
+
+    /// The law of friction: the largest coefficient, and the factors on it where steps change it, within their first
+    /// load step.
+    fn friction(&mut self, interaction: &Interaction) -> Friction {
+        let mut law = interaction.friction;
+        for (_, later) in &interaction.frictions {
+            law = Friction {
+                coefficient: law.coefficient.max(later.coefficient),
+                slope: law.slope.or(later.slope),
+                shear_limit: law.shear_limit.or(later.shear_limit),
+            };
+        }
+        self.line(format!("friction = {:?}", law.coefficient));
+        if law.coefficient > 0.0 && !interaction.frictions.is_empty() {
+            let (mut points, mut factor) = (Vec::new(), interaction.friction.coefficient / law.coefficient);
+            for (step, later) in &interaction.frictions {
+                points.push((self.time(*step, 0), factor));
+                factor = later.coefficient / law.coefficient;
+                points.push((self.time(*step, 1), factor));
+            }
+            // a step with one load step ends where the next one begins
+            points.dedup_by(|next, last| next.0 - last.0 < 1e-9);
+            let points = points.iter().map(|(t, factor)| format!("{{ t = {t:?}, factor = {factor:?} }}"));
+            self.line(format!("friction_path = [{}]", points.collect::<Vec<_>>().join(", ")));
+        }
+        if let Some(limit) = law.shear_limit {
+            self.line(format!("shear_limit = {limit:?}"));
+        }
+        law
+    }
+
+    /// The pseudo-time after some load steps of a step.
+    fn time(&self, step: usize, count: usize) -> f64 {
+        (self.targets.counts.iter().take(step).sum::<usize>() + count) as f64 / self.targets.load_steps as f64
     }
 
     /// The name in the case of a node set, on the body of a pair's slave.

@@ -6,7 +6,7 @@ impl Writer<'_> {
     pub(super) fn equations(&mut self) {
         let targets = self.targets;
         for coupling in &targets.couplings {
-            self.table("coupling", "COUPLING", coupling.line);
+            self.table("coupling", coupling.keyword, coupling.line);
             let (set, at) =
                 (self.on(coupling.body, &coupling.surface), vector(&self.mesh.points[coupling.node as usize]));
             let kind = if coupling.kinematic { "kinematic" } else { "distributing" };

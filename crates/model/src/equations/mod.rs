@@ -47,7 +47,7 @@ pub use motion::linear;
 pub use motion::prescribed;
 use motion::{dependent, loose, rigid, rotation};
 use nalgebra::Vector3;
-pub use pair::{ModelInterface, OffsetPoint};
+pub use pair::{FrictionPoint, ModelInterface, OffsetPoint};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 use points::ContactPoints;

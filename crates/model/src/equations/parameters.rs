@@ -14,7 +14,7 @@ use std::ops::Range;
 /// differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
-    /// Coefficient of friction μ of an interface.
+    /// Coefficient of friction μ of an interface, before the factors of its path.
     Friction {
         /// Number of the interface, from 0.
         interface: usize,
@@ -184,7 +184,8 @@ impl Design {
         let first = model.interfaces.len();
         let slave = &model.slaves[j];
         let share = friction_share(step.previous.nodes[j].area, slave.area).0;
-        out[slave.interface as usize] += share * by_friction;
+        let factor = model.pair(slave).friction_factor(step.time);
+        out[slave.interface as usize] += share * factor * by_friction;
         let Enforcement { method, stiffness } = model.interfaces[slave.interface as usize].enforcement;
         let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
         if absolute || by_stiffness == 0.0 {

@@ -8,10 +8,15 @@ use slipstick_contact::friction::Status;
 /// A block without lateral strain (ν = 0, so nothing moves sideways) that slides along x on a rigid
 /// plane.
 fn sliding(friction: f64, enforcement: &str, shape: &str, plane_is_slave: bool) -> Problem {
+    problem(&sliding_text(&format!("{friction:?}"), enforcement, shape, plane_is_slave))
+}
+
+/// Its text; `friction` may be followed by further keys of the pair.
+fn sliding_text(friction: &str, enforcement: &str, shape: &str, plane_is_slave: bool) -> String {
     let (slave, master) = if plane_is_slave { ("base_ymax", "block_ymin") } else { ("block_ymin", "base_ymax") };
     // the nodal forces of prescribed slave nodes do not count
     let objective = if plane_is_slave { "" } else { "[objective]\ncontact_force = { steps = \"last\" }" };
-    problem(&format!(
+    format!(
         r#"
 [[body]]
 name = "base"
@@ -31,7 +36,7 @@ boxes = [{{ min = [-1, 0.5, -1], max = [5, 2, 2] }}]
 [[contact]]
 slave = "{slave}"
 master = "{master}"
-friction = {friction:?}
+friction = {friction}
 multiplier_shape = "{shape}"
 enforcement = {enforcement}
 [[dirichlet]]
@@ -46,7 +51,7 @@ steps = 10
 tolerance = {{ relative = 1e-12 }}
 {objective}
 "#
-    ))
+    )
 }
 
 /// Runs to the end; tangential and normal reaction on the block's top, and θ. Every touching node
@@ -89,6 +94,26 @@ fn sliding_force_is_friction_times_normal_force() {
                     "{method} {shape} {plane_is_slave} mu {friction}: {error:e}"
                 );
             }
+        }
+    }
+}
+
+/// The same for a coefficient that changes while the block slides: at the end, the last factor applies; before the
+/// first waypoint, the first.
+#[test]
+fn sliding_force_follows_the_path_of_friction() {
+    for (method, enforcement) in
+        [("Lagrange", LAGRANGE.into()), ("penalty", penalty(1e4)), ("augmented", augmented(1e4, 1e-11))]
+    {
+        for (path, factor) in [
+            ("{ t = 0.5, factor = 2.0 }, { t = 1.0, factor = 0.5 }", 0.5),
+            ("{ t = 0.0, factor = 0.5 }, { t = 0.8, factor = 1.5 }", 1.5),
+            ("{ t = 1.0, factor = 0.75 }", 0.75),
+        ] {
+            let friction = format!("0.2\nfriction_path = [{path}]");
+            let (pull, press, _) = slide(&mut problem(&sliding_text(&friction, &enforcement, "standard", true)));
+            let error = pull / (0.2 * factor * press) - 1.0;
+            assert!(press > 1.0 && error.abs() < 1e-9, "{method}, {path}: {error:e}");
         }
     }
 }

@@ -45,6 +45,49 @@ fn gradient_with_a_largest_shear_stress() {
     }
 }
 
+/// Waypoints of the coefficient of friction.
+const PATH: &str =
+    "friction_path = [{ t = 0.3, factor = 0.2 }, { t = 0.6, factor = 1.5 }, { t = 0.9, factor = 0.4 }]\n";
+
+/// The coefficient of friction rises and falls while the block slides, with nodes that stick and slip.
+#[test]
+fn gradient_with_friction_that_changes() {
+    for (method, enforcement) in methods() {
+        for shape in ["standard", "dual"] {
+            let motion = "[{ t = 0.2, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".into();
+            let scene = Scene { friction: 0.4, motion, enforcement: enforcement.clone(), shape, ..Scene::default() };
+            let changing = check(&format!("{method} {shape}"), problem(&joined(&scene, PATH)));
+            let constant = check(&format!("{method} {shape}, constant"), problem(&scene.text()));
+            assert!(changing.iter().any(|s| s.contains('t') && s.contains('l')), "{changing:?}");
+            assert_ne!(changing, constant);
+        }
+    }
+}
+
+/// The derivative with respect to the coefficient of friction, which the factors of its path multiply.
+#[test]
+fn derivative_by_a_coefficient_that_changes() {
+    for (method, enforcement) in methods() {
+        let motion: String = "[{ t = 0.2, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".into();
+        let at = |friction: f64| {
+            let scene =
+                Scene { friction, motion: motion.clone(), enforcement: enforcement.clone(), ..Scene::default() };
+            let mut problem = problem(&joined(&scene, PATH));
+            let density = random_density(&problem, 7);
+            let run = forward(&mut problem, &density);
+            let gradients = problem.analysis.gradients(&run).expect("differentiable");
+            let (_, slope) = gradients.parameters[0];
+            (run.value, slope)
+        };
+        let h = 1e-3;
+        let value = |k: f64| at(0.4 + k * h).0;
+        let expected = (8.0 * (value(1.0) - value(-1.0)) - (value(2.0) - value(-2.0))) / (12.0 * h);
+        let (value, found) = at(0.4);
+        assert!(expected.abs() > 1e-3 * value.abs(), "{method}: it does not matter: {expected:e}");
+        assert!((found - expected).abs() < BOUND * expected.abs(), "{method}: {found:e} instead of {expected:e}");
+    }
+}
+
 /// The offset grows while the block is held, presses the surfaces together, and decreases again
 /// while they slide.
 #[test]

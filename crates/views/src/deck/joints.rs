@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, equations_of, springs_of};
 use slipstick_case::file::{Adjust, Contact, CouplingKind, Enforcement, StiffnessScaling, Surfaces};
+use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::facet_area;
 use slipstick_solid::spring::Acts;
 
@@ -115,6 +116,10 @@ impl Writer<'_> {
             if let Some(gap) = clearance {
                 let _ = writeln!(self.model, "*CLEARANCE, MASTER={master}, SLAVE={slave}, VALUE={}", number(gap));
             }
+            if !contact.friction_path.is_empty() {
+                let message = "a coefficient of friction that changes over the path is not written";
+                self.refuse(at("friction_path"), message, "omit it, and compare with one coefficient");
+            }
             if !contact.offset.is_empty() {
                 let message = "a deck has no distance at which meshes touch that changes over the path";
                 self.refuse(at("offset"), message, "move the surfaces in the mesh, or press them together by a motion");
@@ -160,6 +165,10 @@ impl Writer<'_> {
             return [Some(slope); 2];
         }
         let Enforcement::Penalty { stiffness, scaling } = contact.enforcement else { return [None; 2] };
+        if self.is_curved(contact) && contact.multiplier_shape != Some(MultiplierShape::Dual) {
+            let message = "linear contact of second-order elements is read with dual shapes";
+            self.warn(at("multiplier_shape"), message, "set it to \"dual\" to compare the same pressures");
+        }
         let Some(stiffness) = stiffness else {
             let message = format!("an automatic stiffness is written as one number, {automatic:.3e}");
             self.warn(at("enforcement.penalty.stiffness"), message, "give the stiffness to compare the same law");

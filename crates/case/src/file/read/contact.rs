@@ -9,7 +9,7 @@ use super::super::resolved::{
     StiffnessScaling, Surfaces, ToleranceScaling,
 };
 use super::motion;
-use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, OffsetPoint};
+use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, FrictionPoint, OffsetPoint};
 
 const LAGRANGE: Enforcement = Enforcement::Lagrange {
     complementarity_parameter: Some(DEFAULT_COMPLEMENTARITY),
@@ -88,6 +88,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         true => friction.or(0.0),
         false => friction.required(0.0, "the coefficient of friction; 0 is frictionless"),
     };
+    let friction_path = friction_path(&table, steps);
     let shear_limit = positive(&table, "shear_limit").optional();
     if shear_limit.is_some() && friction == 0.0 && !tied {
         let message = "without friction there is no shear stress to limit";
@@ -156,6 +157,7 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         master,
         sides,
         friction,
+        friction_path,
         tied,
         shear_limit,
         offset,
@@ -174,7 +176,8 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
 
 /// Refuses the keys that have no meaning for tied surfaces.
 fn refuse_with_tied(table: &Table<'_>) {
-    let (of_sliding, of_gaps) = (["sides", "friction", "shear_limit", "edge_cover"], ["offset", "adjust", "surfaces"]);
+    let of_sliding = ["sides", "friction", "friction_path", "shear_limit", "edge_cover"];
+    let of_gaps = ["offset", "adjust", "surfaces"];
     for key in of_sliding.into_iter().chain(of_gaps).chain(["feature_angle", "normals"]) {
         if table.has(key) {
             let message = format!("`{key}` has no meaning for tied surfaces, which neither separate nor slide");
@@ -199,6 +202,24 @@ fn offset(table: &Table<'_>, steps: usize) -> Vec<OffsetPoint> {
         let offset = point.number("offset").required(0.0, "a length; below 0, the meshes may overlap");
         point.finish();
         points.push(OffsetPoint { t, offset });
+    }
+    points
+}
+
+/// Waypoints `{ t, factor }`.
+fn friction_path(table: &Table<'_>, steps: usize) -> Vec<FrictionPoint> {
+    let mut points: Vec<FrictionPoint> = Vec::new();
+    for point in table.tables("friction_path") {
+        let t = match point.number("t").optional() {
+            Some(0.0) if points.is_empty() => 0.0,
+            _ => motion::time(&point, points.last().map_or(0.0, |last| last.t), steps),
+        };
+        let factor = point
+            .number("factor")
+            .check(CaseCode::Friction, |&factor| factor >= 0.0, "must not be negative", "0 is frictionless")
+            .required(1.0, "a factor on `friction`");
+        point.finish();
+        points.push(FrictionPoint { t, factor });
     }
     points
 }

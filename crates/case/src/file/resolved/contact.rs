@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
-use slipstick_model::model::OffsetPoint;
+use slipstick_model::model::{FrictionPoint, OffsetPoint};
 
 use super::Case;
 
@@ -20,6 +20,10 @@ pub struct Contact {
     pub sides: Sides,
     /// Coefficient of friction μ ≥ 0; 0 for tied surfaces.
     pub friction: f64,
+    /// Factors on it along the load path: waypoints, linear in between, and constant before the first and after the
+    /// last; without any, 1.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub friction_path: Vec<FrictionPoint>,
     /// Whether the surfaces are tied: they neither separate nor slide.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub tied: bool,
@@ -103,6 +107,8 @@ impl Serialize for Contact {
         #[derive(Serialize)]
         struct Sliding<'a> {
             friction: f64,
+            #[serde(skip_serializing_if = "<[_]>::is_empty")]
+            friction_path: &'a [FrictionPoint],
             #[serde(skip_serializing_if = "Option::is_none")]
             shear_limit: Option<f64>,
             #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -117,6 +123,7 @@ impl Serialize for Contact {
         }
         let sliding = Sliding {
             friction: self.friction,
+            friction_path: &self.friction_path,
             shear_limit: self.shear_limit,
             offset: &self.offset,
             feature_angle: self.feature_angle,

@@ -17,6 +17,8 @@ pub struct ModelInterface {
     pub interface: ContactInterface,
     /// Coefficient of friction μ.
     pub friction: f64,
+    /// Factors on μ along the load path; empty: 1.
+    pub friction_path: Vec<FrictionPoint>,
     /// Largest shear stress that friction transmits; infinite: no bound. \[F/L²\]
     pub shear_limit: f64,
     /// Distance by which the surfaces touch before their meshes do, along the load path.
@@ -63,6 +65,28 @@ impl OffsetPoint {
     }
 }
 
+/// A waypoint of the factor on the coefficient of friction of a contact pair.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct FrictionPoint {
+    /// Pseudo-time, 0 ≤ t ≤ 1, increasing.
+    pub t: f64,
+    /// Factor ≥ 0.
+    pub factor: f64,
+}
+
+impl FrictionPoint {
+    /// The factor at a pseudo-time: linear between the waypoints, constant before and after them, and 1
+    /// without any.
+    pub fn at(points: &[Self], t: f64) -> f64 {
+        let next = points.partition_point(|point| point.t <= t);
+        match (next.checked_sub(1).and_then(|last| points.get(last)), points.get(next)) {
+            (Some(last), Some(next)) => last.factor + (t - last.t) / (next.t - last.t) * (next.factor - last.factor),
+            (Some(only), None) | (None, Some(only)) => only.factor,
+            (None, None) => 1.0,
+        }
+    }
+}
+
 /// Pseudo-times that differ by less are equal.
 const SAME_TIME: f64 = 1e-12;
 
@@ -99,9 +123,14 @@ impl ModelInterface {
         self.bond.is_some()
     }
 
-    /// Coulomb's law with the bound of the shear stress.
-    pub(in crate::equations) fn law(&self) -> Friction {
-        Friction { coefficient: self.friction, shear_limit: self.shear_limit }
+    /// Coulomb's law with the bound of the shear stress, in a load step that ends at a time.
+    pub(in crate::equations) fn law(&self, time: LoadTime) -> Friction {
+        Friction { coefficient: self.friction * self.friction_factor(time), shear_limit: self.shear_limit }
+    }
+
+    /// The factor on the coefficient of friction at a time, [`FrictionPoint::at`].
+    pub(in crate::equations) fn friction_factor(&self, time: LoadTime) -> f64 {
+        FrictionPoint::at(&self.friction_path, time.t)
     }
 
     /// The offset at a time, [`OffsetPoint::at`]. \[L\]
@@ -114,5 +143,18 @@ impl ModelInterface {
     pub(crate) fn is_active(&self, LoadTime { t, .. }: LoadTime) -> bool {
         let [from, to] = self.active;
         (from == 0.0 || t > from + SAME_TIME) && t <= to + SAME_TIME
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FrictionPoint;
+
+    #[test]
+    fn factors_are_linear_between_waypoints_and_constant_outside() {
+        let path = [FrictionPoint { t: 0.25, factor: 2.0 }, FrictionPoint { t: 0.75, factor: 4.0 }];
+        let found = [0.0, 0.25, 0.5, 0.75, 1.0].map(|t| FrictionPoint::at(&path, t));
+        assert_eq!(found, [2.0, 2.0, 3.0, 4.0, 4.0]);
+        assert_eq!(FrictionPoint::at(&[], 0.5), 1.0);
     }
 }

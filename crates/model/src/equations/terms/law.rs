@@ -231,7 +231,7 @@ impl Design {
     pub(in crate::equations) fn friction(&self, step: &Step, j: usize) -> (Friction, Friction) {
         let slave = &self.model.slaves[j];
         let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
-        let law = self.model.pair(slave).law();
+        let law = self.model.pair(slave).law(step.time);
         let limit_slope = if law.shear_limit.is_finite() { law.shear_limit * slope } else { 0.0 };
         (law.times(share), Friction { coefficient: law.coefficient * slope, shear_limit: limit_slope })
     }
