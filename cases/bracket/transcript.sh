@@ -66,11 +66,11 @@ passive regions, which are solid. The first updates remove the excess.
 TEXT
     show "slipstick optimize case.toml" "^ +[0-9]*[05]  objective|^objective"
     printf '\nEvery fifth iteration is shown.\n\n'
-    show "slipstick render case --view front --out $figures/bracket_end.png"
+    show "slipstick render case --out $figures/bracket_end.png"
     show "slipstick render case --iteration \$(tail -1 case/history.csv | cut -d, -f1) --out $figures/bracket_design.png"
     cat <<'TEXT'
 
-![The bracket at the end of the path, from the side](figures/bracket_end.png)
+![The bracket at the end of the path, with the pad as glass](figures/bracket_end.png)
 ![The design](figures/bracket_design.png)
 
 ## Report and export

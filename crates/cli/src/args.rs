@@ -330,9 +330,9 @@ pub struct Render {
     /// Title of the chart (with --history or --curve)
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
-    /// Field to colour by: pressure, gap, displacement, …; for an unknown name, the available ones
-    /// are listed [default: density; if all densities are 1, as without a designed body, contact pressure or
-    /// displacement]
+    /// Field to colour by: density, pressure, gap, displacement, …; for an unknown name, the available ones
+    /// are listed [default: the smooth surface of the design; if all densities are 1, as without a designed
+    /// body, contact pressure or displacement; if none exceeds 0.5, density]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// Draw the state at the end of a load step [default: the newest design, at the last load step
@@ -353,14 +353,14 @@ pub struct Render {
     /// Scale factor for displacements; 0 draws the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Leave out elements whose density does not exceed this value [default: 0.5; 0 if no density
+    /// Draw the elements of the design whose density exceeds this value [default: 0.5; 0 if no density
     /// exceeds 0.5, and with --failure; with --smooth, the value that preserves the volume of the
     /// densities]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
-    /// Draw the design, undeformed, as the smooth surface that `export` writes; it has the same
-    /// volume as the densities unless --threshold is given
-    #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
+    /// Draw the design as the smooth surface that `export` writes, deformed if displacements are available;
+    /// it has the same volume as the densities unless --threshold is given
+    #[arg(long, conflicts_with_all = ["field", "failure"])]
     pub smooth: bool,
     /// Draw only these bodies [default: with a field of contact, those with a slave surface; otherwise all,
     /// and those that are not designed as glass if the field is one of the design]

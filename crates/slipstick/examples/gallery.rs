@@ -7,7 +7,7 @@
 //!
 //! With the case's folder as NAME, it writes into `docs/figures`, or the given folder:
 //!
-//! * `NAME.png`: the design, and a section of the deformed state with the other bodies as glass,
+//! * `NAME.png`: the surface of the design, and all bodies at the end of the path,
 //! * `NAME_pressure.png`: contact pressure on the slave surfaces,
 //! * `NAME_history.png`: objective and volume fraction over the iterations.
 
@@ -16,12 +16,13 @@ use std::path::{Path, PathBuf};
 
 use slipstick::build::{build, optimization};
 use slipstick::case::parse_case;
+use slipstick::export::{ExportOptions, design_surface};
 use slipstick::mesh::Mesh;
 use slipstick::optimize::IterationRecord;
 use slipstick::path::Silent;
 use slipstick::render::{
-    Canvas, Cut, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, history_picture,
-    state_picture,
+    Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, history_picture, state_picture,
+    surface_picture,
 };
 
 /// Elements with a density below this count as void in the pictures.
@@ -77,22 +78,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The design next to a section through the deformed state at the end of the path.
-fn design_and_state(outcome: &Outcome<'_>) -> Result<Picture, RenderError> {
+/// The surface of the design, next to all bodies at the end of the path.
+fn design_and_state(outcome: &Outcome<'_>) -> Result<Picture, Box<dyn Error>> {
     let Outcome { mesh, density, displacement, .. } = *outcome;
-    let canvas = Canvas { width: 640, height: 540, ..Canvas::default() };
-    let options = RenderOptions { canvas, ..RenderOptions::default() };
-    let design = RenderOptions { caption: Some(format!("optimized: density > {THRESHOLD}")), ..options.clone() };
-    let section = RenderOptions {
-        caption: Some("end of the path, cut at z = 0".into()),
-        view: View::named("front")?,
-        cut: Some(Cut { normal: [0.0, 0.0, 1.0], offset: 1e-6 }),
-        ..options
-    };
-    Picture::beside(&[
-        design_picture(mesh, density, THRESHOLD, &design)?,
-        state_picture(mesh, displacement, density, THRESHOLD, &Field::density(density), &section)?,
-    ])
+    let surface = design_surface(mesh, density, &ExportOptions::default())?.surface;
+    let canvas = Canvas { width: 800, height: 640, ..Canvas::default() };
+    let options = RenderOptions { canvas, domain: false, ..RenderOptions::default() };
+    Ok(Picture::beside(&[
+        surface_picture(mesh, &surface, None, &options)?,
+        surface_picture(mesh, &surface, Some(displacement), &options)?,
+    ])?)
 }
 
 /// The deformed slave bodies from below.

@@ -45,8 +45,8 @@ pub struct PictureRequest {
     /// Elements whose density does not exceed this value are left out; `None` for 0.5, or for 0 if
     /// no density exceeds 0.5.
     pub threshold: Option<f64>,
-    /// Whether to draw the design, undeformed, as the smooth surface that is exported; if no
-    /// threshold is given, it preserves the volume of the densities.
+    /// Whether to draw the design as the smooth surface that is exported; if no threshold is given, it
+    /// preserves the volume of the densities. Without field and threshold, a design is drawn so too.
     pub smooth: bool,
     /// The bodies to show; `None` for those with the field, and the others as glass, except around
     /// contact surfaces, which they would hide.
@@ -56,7 +56,7 @@ pub struct PictureRequest {
 }
 
 impl Default for PictureRequest {
-    /// The newest design's densities above 0.5; if nothing is designed, its contact pressure or
+    /// The newest design's surface; if nothing is designed, its contact pressure or
     /// displacement.
     fn default() -> Self {
         Self {
@@ -203,12 +203,18 @@ pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRe
         let place = if request.shown == Shown::Newest { run.path().to_owned() } else { place };
         return Err(PictureError::UnknownField { name: name.to_owned(), place, known: known.join(", ") });
     };
-    let picture = if request.smooth {
-        smooth_picture(run, case, mesh, request, source, field)
-    } else {
-        field_picture(run, case, mesh, request, source, field)
+    let asked = request.field.is_some() || request.threshold.is_some() || request.shown == Shown::Failure;
+    let natural = !asked && field.name == "density" && case.design.is_some() && !is_grey(case, mesh, &field.values);
+    let picture = match (request.smooth, natural) {
+        (true, _) => smooth_picture(run, case, mesh, request, source, field)?,
+        // a design that has no surface yet is drawn by its elements
+        (false, true) => match smooth_picture(run, case, mesh, request, source, field) {
+            Err(PictureError::Surface(_)) => field_picture(run, case, mesh, request, source, field)?,
+            drawn => drawn?,
+        },
+        (false, false) => field_picture(run, case, mesh, request, source, field)?,
     };
-    Ok(Drawn { picture: picture?, field: field.name.clone(), why })
+    Ok(Drawn { picture, field: field.name.clone(), why })
 }
 
 /// The most informative field if none is requested, and why it is not the density. If all densities
@@ -230,6 +236,14 @@ fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'stat
     }
 }
 
+/// Whether no designed element has a density above the threshold, as at the start of many optimizations.
+fn is_grey(case: &Case, mesh: &Mesh, density: &[f64]) -> bool {
+    case.design.as_ref().is_some_and(|design| {
+        let mut designed = mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
+        designed.all(|body| density[body.elements.clone()].iter().all(|&density| density <= THRESHOLD))
+    })
+}
+
 /// A field on the bodies that have it.
 fn field_picture(
     run: &RunDirectory,
@@ -245,10 +259,7 @@ fn field_picture(
     }
     let solid = vec![1.0; mesh.elements.len()];
     let density = source.values("density").unwrap_or(&solid);
-    let grey = case.design.as_ref().is_some_and(|design| {
-        let mut designed = mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
-        designed.all(|body| density[body.elements.clone()].iter().all(|&density| density <= THRESHOLD))
-    });
+    let grey = is_grey(case, mesh, density);
     let threshold = request.threshold.unwrap_or(if grey { 0.0 } else { THRESHOLD });
     let options = options(case, mesh, (request, threshold), source, field)?;
     if field.name == "density" && displacement.is_none() {
@@ -265,7 +276,7 @@ fn field_picture(
     };
     let values = if field.on_points { FieldValues::Nodes(values) } else { FieldValues::Elements(values) };
     let unit = field_dimension(&field.name).map_or(String::new(), |dimension| case.units.bracket(dimension));
-    let title = field.name.replace('_', " ") + &unit;
+    let title = field.name.replace('_', " ").replace("mises", "Mises") + &unit;
     let still = vec![0.0; 3 * mesh.nodes.len()];
     let field = Field { title: &title, values };
     Ok(state_picture(mesh, displacement.unwrap_or(&still), density, threshold, &field, &options)?)
@@ -284,14 +295,19 @@ fn smooth_picture(
     let bodies = request.bodies.clone().unwrap_or_else(designed);
     let how = ExportOptions { threshold: request.threshold, bodies, ..ExportOptions::default() };
     let export = design_surface(mesh, &density.values, &how)?;
-    let what = if request.shown == Shown::Newest { "newest design" } else { &source.what };
-    let caption = Some(format!("{what}, surface of density > {:.2}", export.threshold));
+    let given = request.threshold.map_or(String::new(), |threshold| format!(", density > {threshold}"));
     let displacement = source.values("displacement");
     if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
         return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
     }
     let options = options(case, mesh, (request, export.threshold), source, density)?;
-    let options = RenderOptions { caption, domain: displacement.is_none(), ..options };
+    let deformed = match options.displacement_factor {
+        factor if displacement.is_some() && factor != 1.0 => format!(", displacements x {factor}"),
+        _ => String::new(),
+    };
+    let what = if request.shown == Shown::Newest { "" } else { &source.what };
+    let caption = format!("{what}{given}{deformed}").trim_start_matches(", ").to_owned();
+    let options = RenderOptions { caption: (!caption.is_empty()).then_some(caption), ..options };
     Ok(surface_picture(mesh, &export.surface, displacement, &options)?)
 }
 
@@ -382,7 +398,9 @@ fn options(
         view: View::named(request.view.as_deref().unwrap_or(natural))?,
         bodies,
         others,
-        domain: !contact,
+        // where bodies move, the box around their initial shape would be taken for a part of them
+        domain: !contact && source.values("displacement").is_none(),
+        edges: ["density", "body", "smallest_determinant"].contains(&field.name.as_str()),
         displacement_factor: factor,
         caption: Some(format!("{}{density}{deformed}", source.what)),
         ..RenderOptions::default()

@@ -25,7 +25,8 @@ fn the_newest_design_by_default() {
     assert!(ran.out.contains("case/picture.png"), "{}", ran.out);
     let picture = std::fs::read(place.path("case/picture.png")).expect("drawn");
     assert_eq!(size(&picture), (900, 720));
-    assert!(picture == drawn(&place, "render case --step 4 --out step.png", "step.png"), "the last step");
+    let last = drawn(&place, "render case --field density --step 4 --out step.png", "step.png");
+    assert!(last == drawn(&place, "render case --field density --out newest.png", "newest.png"), "the last step");
     assert!(picture != drawn(&place, "render case --deformed 0 --out flat.png", "flat.png"), "undeformed differs");
 
     // A path that does not belong to the newest design is not shown with it.
@@ -35,10 +36,11 @@ fn the_newest_design_by_default() {
     assert!(picture != drawn(&place, "render case", "case/picture.png"));
     place.bad("render case --deformed 2", 2, &["no displacements of this design"]);
 
-    // The surface that `export` writes has no field and no displacements.
-    let smooth = drawn(&place, "render case --smooth --out smooth.png", "smooth.png");
-    assert!(smooth != drawn(&place, "render case --deformed 0 --out flat.png", "flat.png"));
-    place.bad("render case --smooth --deformed 1", 2, &["--smooth", "--deformed"]);
+    // The elements have their densities as colours; a surface at a given density is another one.
+    let flat = drawn(&place, "render case --deformed 0 --out flat.png", "flat.png");
+    assert!(flat == drawn(&place, "render case --smooth --deformed 0 --out smooth.png", "smooth.png"));
+    assert!(flat != drawn(&place, "render case --field density --deformed 0 --out bricks.png", "bricks.png"));
+    assert!(flat != drawn(&place, "render case --smooth --threshold 0.3 --deformed 0 --out low.png", "low.png"));
     place.bad("render case --smooth --threshold 1", 2, &["density"]);
 
     // The picture belongs to the run: a new run removes it.
