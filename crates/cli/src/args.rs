@@ -353,9 +353,9 @@ pub struct Render {
     /// Scale factor for displacements; 0 draws the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Draw the elements of the design whose density exceeds this value [default: 0.5; 0 if no density
-    /// exceeds 0.5, and with --failure; with --smooth, the value that preserves the volume of the
-    /// densities]
+    /// Draw the elements of the design whose density exceeds this value, or with --smooth their surface
+    /// [default: with --field, 0.5; 0 if no density exceeds 0.5, and with --failure; otherwise the surface that
+    /// preserves the volume of the densities]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
     /// Draw the design as the smooth surface that `export` writes, deformed if displacements are available;

@@ -42,8 +42,8 @@ pub struct PictureRequest {
     pub view: Option<String>,
     /// Factor on displacements; `None` for 1, if there are displacements.
     pub displacement_factor: Option<f64>,
-    /// Elements whose density does not exceed this value are left out; `None` for 0.5, or for 0 if
-    /// no density exceeds 0.5.
+    /// Elements whose density does not exceed this value are left out; `None` for a surface that preserves the
+    /// volume or, with a field, for 0.5, or for 0 if no density exceeds 0.5.
     pub threshold: Option<f64>,
     /// Whether to draw the design as the smooth surface that is exported; if no threshold is given, it
     /// preserves the volume of the densities. Without field and threshold, a design is drawn so too.
@@ -302,6 +302,7 @@ fn smooth_picture(
     }
     let options = options(case, mesh, (request, export.threshold), source, density)?;
     let deformed = match options.displacement_factor {
+        0.0 if displacement.is_some() => ", undeformed".into(),
         factor if displacement.is_some() && factor != 1.0 => format!(", displacements x {factor}"),
         _ => String::new(),
     };

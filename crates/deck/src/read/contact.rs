@@ -124,6 +124,7 @@ impl Reader<'_> {
         self.ledger.translated(&keyword.name, line, "the keyword after it applies from the start of the step");
         self.interaction = Some(name);
         self.changes = true;
+        self.unused_change = Some((keyword.name.clone(), line));
     }
 
     /// The step that `*FRICTION` or `*SURFACE BEHAVIOR` changes; `None` before the first one.
@@ -133,10 +134,13 @@ impl Reader<'_> {
     fn changed_step(&mut self, keyword: &Keyword<'_>) -> Result<Option<usize>, ()> {
         match (self.in_step, self.changes) {
             (false, _) => Ok(None),
-            (true, true) => Ok(Some(self.deck.steps.len() - 1)),
+            (true, true) => {
+                self.unused_change = None;
+                Ok(Some(self.deck.steps.len() - 1))
+            }
             (true, false) => {
                 let (why, cure) =
-                    ("in a step, it says not what it changes", "write *CHANGE … with INTERACTION=… before it");
+                    ("in a step, it does not say what it changes", "write *CHANGE … with INTERACTION=… before it");
                 self.ledger.refuse(&keyword.name, keyword.line, why, cure);
                 Err(())
             }
@@ -180,7 +184,10 @@ impl Reader<'_> {
             }
         };
         match (self.own_interaction(keyword), step) {
-            (Some(own), Some(step)) => own.behaviors.push((step, behavior)),
+            (Some(own), Some(step)) => {
+                own.behaviors.retain(|(at, _)| *at != step);
+                own.behaviors.push((step, behavior));
+            }
             (Some(own), None) => own.behavior = behavior,
             (None, _) => {}
         }
@@ -216,6 +223,8 @@ impl Reader<'_> {
             !slides || (other.slope, other.shear_limit) == (slope, limit)
         };
         let alike = earlier.into_iter().all(same);
+        // the last of a step counts
+        own.frictions.retain(|(at, _)| *at != step);
         own.frictions.push((step, friction));
         if !alike {
             let why = "a stick slope or TAUMAX that changes between steps is not supported";

@@ -94,12 +94,23 @@ pub struct Amplitude {
 
 /// Reads all keywords, each with an entry in the ledger.
 pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
-    let mut reader =
-        Reader { deck: Deck::default(), ledger, material: None, interaction: None, changes: false, in_step: false };
+    let mut reader = Reader {
+        deck: Deck::default(),
+        ledger,
+        material: None,
+        interaction: None,
+        changes: false,
+        unused_change: None,
+        in_step: false,
+    };
     for card in cards {
+        if !reader.changes {
+            reader.refuse_unused_change();
+        }
         reader.card(card);
         reader.changes &= card.keyword.name.starts_with("CHANGE ");
     }
+    reader.refuse_unused_change();
     reader.deck
 }
 
@@ -111,12 +122,21 @@ struct Reader<'l> {
     interaction: Option<String>,
     /// Whether the last keyword was `*CHANGE …`.
     changes: bool,
+    /// The last `*CHANGE …` and its line, until a keyword says what it changes.
+    unused_change: Option<(String, usize)>,
     in_step: bool,
 }
 
 const DAMAGED: &str = "correct the line";
 
 impl Reader<'_> {
+    fn refuse_unused_change(&mut self) {
+        if let Some((name, line)) = self.unused_change.take() {
+            let cure = "write *FRICTION or *SURFACE BEHAVIOR after it, or remove it";
+            self.ledger.wrong(&name, [line; 2], "nothing after it says what changes", cure);
+        }
+    }
+
     fn card(&mut self, card: &Card<'_>) {
         let (name, line) = (card.keyword.name.as_str(), card.keyword.line);
         if self.ledger.ignores(name) {

@@ -79,7 +79,11 @@ impl Writer<'_> {
     /// load step.
     fn friction(&mut self, interaction: &Interaction) -> Friction {
         let mut law = interaction.friction;
-        for (_, later) in &interaction.frictions {
+        // what a law without friction says of sticking does not count
+        if law.coefficient == 0.0 && !interaction.frictions.is_empty() {
+            (law.slope, law.shear_limit) = (None, None);
+        }
+        for (_, later) in interaction.frictions.iter().filter(|(_, later)| later.coefficient > 0.0) {
             law = Friction {
                 coefficient: law.coefficient.max(later.coefficient),
                 slope: law.slope.or(later.slope),

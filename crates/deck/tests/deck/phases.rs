@@ -26,6 +26,11 @@ fn steps_change_laws_of_surfaces() {
         factors[0], factors[1], factors[1]
     );
     assert!(pair.contains(&expected), "{pair}");
+    // the last change of a step counts
+    let twice =
+        friction.replace("*FRICTION\n0.4\n", "*FRICTION\n0.7\n*CHANGE FRICTION, INTERACTION=DRY\n*FRICTION\n0.4\n");
+    assert_ne!(twice, friction);
+    assert_eq!(pairs(&twice), pairs(&friction));
     let law = with(&format!(
         "{step}*CHANGE SURFACE BEHAVIOR, INTERACTION=DRY\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n5e4\n*END STEP\n"
     ))
@@ -35,9 +40,10 @@ fn steps_change_laws_of_surfaces() {
     assert!(free.contains("slave = \"HIGH_DOWN_2\"") && free.contains("active = [0.5, 1.0]"), "{free}");
     assert!(free.contains("penalty") && free.contains("friction = 0.3"), "{free}");
     for (deck, why) in [
-        (with(&format!("{step}*FRICTION\n0.1\n*END STEP\n")), "in a step, it says not what it changes"),
+        (with(&format!("{step}*FRICTION\n0.1\n*END STEP\n")), "in a step, it does not say what it changes"),
         (with(&format!("{step}*CHANGE FRICTION, INTERACTION=WET\n*END STEP\n")), "it needs the INTERACTION="),
         (friction.replace("0.4\n", "0.4, 1e5\n"), "a stick slope or TAUMAX that changes"),
+        (with(&format!("{step}*CHANGE FRICTION, INTERACTION=DRY\n*END STEP\n")), "nothing after it says what changes"),
     ] {
         let found = refused(&deck);
         assert!(found[0].contains(why), "{found:?}");

@@ -291,7 +291,8 @@ mod tests {
         slip: [2e-3, -1e-3],
         area: 0.5,
         reference_area: 0.6,
-        shear_limited: false,
+        follows_pressure: true,
+        friction_ratio: 1.0,
     };
     const CONTACT: [ContactNode; 4] = [
         NODE,
@@ -321,7 +322,7 @@ mod tests {
             displacement: &[5e-4, -1e-3, 2e-3, 1e-3, 4e-3, 0.0],
             external_force: &[1.0, 3.0, -2.0, 0.0, 6.0, -1.0],
             reaction: &[0.0, 2.0, 1.0, -4.0, 3.0, 2.0],
-            multiplier: &[[20.0, 1.0, -2.0], [0.0; 3], [15.0, -2.0, 1.5], [9.0, 2.0, -1.0]],
+            multiplier: &[[20.0, 1.0, -2.0], [5.0, 0.5, 0.5], [15.0, -2.0, 1.5], [9.0, 2.0, -1.0]],
         },
     };
 
@@ -403,20 +404,21 @@ mod tests {
         assert_eq!(extreme(&*pressure(PressureMeasure::Peak { p: 2.0 })).map(|found| found.0), Some(name));
         let work = FrictionWork::new("work", Patch::whole(0));
         let [first, second, third] = [6e-3 + 4e-3, -12e-3 - 8e-3, -1e-3 + 4e-3];
-        check(&work, 0.75 * first + 0.5 * second + 1.25 * third);
+        check(&work, 0.75 * first + 0.6 * second + 1.25 * third);
         // the third opens; the traction of the first may be at its limit
         let mut other = CONTACT;
         other[2].status = 0;
-        other[0].shear_limited = true;
+        other[0].follows_pressure = false;
         let other = StateView { contact: &other, ..STATE };
-        let expected = first + 0.5 * second;
+        let expected = first + 0.6 * second;
         assert!((work.value(&other) - expected).abs() < 1e-15, "{} for {expected}", work.value(&other));
         check_derivatives(&work, &other).unwrap();
-        // the pressure of the third falls to less than a third
+        // the coefficient of the second doubles; the pressure of the third falls to less than a third
         let mut other = CONTACT;
+        other[1].friction_ratio = 0.5;
         other[2].multiplier[0] = 4.0;
         let other = StateView { contact: &other, ..STATE };
-        let expected = 0.75 * first + 0.5 * second + 2.0 * third;
+        let expected = 0.75 * first + 0.55 * second + 2.0 * third;
         assert!((work.value(&other) - expected).abs() < 1e-15, "{} for {expected}", work.value(&other));
         check_derivatives(&work, &other).unwrap();
         let region = Patch::within(0, vec![2, 0]).unwrap();

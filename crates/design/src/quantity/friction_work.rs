@@ -5,12 +5,12 @@ use super::{ContactNode, Dimension, Patch, Quantity, Reads, StateDerivative, Sta
 /// Work that friction dissipates on a patch, summed over all (sub-)steps since the start of the load case.
 /// \[F L\]
 ///
-/// In a step, a node in contact dissipates ½ (1 + ζ_n,before/ζ_n) ζ_τ·ũ_τ: slip happens at the friction bound,
-/// which follows the pressure, and the trapezoidal rule takes the mean pressure of the step. ζ_n,before counts
-/// with at most 3 ζ_n, and a node that opens dissipates nothing in that step: pressures that vanish in a jump to
-/// another equilibrium do no friction work. Under a bound on the shear stress, which may hold at constant traction, the
-/// traction at the end of the step counts. ũ_τ is the objective slip increment of the paper, (24), which depends
-/// on the previous state. Tests: `pair_quantities_by_hand`, `friction_of_coarse_steps_is_judged` (tests/suite/losses.rs).
+/// In a step, a node in contact dissipates ½ (1 + r) ζ_τ·ũ_τ with r = μ_before ζ_n,before/(μ ζ_n): slip happens at the
+/// friction bound, and the trapezoidal rule takes the mean bound of the step. r counts from 0 to 3, and a node that
+/// opens dissipates nothing in that step: pressures that vanish in a jump to another equilibrium do no friction work.
+/// Under a bound on the shear stress, which may hold at constant traction, and on ties, the traction at the end of the
+/// step counts. ũ_τ is the objective slip increment of the paper, (24), which depends on the previous state. Tests:
+/// `pair_quantities_by_hand`, `friction_of_coarse_steps_is_judged` (tests/suite/losses.rs).
 #[derive(Clone, Debug)]
 pub struct FrictionWork {
     name: String,
@@ -57,15 +57,17 @@ impl Quantity for FrictionWork {
                 to.contact[j].multiplier[1 + c] += weight * mean * at.slip[c];
                 to.contact[j].slip[c] += weight * mean * at.multiplier[1 + c];
             }
-            if counts_mean(at) && old < MOST * at.multiplier[0] {
-                to.contact[j].multiplier[0] -= weight * 0.5 * old / at.multiplier[0].powi(2) * work;
-                to.previous.multiplier[j][0] += weight * 0.5 / at.multiplier[0] * work;
+            let ratio = ratio(at, old);
+            if at.follows_pressure && ratio > 0.0 && ratio < MOST {
+                let by_ratio = 0.5 * weight * work / at.multiplier[0];
+                to.contact[j].multiplier[0] -= by_ratio * ratio;
+                to.previous.multiplier[j][0] += by_ratio * at.friction_ratio;
             }
         }
     }
 }
 
-/// Largest ratio of the pressures at the start and the end of a step that counts.
+/// Largest ratio of the friction bounds at the start and the end of a step that counts.
 const MOST: f64 = 3.0;
 
 /// ζ of a slave node at the start of the step.
@@ -78,7 +80,8 @@ fn before(state: &StateView, j: usize) -> [f64; 3] {
 pub struct FrictionStep {
     /// Work that it dissipates. \[F L\]
     pub work: f64,
-    /// Pressures at the start and the end of the step, 0 at an open node. \[F/L²\]
+    /// Pressures at the start, with the coefficient of friction at the end, and at the end; 0 at an open node.
+    /// \[F/L²\]
     pub pressures: [f64; 2],
     /// Work per pressure, of a traction that follows the pressure; 0 if it does not. \[L³\]
     pub rate: f64,
@@ -87,12 +90,12 @@ pub struct FrictionStep {
 impl FrictionStep {
     /// From the state at the end of the step, and the multiplier at its start.
     pub fn of(at: &ContactNode, before: [f64; 3]) -> Self {
-        let pressures = [before[0].max(0.0), at.pressure().max(0.0)];
+        let pressures = [(at.friction_ratio * before[0]).max(0.0), at.pressure().max(0.0)];
         if at.status == 0 {
             return Self { work: 0.0, pressures, rate: 0.0 };
         }
         let work = along(at.multiplier, at.slip);
-        let rate = if counts_mean(at) { work / at.multiplier[0] } else { 0.0 };
+        let rate = if at.follows_pressure && at.multiplier[0] > 0.0 { work / at.multiplier[0] } else { 0.0 };
         Self { work: mean_pressure(at, before[0]) * work, pressures, rate }
     }
 }
@@ -102,12 +105,12 @@ fn along(multiplier: [f64; 3], slip: [f64; 2]) -> f64 {
     multiplier[1] * slip[0] + multiplier[2] * slip[1]
 }
 
-/// Whether the mean pressure of a step counts for a node in contact.
-fn counts_mean(at: &ContactNode) -> bool {
-    at.multiplier[0] > 0.0 && !at.shear_limited
+/// The friction bound at the start of a step over that at its end, from 0 to the largest that counts.
+fn ratio(at: &ContactNode, before: f64) -> f64 {
+    if at.multiplier[0] > 0.0 { (at.friction_ratio * before / at.multiplier[0]).clamp(0.0, MOST) } else { 1.0 }
 }
 
-/// The mean pressure of a step over that at its end.
+/// The mean bound of a step over that at its end.
 fn mean_pressure(at: &ContactNode, before: f64) -> f64 {
-    if counts_mean(at) { 0.5 * (1.0 + (before / at.multiplier[0]).min(MOST)) } else { 1.0 }
+    if at.follows_pressure { 0.5 * (1.0 + ratio(at, before)) } else { 1.0 }
 }

@@ -76,8 +76,10 @@ pub struct ContactNode {
     pub area: f64,
     /// Area of the slave surface around the node in the reference configuration. \[L²\]
     pub reference_area: f64,
-    /// Whether the friction law also bounds the shear stress.
-    pub shear_limited: bool,
+    /// Whether traction at slip follows the pressure: not under a bound on the shear stress, nor on ties.
+    pub follows_pressure: bool,
+    /// Coefficient of friction at the start of the (sub-)step over that at its end; 1 without a path of friction.
+    pub friction_ratio: f64,
 }
 
 impl ContactNode {

@@ -7,10 +7,10 @@ use slipstick_design::quantity::{
     ContactNode, FrictionStep, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView,
 };
 use slipstick_design::response::Response;
-use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, LoadTime, Observed, Path, PathResponses, StateError, StepState};
 
 use super::error::AnalysisError;
+use super::previous::PreviousData;
 use super::steps::steps_of;
 use crate::equations::{ContactResults, Design, Kinematics, Known};
 
@@ -37,51 +37,6 @@ pub(crate) struct StateData {
     previous: PreviousData,
     /// Of contact, if `results` were computed.
     pub(crate) kinematics: Option<Arc<Kinematics>>,
-}
-
-/// What quantities can see of the state at the start of a (sub-)step.
-#[derive(Default)]
-pub(crate) struct PreviousData {
-    time: LoadTime,
-    /// Whether nothing has happened there: no deformation, no contact.
-    rest: bool,
-    displacement: Vec<f64>,
-    external: Vec<f64>,
-    reaction: Vec<f64>,
-    /// Of the slave nodes, zero at open ones; empty at rest.
-    multiplier: Vec<[f64; 3]>,
-    /// Of contact, if they were computed.
-    pub(crate) kinematics: Option<Arc<Kinematics>>,
-}
-
-impl PreviousData {
-    /// At the state of a path with this index. All ranks call it and receive the same.
-    fn of(design: &Design, path: &Path, index: usize, ranks: &dyn Ranks) -> Result<Self, StateError> {
-        let (at, state) = (&path.states[index], path.state(index, ranks));
-        if at.rest {
-            return Ok(Self::at_rest(design, at.time, &state));
-        }
-        let reads = Reads { reaction: true, contact: true, ..Reads::default() };
-        let known = Known::default();
-        Ok(StateData::of(design, reads, at.time, (&path.state(index - 1, ranks), &state), known)?.into_previous(&state))
-    }
-
-    /// At a state of rest, where the reactions balance the loads on prescribed unknowns.
-    pub(crate) fn at_rest(design: &Design, time: LoadTime, state: &StepState) -> Self {
-        let model = design.model();
-        let none = vec![0.0; model.prescribed().fixed().len()];
-        let displacement = state.unknowns[..none.len()].to_vec();
-        let mut external = none.clone();
-        design.external_force(&displacement, time, &mut external);
-        let reaction = model.reactions(&none, &external, &none);
-        let multiplier = vec![[0.0; 3]; model.slave_areas().count()];
-        Self { time, rest: true, displacement, external, reaction, multiplier, kinematics: None }
-    }
-
-    /// With the kinematics of contact.
-    pub(crate) fn with(self, kinematics: Option<Arc<Kinematics>>) -> Self {
-        Self { kinematics, ..self }
-    }
 }
 
 impl StateData {
@@ -153,7 +108,8 @@ impl StateData {
     }
 
     /// With what quantities see of the state before.
-    pub(crate) fn after(self, previous: PreviousData) -> Self {
+    pub(crate) fn after(mut self, previous: PreviousData, design: &Design) -> Self {
+        design.model().set_friction_ratios(&mut self.contact, previous.time, self.time);
         Self { previous, ..self }
     }
 
@@ -245,7 +201,7 @@ pub(super) fn values<'a>(
                 Some((_, before)) => before,
                 None => PreviousData::of(design, path, index - 1, &*ranks)?,
             };
-            data = data.after(before);
+            data = data.after(before, design);
         }
         for (r, t) in terms {
             let (_, local, each) = responses[r].place(step, steps);
@@ -345,7 +301,7 @@ impl<'a> Adapter<'a> {
         let mut data = StateData::of(design, reads, at.time, (at.previous, at.state), known)?;
         if reads.previous {
             let ranks = design.model().share().ranks();
-            data = data.after(PreviousData::of(design, self.path, at.index - 1, &**ranks)?);
+            data = data.after(PreviousData::of(design, self.path, at.index - 1, &**ranks)?, design);
         }
         // the sweep reuses their memory at the next state
         data.kinematics = None;

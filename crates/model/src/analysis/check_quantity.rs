@@ -105,7 +105,8 @@ fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<Cont
         slip: [spread(5 * j) - 1.0, spread(5 * j + 1) - 1.0],
         area: 0.8 * spread(5 * j + 2),
         reference_area: 1.0,
-        shear_limited: false,
+        follows_pressure: true,
+        friction_ratio: 1.0,
     };
     nodes.enumerate().map(of).collect()
 }

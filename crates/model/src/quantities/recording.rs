@@ -149,7 +149,7 @@ impl<'a> Recording<'a> {
             }
             None => (None, PreviousData::at_rest(design, at.time, &now)),
         };
-        let mut data = data.after(seen);
+        let mut data = data.after(seen, design);
         let none = ContactResults::default();
         // the step of the load case in progress
         let place = (in_progress.saturating_sub(1) % self.steps.max(1) + 1, self.steps);

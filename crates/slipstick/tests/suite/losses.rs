@@ -159,4 +159,9 @@ fn friction_of_coarse_steps_is_judged() {
     assert!((of_steps.fraction - part).abs() < 1e-9, "{of_steps}: {part}");
     let slides = "[{ t = 0.2, u = [0, -0.02, 0] }, { t = 1, u = [0.2, -0.02, 0] }]";
     assert_eq!(pressed(LONG, &up(1.0), slides, "friction = 0.3").coarse_friction, Vec::new());
+    // a coefficient that rises while the block slides counts with its mean, too
+    let rising = "friction = 0.3\nfriction_path = [{ t = 0.2, factor = 0.2 }, { t = 1, factor = 1 }]";
+    let [coarse, fine] =
+        [5, 80].map(|steps| last(&pressed_in_steps(LONG, &up(1.0), slides, rising, steps), "up_ymin_friction_work"));
+    assert!((coarse / fine - 1.0).abs() < 0.02, "{coarse}: {fine}");
 }

@@ -132,11 +132,16 @@ impl Drawing {
         picture
     }
 
-    /// Depth at the middle of each pixel of a band. \[pixels\]
+    /// Depth of the nearest face in each pixel of a band. \[pixels\]
     fn pixel_depths(&self, number: usize, layer: &Layer) -> Vec<f32> {
         let (window, s) = (self.window(number), self.samples);
-        let middle = |row: usize, x: usize| layer.depth[(row * s + s / 2) * window.columns + x * s + s / 2] / s as f32;
-        (0..window.rows / s).flat_map(|row| (0..self.width).map(move |x| middle(row, x))).collect()
+        let sample = |row: usize, x: usize, k: usize| layer.depth[(row * s + k / s) * window.columns + x * s + k % s];
+        let nearest =
+            |row: usize, x: usize| (0..s * s).map(|k| sample(row, x, k)).fold(f32::INFINITY, f32::min) / s as f32;
+        (0..window.rows / s)
+            .flat_map(|row| (0..self.width).map(move |x| (row, x)))
+            .map(|(row, x)| nearest(row, x))
+            .collect()
     }
 
     /// Completes a band: the light that reaches its faces, then lines, glass and ink.

@@ -133,9 +133,10 @@ pub fn state_picture(
 }
 
 /// A design as the surface that [`design_surface`](crate::export::design_surface) extracts, in the colour of a
-/// material; with displacements, 3 per node \[L\], deformed, with the other bodies as context.
+/// material; with displacements, 3 per node \[L\], deformed, with the other bodies as context, which are left out
+/// without displacements.
 ///
-/// Only the options view, bodies, others, displacement factor, caption, domain and canvas are used.
+/// Only the options view, others, displacement factor, caption, domain and canvas are used.
 ///
 /// # Errors
 /// [`RenderError::NotFinite`], [`RenderError::Length`]; [`RenderError::Size`] or

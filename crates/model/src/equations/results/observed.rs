@@ -23,9 +23,18 @@ impl ContactModel {
             slip: at.weighted_slip,
             area: at.covered_area,
             reference_area: slave.area,
-            shear_limited: self.pair(slave).shear_limit.is_finite(),
+            follows_pressure: !self.pair(slave).shear_limit.is_finite() && !self.pair(slave).is_bonded(),
+            friction_ratio: 1.0,
         };
         results.nodes.iter().zip(&self.slaves).map(of).collect()
+    }
+
+    /// Sets the [ratio](ContactNode::friction_ratio) of the coefficients of friction at the times at which a step starts and
+    /// ends.
+    pub(crate) fn set_friction_ratios(&self, nodes: &mut [ContactNode], from: LoadTime, to: LoadTime) {
+        let pairs = self.interfaces.iter().map(|pair| [from, to].map(|time| pair.friction_factor(time)));
+        let ratios: Vec<f64> = pairs.map(|[from, to]| if to > 0.0 { from / to } else { 1.0 }).collect();
+        nodes.iter_mut().for_each(|at| at.friction_ratio = ratios[at.pair as usize]);
     }
 
     /// Forces of supports and prescribed motions, from the internal, external and contact forces;
