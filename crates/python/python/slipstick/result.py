@@ -184,7 +184,7 @@ class Result:
             The picture to write, ``*.png``.
         field : str, optional
             Name of a field, or a word that identifies it, such as ``"pressure"``; by default the
-            densities.
+            smooth surface of the design.
         step, iteration : int, optional
             The state at the end of a load step, or the undeformed design of an iteration; by
             default the newest design.
@@ -195,7 +195,8 @@ class Result:
         threshold : float, optional
             Elements with this density or less are hidden.
         smooth : bool
-            Whether to draw the smooth surface that :meth:`export` writes.
+            Whether to draw the smooth surface that :meth:`export` writes; without field and
+            threshold, a design is drawn so anyway.
         bodies : sequence of str, optional
             The bodies to show.
         size : tuple of int

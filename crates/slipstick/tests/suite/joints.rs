@@ -60,9 +60,16 @@ fn gradient_with_friction_that_changes() {
             let constant = check(&format!("{method} {shape}, constant"), problem(&scene.text()));
             assert!(changing.iter().any(|s| s.contains('t') && s.contains('l')), "{changing:?}");
             assert_ne!(changing, constant);
+            // its work takes the mean of the bounds at both ends of a step
+            let of_work = joined(&scene, PATH).replace("[objective]\ncontact_force = { steps = \"last\" }", WORK);
+            assert!(of_work.contains(WORK), "{of_work}");
+            check(&format!("{method} {shape}, work"), problem(&of_work));
         }
     }
 }
+
+/// The friction work as the objective.
+const WORK: &str = "[[quantity]]\nname = \"work\"\nfriction_work = { slave = \"block_ymin\" }\n[objective]\nmaximise = { quantity = \"work\" }";
 
 /// The derivative with respect to the coefficient of friction, which the factors of its path multiply.
 #[test]

@@ -161,7 +161,8 @@ fn friction_of_coarse_steps_is_judged() {
     assert_eq!(pressed(LONG, &up(1.0), slides, "friction = 0.3").coarse_friction, Vec::new());
     // a coefficient that rises while the block slides counts with its mean, too
     let rising = "friction = 0.3\nfriction_path = [{ t = 0.2, factor = 0.2 }, { t = 1, factor = 1 }]";
-    let [coarse, fine] =
-        [5, 80].map(|steps| last(&pressed_in_steps(LONG, &up(1.0), slides, rising, steps), "up_ymin_friction_work"));
+    let slides = "[{ t = 0.2, u = [0, -0.02, 0] }, { t = 1, u = [0.04, -0.02, 0] }]";
+    let of = |steps| last(&pressed_in_steps(LONG, &up(1.0), slides, rising, steps), "up_ymin_friction_work");
+    let [coarse, fine] = [5, 80].map(of);
     assert!((coarse / fine - 1.0).abs() < 0.02, "{coarse}: {fine}");
 }

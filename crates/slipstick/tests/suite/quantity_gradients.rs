@@ -47,8 +47,11 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
     responses.push(Response::new("largest", vec![term(1, 1.0), term(7, 0.7)], Reduction::Largest));
     responses.push(Response::new("sum", vec![term(17, 1.0), term(all.len() - 1, -2.0), term(3, 0.1)], Reduction::Sum));
     // the work of one load step: increments before it have no weight
-    let work = |step, weight| Term { quantity: all[18].clone(), steps: ObservedSteps::Only(vec![step]), weight };
-    responses.push(Response::new("work of a step", vec![work(3, 1.0), work(2, -1.0)], Reduction::Sum));
+    for (name, quantity) in [("work of a step", 18), ("friction of a step", 17)] {
+        let work =
+            |step, weight| Term { quantity: all[quantity].clone(), steps: ObservedSteps::Only(vec![step]), weight };
+        responses.push(Response::new(name, vec![work(3, 1.0), work(2, -1.0)], Reduction::Sum));
+    }
     let mut responses: Vec<Response> =
         responses.into_iter().map(|response| response.in_load_cases(cases.to_vec())).collect();
     if cases.len() == 1 {
