@@ -1,11 +1,14 @@
 //! A picture of a run's results.
 
+mod grey;
+
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use slipstick_mesh::{Mesh, facet_area_vector};
 use slipstick_model::words::list;
 
+use self::grey::{THRESHOLD, has_surface, is_grey};
 use crate::export::{ExportError, ExportOptions, design_surface};
 use crate::render::{
     Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
@@ -146,9 +149,6 @@ impl PictureError {
     }
 }
 
-/// Density up to which elements are left out.
-const THRESHOLD: f64 = 0.5;
-
 /// A result that can be drawn.
 struct Source {
     /// Where it comes from.
@@ -204,7 +204,7 @@ pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRe
         return Err(PictureError::UnknownField { name: name.to_owned(), place, known: known.join(", ") });
     };
     let asked = request.field.is_some() || request.threshold.is_some() || request.shown == Shown::Failure;
-    let natural = !asked && field.name == "density" && case.design.is_some() && !is_grey(case, mesh, &field.values);
+    let natural = !asked && field.name == "density" && has_surface(case, mesh, &field.values);
     let picture = match (request.smooth, natural) {
         (true, _) => smooth_picture(run, case, mesh, request, source, field)?,
         // a design that has no surface yet is drawn by its elements
@@ -234,14 +234,6 @@ fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'stat
         _ if shows("displacement") => ("displacement", Some(why)),
         _ => ("density", None),
     }
-}
-
-/// Whether no designed element has a density above the threshold, as at the start of many optimizations.
-fn is_grey(case: &Case, mesh: &Mesh, density: &[f64]) -> bool {
-    case.design.as_ref().is_some_and(|design| {
-        let mut designed = mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
-        designed.all(|body| density[body.elements.clone()].iter().all(|&density| density <= THRESHOLD))
-    })
 }
 
 /// A field on the bodies that have it.
