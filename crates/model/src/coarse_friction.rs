@@ -1,6 +1,6 @@
 //! Friction work of pairs whose pressures change so much within load steps that the steps are coarse for it.
 //!
-//! `friction_work` takes the mean pressure of each (sub-)step
+//! `friction_work` takes the mean friction bound of each (sub-)step
 //! ([`FrictionWork`](slipstick_design::quantity::FrictionWork)). With the work per pressure q and the changes of
 //! pressure Δp of two consecutive steps, one step instead of both would change it by
 //! D = ½ (Δp₂ q₁ − Δp₁ q₂), of which Richardson's extrapolation expects a third as the error of the two; as every

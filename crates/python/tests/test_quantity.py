@@ -140,33 +140,23 @@ class Friction(ss.Quantity):
         return pressure, before, 0.5 * (1.0 + before / pressure), along
 
 
-def test_friction_work_by_hand(
-    problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
-) -> None:
-    problem.add(Friction())
-    values, pullback = problem.vjp(density, "Friction")
-    table = problem.solve(density).quantities
-    np.testing.assert_allclose(values["Friction"], table["work"][-4:], rtol=1e-12)
-    weights = np.array([0.3, -0.2, 1.0, 0.5])
-    slope = pullback({"Friction": weights}) @ direction
-    found = orders(
-        lambda h: float(weights @ problem.vjp(density + h * direction, "Friction")[0]["Friction"]),
-        slope,
-    )
-    assert np.all(np.abs(found - 2.0) < 0.1), found
-
-
+@pytest.mark.parametrize(("quantity", "column"), [(Work(), "external_work"), (Friction(), "work")])
 def test_increments_see_the_state_before(
-    problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
+    problem: ss.Problem,
+    density: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    quantity: ss.Quantity,
+    column: str,
 ) -> None:
-    problem.add(Work())
-    values, pullback = problem.vjp(density, "Work")
+    problem.add(quantity)
+    name = type(quantity).__name__
+    values, pullback = problem.vjp(density, name)
     table = problem.solve(density).quantities
-    np.testing.assert_allclose(values["Work"], table["external_work"][-4:], rtol=1e-12)
+    np.testing.assert_allclose(values[name], table[column][-4:], rtol=1e-12)
     weights = np.array([0.3, -0.2, 1.0, 0.5])
-    slope = pullback({"Work": weights}) @ direction
+    slope = pullback({name: weights}) @ direction
     found = orders(
-        lambda h: float(weights @ problem.vjp(density + h * direction, "Work")[0]["Work"]), slope
+        lambda h: float(weights @ problem.vjp(density + h * direction, name)[0][name]), slope
     )
     assert np.all(np.abs(found - 2.0) < 0.1), found
 

@@ -78,7 +78,8 @@ pub struct ContactNode {
     pub reference_area: f64,
     /// Whether traction at slip follows the pressure: not under a bound on the shear stress, nor on ties.
     pub follows_pressure: bool,
-    /// Coefficient of friction at the start of the (sub-)step over that at its end; 1 without a path of friction.
+    /// Coefficient of friction at the start of the (sub-)step over that at its end; 1 without a path of
+    /// friction, and where friction has ended.
     pub friction_ratio: f64,
 }
 

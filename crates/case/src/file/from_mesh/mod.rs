@@ -77,7 +77,7 @@ fn shared(mesh: &FileMesh, parts: &[Part]) -> Vec<String> {
 
 /// A notice for a part of several pieces that share no nodes.
 fn pieces(mesh: &FileMesh, part: &Part) -> Option<String> {
-    // a body that cannot be read is reported by whoever reads the case
+    // reading the case reports a body that cannot be read
     let body = mesh.body(&part.name, part.part.as_deref(), 1.0).ok()?;
     let count = body.mesh.connected_parts(0).len();
     (count > 1).then(|| {
