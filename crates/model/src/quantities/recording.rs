@@ -56,8 +56,10 @@ pub struct Recording<'a> {
     begun: bool,
     found: Quantities,
     sums: Sums,
-    /// Stored energy that disappears in a step, round-off included.
-    released: Vec<ReleasedEnergy>,
+    /// Stored energy that disappears in a step, round-off included, with the number of its load case.
+    released: Vec<(usize, ReleasedEnergy)>,
+    /// The part of `energy_balance` that losses and errors of friction work account for in each load case. \[F L\]
+    accounted: Vec<f64>,
     pressures: RoughPressures,
     last: Option<Last<'a>>,
 }
@@ -81,8 +83,9 @@ impl<'a> Recording<'a> {
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
         let found = Quantities { names: recorder.names(), ..Quantities::default() };
         let (sums, pressures, last) = (Sums::default(), RoughPressures::default(), None);
-        let released = Vec::new();
-        Self { designs, recorder, reads, steps, complete: 0, begun: false, found, sums, released, pressures, last }
+        let (released, accounted) = (Vec::new(), Vec::new());
+        let begun = false;
+        Self { designs, recorder, reads, steps, complete: 0, begun, found, sums, released, accounted, pressures, last }
     }
 
     /// The quantities so far, without overlaps and losses.
@@ -92,19 +95,25 @@ impl<'a> Recording<'a> {
 
     /// All quantities, with the losses and these overlaps.
     pub fn finish(mut self, overlaps: Vec<OpenOverlap>) -> Quantities {
-        self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found);
+        self.end_case();
         let round_off = self.found.round_off();
-        let released = self.released.into_iter().filter(|released| released.energy > round_off);
+        let mut accounted = self.accounted;
+        let released = self.released.into_iter().filter(|(_, released)| released.energy > round_off);
+        let released = released.inspect(|(case, released)| accounted[*case] += released.energy).map(|(_, of)| of);
         self.found.released = released.max_by(|a, b| a.fraction.total_cmp(&b.fraction));
         let mut found = Quantities { overlaps, rough_pressures: self.pressures.reported(), ..self.found };
         let model = self.recorder.model;
         // penalties store energy; augmented multipliers leave a part of it
         let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
-        let explained = !found.losses.is_empty() || !found.coarse_friction.is_empty() || found.released.is_some();
-        if exact && !explained && model.viscosity().is_none() {
-            found.imbalance = Imbalance::of(&found, smallest_energy(self.recorder.mesh, model, &found));
+        if exact && model.viscosity().is_none() {
+            found.imbalance = Imbalance::of(&found, smallest_energy(self.recorder.mesh, model, &found), &accounted);
         }
         found
+    }
+
+    /// Reports what the load case that ends has lost.
+    fn end_case(&mut self) {
+        self.accounted.push(self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found));
     }
 
     /// What was computed at the last state; `None` if it could not be evaluated.
@@ -115,11 +124,13 @@ impl<'a> Recording<'a> {
     /// Adds the next state of the path, with the march's evaluation of it, if that is at hand. All ranks
     /// call it.
     pub fn add(&mut self, at: Reached, now: Cow<'a, StepState>, evaluated: Option<&Evaluated<Design>>) {
+        let before = self.last.take().filter(|_| !at.rest);
+        if before.is_none() && self.begun {
+            self.end_case();
+        }
         let (recorder, designs) = (&self.recorder, self.designs);
         let design = designs.at(at.time);
-        let before = self.last.take().filter(|_| !at.rest);
         if before.is_none() {
-            self.sums.report(recorder.mesh, recorder.model, &mut self.found);
             self.sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
         }
         let sums = &mut self.sums;
@@ -193,7 +204,7 @@ impl<'a> Recording<'a> {
                     contact,
                 )
             });
-            self.released.extend(released.flatten());
+            self.released.extend(released.flatten().map(|released| (self.accounted.len(), released)));
         }
         if let Some(step) = step {
             self.pressures.add((design.model(), recorder.own), &recorder.mesh.nodes, step, &contact);
@@ -278,12 +289,15 @@ struct Sums {
 
 impl Sums {
     /// Adds what the load case lost, or is coarse for, to the pairs that are reported, or replaces a smaller
-    /// finding.
-    fn report(&self, mesh: &Mesh, model: &ContactModel, to: &mut Quantities) {
+    /// finding. Returns the part of `energy_balance` that these findings account for. \[F L\]
+    fn report(&self, mesh: &Mesh, model: &ContactModel, to: &mut Quantities) -> f64 {
         let lost = self.lost.reported(model, &mesh.nodes, self.done);
+        let losses: f64 = lost.iter().map(|loss| loss.work).sum();
         keep_largest(&mut to.losses, lost, |loss| (loss.pair, loss.fraction));
         let coarse = self.coarse.reported(model, &mesh.nodes, &self.friction, self.done);
+        let errors: f64 = coarse.iter().map(|work| work.error).sum();
         keep_largest(&mut to.coarse_friction, coarse, |work| (work.pair, work.fraction));
+        losses - errors
     }
 
     fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
