@@ -183,7 +183,7 @@ pub struct Inspection {
 pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateError> {
     let mut notices = Vec::new();
     let prescribed = problem.analysis.model().prescribed();
-    let fixed = prescribed.linear().truly_fixed(prescribed.fixed());
+    let fixed = prescribed.linear().truly_fixed(&prescribed.supported(0.0));
     let bodies = bodies(&problem.mesh, &fixed);
     let held_by_ties = held_by_ties(case, &problem.mesh, &bodies, &fixed);
     let model = problem.analysis.model();

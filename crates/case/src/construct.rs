@@ -85,18 +85,21 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
-        sets.push(moved(&mesh, dirichlet, &format!("dirichlet[{i}].set"))?);
+        let path = format!("dirichlet[{i}].set");
+        let moved = moved(&mesh, dirichlet, &path)?;
+        check_temporary(&mesh, dirichlet, &moved, &path)?;
+        sets.push(moved);
     }
     let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
     let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
         BuildError::new(
             format!("dirichlet[{}].set", e.motion),
             e,
-            "omit this component in one of the two tables, or give both the same motion",
+            "omit this component in one of the two tables, or give both the same motion over the whole path",
         )
     })?;
     let mirrored = symmetry::mirrored(case, &mesh)?;
-    let prescribed = prescribed.with_rigid_bodies(&mesh).with_symmetry(&mirrored).map_err(|e| {
+    let prescribed = prescribed.with_bodies(&mesh).with_symmetry(&mirrored).map_err(|e| {
         let help = "move them only within the plane, or omit the plane";
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
@@ -191,6 +194,18 @@ fn moved(mesh: &Mesh, dirichlet: &file::Dirichlet, path: &str) -> Result<Moved, 
     }
     let help = |body: &str| format!("prescribe the motion of the body: set = \"{body}\"");
     Ok(Moved::Nodes(select::deformable_nodes(mesh, &dirichlet.set, path, help)?))
+}
+
+/// Refuses supports that begin or end within the path on anything but nodes of deformable bodies.
+fn check_temporary(mesh: &Mesh, dirichlet: &file::Dirichlet, moved: &Moved, path: &str) -> Result<(), BuildError> {
+    let of_body = |node: &u32| mesh.bodies.iter().any(|body| body.nodes.contains(&(*node as usize)));
+    let solid = matches!(moved, Moved::Nodes(nodes) if nodes.iter().all(of_body));
+    if dirichlet.is_permanent() || solid {
+        return Ok(());
+    }
+    let message = "only supports of nodes of deformable bodies can begin or end within the path";
+    let help = "tie the rigid body or the point to a deformable body, and hold that one; or omit `from` and `until`";
+    Err(BuildError::new(path.to_owned(), message, help))
 }
 
 /// How the stiffness of an element depends on its density.

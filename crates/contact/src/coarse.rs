@@ -59,12 +59,12 @@ impl ContactInterface {
 }
 
 impl ContactInterface {
-    /// Whether slave and master lie on each other at the start, as a block on a slab: some slave node faces the master at
-    /// a distance of less than a tenth of the square root of the area around it, or is below it, and its averaged normal
-    /// is opposite to the master's within 5°. `coordinates` are those of the start, 3 per node. Surfaces whose rows
-    /// cannot be evaluated count as seated.
+    /// Whether slave and master lie on each other at the start, as a block on a slab: of the area that faces the master,
+    /// at least half belongs to slave nodes at a distance of less than a tenth of the square root of the area around
+    /// them, or below the master, whose averaged normals are opposite to the master's within 5°. `coordinates` are those
+    /// of the start, 3 per node. Surfaces whose rows cannot be evaluated count as seated.
     ///
-    /// Test: `a_block_that_rests_on_a_slab_is_seated`.
+    /// Tests: `a_block_that_rests_on_a_slab_is_seated`, `a_bent_arm_whose_end_touches_is_not_seated`.
     pub fn is_seated(&self, coordinates: &[f64]) -> bool {
         let rows = |interface: &Self| {
             let mut rows = Vec::new();
@@ -73,12 +73,19 @@ impl ContactInterface {
         };
         let [averaged, masters] = [false, true].map(|sharp| rows(&self.clone().with_frames(sharp)));
         let (Ok(averaged), Ok(masters)) = (averaged, masters) else { return true };
-        averaged.iter().zip(&masters).any(|(own, master)| {
+        let (mut seated, mut facing) = (0.0, 0.0);
+        for (own, master) in averaged.iter().zip(&masters).filter(|(own, _)| own.area > 0.0) {
             let parallel = own.frame.vector(0).angle(&master.frame.vector(0)) < PARALLEL;
-            own.area > 0.0 && parallel && own.gap() < SEATED * own.area.sqrt() * own.area
-        })
+            let close = own.gap() < SEATED * own.area.sqrt() * own.area;
+            facing += own.area;
+            seated += if parallel && close { own.area } else { 0.0 };
+        }
+        seated > 0.0 && seated >= SEATED_SHARE * facing
     }
 }
+
+/// Share of the facing area that lies on the other surface if the surfaces lie on each other.
+const SEATED_SHARE: f64 = 0.5;
 
 /// Distance at which surfaces lie on each other, relative to the square root of the area around a node.
 const SEATED: f64 = 0.1;

@@ -206,12 +206,15 @@ impl ContactInterface {
     }
 
     /// As [`Self::with_touched_normals`], but only where the slave surface ends at an edge, or has a kink of more than 30°, where the averaged
-    /// normal is off by more than 15° (none if the feature angle is 180°); and only if no facet there stands for a curved surface ([`Self::with_heights`]).
+    /// normal is off by more than 15° (none if the feature angle is 180°); and only if no facet there, or none of the
+    /// master's, stands for a curved surface ([`Self::with_heights`]).
     /// Edges that the surface surrounds follow the master anyway.
     pub fn with_touched_flat_edges(self, boundary: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Self {
         let curved: Vec<bool> = self.heights()[0].iter().map(Option::is_some).collect();
         let is_curved = |facet: u32| curved.get(facet as usize).copied().unwrap_or(false);
-        let flat = |slave: &SlaveNode| !slave.sharp && !slave.facets.iter().any(|&(facet, _)| is_curved(facet));
+        let flat_master = self.heights()[1].iter().all(Option::is_none);
+        let on_curved = |slave: &SlaveNode| !flat_master && slave.facets.iter().any(|&(facet, _)| is_curved(facet));
+        let flat = |slave: &SlaveNode| !slave.sharp && !on_curved(slave);
         // 180°: no edge of the surface counts
         let kinks = (feature_angle < std::f64::consts::PI).then_some(cones::SHARP_KINK);
         self.with_cones(boundary, coordinates, feature_angle, &Wanted { kinks, at: &flat })

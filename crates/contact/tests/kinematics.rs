@@ -259,6 +259,21 @@ fn a_block_that_rests_on_a_slab_is_seated() {
     assert!(!is_seated(-0.05, -10.0) && !is_seated(-0.05, 10.0));
 }
 
+/// The bottom of an arm that is bent upwards lies on the slab near its end only: the other half of what faces the slab,
+/// and more, is far from it.
+#[test]
+fn a_bent_arm_whose_end_touches_is_not_seated() {
+    let is_seated = |curvature: f64| {
+        let mut mesh = mesh();
+        let arm = mesh.bodies[1].nodes.clone();
+        let end = mesh.nodes[arm.clone()].iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
+        mesh.nodes[arm].iter_mut().for_each(|x| x[1] += 0.5 * curvature * (x[0] - end).powi(2));
+        let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard).is_seated(&x)
+    };
+    assert!(is_seated(0.0) && is_seated(0.01) && !is_seated(1.0));
+}
+
 /// A ridge that is less sharp than the feature angle, and rotated: its normal is that of the slab while
 /// one of its sides does not lie on the slab; also if its facets stand for a curved surface.
 #[test]

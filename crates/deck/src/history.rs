@@ -51,6 +51,8 @@ pub struct Track {
     pub line: usize,
     /// The step in which it ends, if `OP=NEW` does not name it again.
     pub ended: Option<usize>,
+    /// Whether it ended before, and a later step names it again.
+    pub returns: bool,
     /// The set that the deck names.
     pub set: Option<String>,
     /// At the end of the last step that named it.
@@ -102,8 +104,17 @@ impl<'a, K: Ord + Clone> Tracks<'a, K> {
         }
         let count = self.timeline.counts[k];
         for (key, said) in std::mem::take(&mut self.said) {
-            let new = || Track { curve: vec![], first: k, line: said.line, ended: None, set: None, current: 0.0 };
+            let new = || Track {
+                curve: vec![],
+                first: k,
+                line: said.line,
+                ended: None,
+                returns: false,
+                set: None,
+                current: 0.0,
+            };
             let track = self.tracks.entry(key).or_insert_with(new);
+            track.returns |= track.ended.is_some();
             (track.set, track.ended) = (said.set, None);
             let start = track.current;
             track.hold(self.timeline.at(k, 0));
@@ -142,6 +153,24 @@ impl Track {
     /// The curve without waypoints that lie on the line between their neighbours.
     pub fn simple(&self) -> Curve {
         simple(&self.curve)
+    }
+
+    /// Whether it begins after the first step, or a later step removes it.
+    pub fn is_temporary(&self) -> bool {
+        self.first > 0 || self.ended.is_some() || self.returns
+    }
+
+    /// The same for a motion. One that begins after the first step moves from where the node is to its first waypoint.
+    pub fn motion(&self) -> Curve {
+        match &self.curve[..] {
+            [_, first, rest @ ..] if self.first > 0 => {
+                let shifted = |&[t, value]: &[f64; 2]| [t - first[0], value - first[1]];
+                let rest = simple(&rest.iter().map(shifted).collect());
+                let back = rest.iter().map(|[t, value]| [t + first[0], value + first[1]]);
+                std::iter::once(*first).chain(back).collect()
+            }
+            _ => self.simple(),
+        }
     }
 }
 

@@ -8,6 +8,7 @@ mod mass;
 mod rigid;
 mod springs;
 mod surfaces;
+mod temporary;
 mod turned;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -33,6 +34,9 @@ pub struct Held {
     /// Components from 0 with their curves: displacements, then rotations.
     pub components: Vec<(u8, Curve)>,
     pub line: usize,
+    /// Pseudo-time at which it begins, and at which it ends if it does.
+    pub from: f64,
+    pub until: Option<f64>,
 }
 
 /// Forces on each node of a set, or on a rigid body.
@@ -118,7 +122,7 @@ impl Targets {
         let turned = finder.turned(&mut motions, &mut forces);
         targets.bolts = finder.bolts(&timeline, &mut motions, &mut forces);
         targets.sprung = finder.springs(&motions);
-        targets.held = finder.held(motions);
+        targets.held = finder.held_in_their_steps(&timeline, motions);
         targets.forces = finder.loaded(forces);
         targets.pressures = finder.pressures(&timeline);
         targets.masses = finder.masses(&timeline);
@@ -207,17 +211,7 @@ impl Finder<'_> {
             self.ledger.refuse("BOUNDARY", line, why, "prescribe the displacement that the step before reaches");
         }
         let mut tracks = self.with_rotations(tracks.tracks);
-        for track in tracks.values() {
-            let cure = "prescribe the same components in all steps";
-            if track.first > 0 {
-                let why = "a motion that begins after the first step is not supported";
-                self.ledger.refuse("BOUNDARY", track.line, why, cure);
-            }
-            if track.ended.is_some() {
-                let why = "a condition that a later step removes is not supported";
-                self.ledger.refuse("BOUNDARY", track.line, why, cure);
-            }
-        }
+        self.check_temporary(&tracks);
         self.rigid_faces(&mut tracks);
         self.prescribe_centres(&mut tracks);
         tracks
@@ -240,7 +234,7 @@ impl Finder<'_> {
             match self.reference(*node) {
                 Some((body, first)) if *component < 3 || first == 0 => {
                     let entry = rigid.entry(body).or_insert_with(|| (Vec::new(), track.line));
-                    entry.0.push((first + component, track.simple()));
+                    entry.0.push((first + component, track.motion()));
                 }
                 Some(_) => {}
                 None if (*component < 3 && self.bodies.of(*node).is_some())
@@ -257,22 +251,29 @@ impl Finder<'_> {
         held.extend(self.held_sets(&mut of_node));
         let mut groups: BTreeMap<Vec<(u8, Bits)>, Vec<u32>> = BTreeMap::new();
         for (node, components) in &of_node {
-            let key = components.iter().map(|(component, track)| (*component, bits(&track.simple()))).collect();
+            let key = components.iter().map(|(component, track)| (*component, bits(&track.motion()))).collect();
             groups.entry(key).or_default().push(*node);
         }
         for nodes in groups.into_values() {
             let components = &of_node[&nodes[0]];
             let line = components.iter().map(|(_, track)| track.line).max().unwrap_or(1);
             let sets: BTreeSet<&str> = components.iter().filter_map(|(_, track)| track.set.as_deref()).collect();
-            let curves = components.iter().map(|(component, track)| (*component, track.simple())).collect();
+            let curves = components.iter().map(|(component, track)| (*component, track.motion())).collect();
             let sets: Vec<String> = sets.into_iter().map(str::to_owned).collect();
-            held.push(Held { set: Some(String::new()), bodies: vec![], components: curves, line });
+            held.push(Held {
+                set: Some(String::new()),
+                bodies: vec![],
+                components: curves,
+                line,
+                from: 0.0,
+                until: None,
+            });
             let (set, bodies) = self.set_of(&nodes, &sets, "held");
             let last = held.len() - 1;
             (held[last].set, held[last].bodies) = (Some(set), bodies);
         }
         for (body, (components, line)) in rigid {
-            held.push(Held { set: None, bodies: vec![body], components, line });
+            held.push(Held { set: None, bodies: vec![body], components, line, from: 0.0, until: None });
         }
         held.sort_by_key(|held| held.line);
         held
@@ -302,7 +303,7 @@ impl Finder<'_> {
             let Some(&first) = nodes.first().filter(|_| nodes.len() == solid) else { continue };
             let curve = |node: u32, component: u8| {
                 let (_, track) = of_node[&node].iter().find(|(own, _)| *own == component)?;
-                Some(track.simple())
+                Some(track.motion())
             };
             let alike = |component: &u8| {
                 let curve_of_first = curve(first, *component)?;
@@ -316,7 +317,14 @@ impl Finder<'_> {
             let bodies: BTreeSet<usize> = nodes.iter().filter_map(|&node| self.bodies.of(node)).collect();
             taken
                 .extend(nodes.iter().flat_map(|&node| components.iter().map(move |(component, _)| (node, *component))));
-            held.push(Held { set: Some(set), bodies: bodies.into_iter().collect(), components, line });
+            held.push(Held {
+                set: Some(set),
+                bodies: bodies.into_iter().collect(),
+                components,
+                line,
+                from: 0.0,
+                until: None,
+            });
         }
         let taken: HashSet<OfNode> = taken.into_iter().collect();
         for (node, components) in of_node.iter_mut() {

@@ -34,9 +34,17 @@ pub struct Imbalance {
 impl fmt::Display for Imbalance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { balance, accounted, fraction, step, at_step } = self;
-        write!(f, "the energies of the load path do not balance: `energy_balance` is {} at its end, ", quantity(*balance))?;
+        write!(
+            f,
+            "the energies of the load path do not balance: `energy_balance` is {} at its end, ",
+            quantity(*balance)
+        )?;
         if *accounted != 0.0 {
-            write!(f, "of which the losses and errors that other warnings name account for {}; the rest is ", quantity(*accounted))?;
+            write!(
+                f,
+                "of which the losses and errors that other warnings name account for {}; the rest is ",
+                quantity(*accounted)
+            )?;
         }
         write!(
             f,

@@ -47,8 +47,8 @@ impl FreeSteps {
             motions.hold(step, &last.state, false);
             let at = problem.evaluate(step, y, Some(geometry), iteration, Wanted::Residual, solver.workspace);
             let Ok(at) = at else { return false };
-            self.certain = motions.are_free(&at, false);
-            self.certain || last.report.holds && motions.are_free(&at, true)
+            self.certain = motions.are_free(step, &at, false);
+            self.certain || last.report.holds && motions.are_free(step, &at, true)
         });
         if !holds {
             return None;
@@ -78,7 +78,7 @@ impl FreeSteps {
     ) -> Result<Accepted<P>, StepFailure> {
         let Some(motions) = solver.problem.free_motions() else { return result };
         let undetermined = match &result {
-            Ok((.., at)) => motions.are_free(at, false),
+            Ok((.., at)) => motions.are_free(step, at, false),
             Err(failure) => matches!(failure.kind, StepFailureKind::Singular { .. }),
         };
         if undetermined {

@@ -284,8 +284,8 @@ pub trait HoldFreeMotions<P: StepProblem> {
     /// other motions stay the same. Without `hold`, it removes that again.
     fn hold(&self, step: &mut P::Step, previous: &StepState, hold: bool);
 
-    /// Whether a motion is free at a state, or nearly free.
-    fn are_free(&self, at: &Evaluated<P>, nearly: bool) -> bool;
+    /// Whether a motion is free at a state of a step, or nearly free.
+    fn are_free(&self, step: &P::Step, at: &Evaluated<P>, nearly: bool) -> bool;
 
     /// In a step that holds free motions, y with loaded bodies moved up to their first contact; `None`
     /// if nothing can be moved. It is a better initial guess.

@@ -208,7 +208,12 @@ impl Pose {
         prescribed: &[f64],
     ) -> Option<Self> {
         let mesh = &problem.mesh;
-        let fixed = problem.analysis.model().prescribed().fixed();
+        let model = problem.analysis.model().prescribed();
+        let of_body = |unknown: u32| mesh.bodies[body].nodes.contains(&(unknown as usize / 3));
+        if model.temporary().iter().any(|support| of_body(support.unknown)) {
+            return None;
+        }
+        let fixed = model.fixed();
         let name = case.load_cases.get(load_case).map(|load_case| &load_case.name);
         let acting = case.dirichlet.iter().filter(|d| d.load_case.is_none() || d.load_case.as_ref() == name);
         let of_table = acting.map(|condition| {

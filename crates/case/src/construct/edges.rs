@@ -16,7 +16,7 @@ const PERPENDICULAR: f64 = 0.03;
 /// 2. A curved slave surface of few facets has those of the master within the cones of its nodes.
 /// 3. Curved surfaces that are inclined to each other have the master's at edges of the slave's body, and dual shapes.
 /// 4. Surfaces that lie on each other in the mesh have averaged normals.
-/// 5. A flat slave surface has the master's where it ends at an edge or has a sharp kink.
+/// 5. A slave surface has the master's where it ends at an edge or has a sharp kink, if one of the two is flat there.
 ///
 /// `points`: positions of the contact surfaces' corners; `fixed`: prescribed displacements, three per node.
 ///

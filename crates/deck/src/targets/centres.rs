@@ -22,7 +22,10 @@ impl Finder<'_> {
             for component in 0..3 {
                 let all: Option<Vec<(&Track, f64)>> =
                     weights(centre).map(|(node, weight)| Some((tracks.get(&(node, component))?, weight))).collect();
-                if let Some(track) = all.map(|all| between(&all)) {
+                let together = |all: &Vec<(&Track, f64)>| {
+                    all.iter().all(|(of, _)| (of.first, of.ended) == (all[0].0.first, all[0].0.ended))
+                };
+                if let Some(track) = all.filter(together).map(|all| between(&all)) {
                     tracks.insert((centre.node, component), track);
                 }
             }

@@ -60,7 +60,7 @@ impl Finder<'_> {
             let Some(components) = of_node.remove(node) else { continue };
             let line = components[0].1.line;
             let components = components.iter().map(|(component, track)| (*component, track.simple())).collect();
-            held.push(Held { set: Some(name.clone()), bodies: vec![POINT], components, line });
+            held.push(Held { set: Some(name.clone()), bodies: vec![POINT], components, line, from: 0.0, until: None });
         }
         held
     }

@@ -100,7 +100,7 @@ impl Finder<'_> {
             terms.push(Joined { set: Some(point.clone()), body: POINT, component: 0, factor: -1.0 });
             turned.points.push((node, point.clone()));
             let (set, components) = (Some(point), vec![(0, curve)]);
-            turned.held.push(Held { set, bodies: vec![POINT], components, line: track.line });
+            turned.held.push(Held { set, bodies: vec![POINT], components, line: track.line, from: 0.0, until: None });
         }
         turned.equations.push((terms, track.line));
     }

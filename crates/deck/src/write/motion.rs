@@ -21,6 +21,10 @@ impl Writer<'_> {
                     let names: Vec<&str> = held.components.iter().map(|(c, _)| COMPONENTS[usize::from(*c)]).collect();
                     self.line(format!("components = [{}]", names.join(", ")));
                 }
+                if held.from > 0.0 {
+                    self.line(format!("from = {:?}", held.from));
+                }
+                held.until.into_iter().for_each(|until| self.line(format!("until = {until:?}")));
                 self.motion(held, body);
             }
         }
@@ -34,7 +38,9 @@ impl Writer<'_> {
     /// The motion and, of a rigid body, its rotation about one axis.
     fn motion(&mut self, held: &Held, body: usize) {
         let moves = |curve: &Curve| curve.iter().any(|point| point[1] != 0.0);
-        let moving: Vec<&(u8, Curve)> = held.components.iter().filter(|(_, curve)| moves(curve)).collect();
+        // without a motion, a support that begins late would stay where it is
+        let counts = |(_, curve): &&(u8, Curve)| moves(curve) || held.from > 0.0;
+        let moving: Vec<&(u8, Curve)> = held.components.iter().filter(counts).collect();
         if moving.is_empty() {
             return;
         }

@@ -170,6 +170,32 @@ fn steps_are_one_path() {
     assert_eq!(translated(&deck).steps, 6);
 }
 
+/// `OP=NEW` ends what it does not name; what a later step names first begins there, also at 0. A condition that comes
+/// back, and one of a rigid body, are refused.
+#[test]
+fn supports_begin_and_end_with_steps() {
+    let step = |cards: &str| format!("*END STEP\n*STEP\n*STATIC\n0.25, 1.\n{cards}*END STEP\n");
+    let deck = CUBES.replace("*END STEP\n", &step("*BOUNDARY, OP=NEW\nBASE, 1, 3\nTOP, 1, 1\n5, 1, 1\n"));
+    let t = 1.0 / 3.0;
+    assert_eq!(
+        new_tables(&deck),
+        [
+            "[[dirichlet]]; set = \"HIGH_TOP\"; components = [\"x\"]".to_owned(),
+            format!(
+                "[[dirichlet]]; set = \"HIGH_TOP\"; components = [\"y\", \"z\"]; until = {t:?}; \
+                 motion = [{{ t = {t:?}, u = [0.0, 0.0, -0.1] }}]"
+            ),
+            format!(
+                "[[dirichlet]]; set = \"LOW_held_1\"; components = [\"x\"]; from = {t:?}; \
+                 motion = [{{ t = 1.0, u = [0.0, 0.0, 0.0] }}]"
+            ),
+        ]
+    );
+    let back = step("*BOUNDARY, OP=NEW\nBASE, 1, 3\n*END STEP\n*STEP\n*STATIC\n*BOUNDARY\nTOP, 3, 3, -0.1\n");
+    let errors = refused(&CUBES.replace("*END STEP\n", &back));
+    assert!(errors[0].contains("a later one prescribes again"), "{errors:?}");
+}
+
 #[test]
 fn amplitudes_are_waypoints() {
     let deck = CUBES.replace("*STEP\n", "*AMPLITUDE, NAME=SAW\n0, 0, 0.5, 1.0,\n1.0, 0.5\n*STEP\n");

@@ -83,7 +83,7 @@ impl StateData {
                 data.contact = model.contact_nodes(&results);
             }
             if reads.reaction {
-                data.reaction = model.reactions(&data.internal, &data.external, &results.force);
+                data.reaction = model.reactions(time.t, &data.internal, &data.external, &results.force);
             }
             data.results = Some(results);
         }
@@ -323,7 +323,8 @@ impl<'a> Adapter<'a> {
         if !before.rest {
             self.later[response] = Some(by);
         } else {
-            let by_reaction = by.reaction.iter().zip(design.model().prescribed().fixed());
+            let supported = design.model().prescribed().supported(before.time.t);
+            let by_reaction = by.reaction.iter().zip(&*supported);
             // the reactions are minus the loads on prescribed unknowns
             by.external_force
                 .iter_mut()
@@ -424,8 +425,10 @@ impl PathResponses<Design> for Adapter<'_> {
             .for_each(|(i, (weight, _))| to.residual[i] += weight);
         let slipstick_path::Inputs { previous, parameters, .. } = &mut *to.inputs;
         let parameters = if self.parameters { &mut parameters[..] } else { &mut [] };
-        let tension = [&mut to.residual[..], &mut to.unknowns[..], &mut previous[..], parameters];
+        let tension = [&mut to.residual[..], &mut to.unknowns[..], &mut previous[..], &mut *parameters];
         model.pull_back_tension(at.step, d, &by.reaction, tension);
+        let of_supports = [&mut to.residual[..], &mut to.unknowns[..], &mut previous[..], parameters];
+        model.pull_back_temporary_reactions(at.step, d, &by.reaction, of_supports);
         // the reactions of a rigid body are the forces at its nodes; at its reference point, they are only
         // minus the loads
         for node in model.rigid_references() {

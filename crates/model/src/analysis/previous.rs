@@ -43,7 +43,7 @@ impl PreviousData {
         let displacement = state.unknowns[..none.len()].to_vec();
         let mut external = none.clone();
         design.external_force(&displacement, time, &mut external);
-        let reaction = model.reactions(&none, &external, &none);
+        let reaction = model.reactions(time.t, &none, &external, &none);
         let multiplier = vec![[0.0; 3]; model.slave_areas().count()];
         Self { time, rest: true, displacement, external, reaction, multiplier, kinematics: None }
     }

@@ -70,7 +70,7 @@ use step::evaluated;
 pub use step::pattern;
 pub use temperature::Temperatures;
 pub use terms::node;
-use terms::{bolts, enforcement, law, loads, springs, temperature, viscosity};
+use terms::{bolts, enforcement, law, loads, springs, supports, temperature, viscosity};
 pub use variation::Variation;
 pub use viscosity::Viscosity;
 
@@ -214,6 +214,7 @@ impl ContactModel {
         };
         springs.couple(&mut bulk, &share);
         bolts.couple(&mut bulk, &share);
+        supports::TemporarySupports::couple(prescribed.temporary(), &mut bulk, &share);
         dependent.couple(&mut bulk);
         let own: Vec<bool> =
             interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();

@@ -1,6 +1,6 @@
 //! The pull-back of a design's steps into every input, compared with central differences at converged
-//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces, springs, bolts
-//! and loads.
+//! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces, springs, supports
+//! that begin and end, bolts and loads.
 
 use crate::bolts::stretched;
 use crate::common::scene::*;
@@ -72,7 +72,12 @@ fn kinds() -> Vec<Kind> {
         let springs = "[[spring]]\nname = 'foot'\nset = 'slab_xmax'\nstiffness_per_area = 80\n\
                        [[spring]]\nname = 'rope'\nset = 'block_xmax'\nto = 'slab_xmax'\ndirection = 'line'\n\
                        stiffness = 50\n";
-        scenes.push((format!("{name}, springs"), Scene { more: springs.into(), ..base }));
+        scenes.push((format!("{name}, springs"), Scene { more: springs.into(), ..base.clone() }));
+        let side = "[[set]]\nname = 'front'\nwithin = 'slab_zmax'\nboxes = [{ min = [0, 0.5, 0], max = [9, 1, 9] }]\n\
+                    [[dirichlet]]\nset = 'front'\ncomponents = ['z']\nfrom = 0.4\n";
+        let begins = format!("{side}motion = [{{ t = 0.8, u = [0, 0, 0.03] }}, {{ t = 1.0, u = [0, 0, 0.05] }}]\n");
+        scenes.push((format!("{name}, begins"), Scene { more: begins, ..base.clone() }));
+        scenes.push((format!("{name}, ends"), Scene { more: format!("{side}until = 0.8\n"), ..base }));
     }
     let mass = "\nmass_density = 2.0\nmaterial = { neo_hooke";
     let fields = "[[load]]\ncentrifugal = { point = [-3, 2, 1], direction = [1, 2, -2], angular_velocity = 2 }\n";
@@ -125,8 +130,10 @@ fn with_parameters(text: &str, names: &[Parameter], values: &[f64]) -> String {
             }
             // the slab's support does not move
             Parameter::Amplitude { motion: 0 } => out,
-            Parameter::Amplitude { .. } => {
-                let line = out.lines().find(|line| line.starts_with("motion = ")).expect("a motion").to_owned();
+            Parameter::Amplitude { motion } => {
+                // a support that stays where it is has none
+                let mut lines = out.lines().filter(|line| line.starts_with("motion = "));
+                let Some(line) = lines.nth(motion - 1).map(str::to_owned) else { continue };
                 out.replace(&line, &scaled(&line, *value))
             }
             Parameter::Preload { .. } => out
@@ -186,7 +193,8 @@ fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
     // friction, the moduli of both bodies, also of a rigid one, the motions, and the load if there is one
     let mut names = vec![Parameter::Friction { interface: 0 }];
     names.extend([0, 1].map(|body| Parameter::YoungsModulus { body }));
-    names.extend([0, 1].map(|motion| Parameter::Amplitude { motion }));
+    let motions = kind.text.matches("[[dirichlet]]").count();
+    names.extend((0..motions).map(|motion| Parameter::Amplitude { motion }));
     names.extend(kind.text.contains("[[bolt]]").then_some(Parameter::Preload { bolt: 0 }));
     names.extend(kind.text.contains("[[load]]").then_some(Parameter::Load { load: 0 }));
     let value = |name: &Parameter| match *name {

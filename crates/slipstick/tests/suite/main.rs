@@ -55,4 +55,5 @@ mod symmetry;
 mod table;
 mod tapers;
 mod temperature;
+mod temporary;
 mod void;

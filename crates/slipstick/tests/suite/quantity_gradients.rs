@@ -43,6 +43,12 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
         let force = Reaction::new(format!("force of `{}`", bolt.name), vec![bolt.unknown], along).expect("one unknown");
         responses.push(Response::of(Arc::new(force), ObservedSteps::All, 1.0));
     }
+    let temporary = problem.analysis.model().prescribed().temporary();
+    if !temporary.is_empty() {
+        let unknowns = temporary.iter().map(|support| support.unknown).collect();
+        let force = Reaction::new("force of temporary supports", unknowns, VectorMeasure::Norm).expect("unknowns");
+        responses.push(Response::of(Arc::new(force), ObservedSteps::All, 1.0));
+    }
     let term = |i: usize, weight| Term { quantity: all[i].clone(), steps: ObservedSteps::All, weight };
     responses.push(Response::new("largest", vec![term(1, 1.0), term(7, 0.7)], Reduction::Largest));
     responses.push(Response::new("sum", vec![term(17, 1.0), term(all.len() - 1, -2.0), term(3, 0.1)], Reduction::Sum));
@@ -198,10 +204,11 @@ fn with_a_symmetry_plane() {
     check("symmetry", &mut problem(&scene.text()), 8, &[1.0]);
 }
 
-/// Derivatives with respect to friction, moduli, motions and loads, for every quantity and method.
+/// Derivatives with respect to friction, moduli, motions, also of a support that begins within the path, and loads,
+/// for every quantity and method.
 #[test]
 fn derivatives_by_parameters_match_differences() {
-    let text = |enforcement: &str, [friction, modulus, motion, load]: [f64; 4]| {
+    let text = |enforcement: &str, [friction, modulus, motion, side, load]: [f64; 5]| {
         let scene = Scene {
             enforcement: enforcement.into(),
             friction: 0.35 * friction,
@@ -214,10 +221,15 @@ fn derivatives_by_parameters_match_differences() {
             ),
             drive: String::new(),
             more: format!(
-                "[[load]]\nsurface = 'slab_xmax'\ntraction = [{}, {}, {}]\n",
+                "[[load]]\nsurface = 'slab_xmax'\ntraction = [{}, {}, {}]\n\
+                 [[set]]\nname = 'front'\nwithin = 'slab_zmax'\nboxes = [{{ min = [0, 0.5, 0], max = [9, 1, 9] }}]\n\
+                 [[dirichlet]]\nset = 'front'\ncomponents = ['z']\nfrom = 0.2\nuntil = 0.8\n\
+                 motion = [{{ t = 0.6, u = [0, 0, {}] }}, {{ t = 0.8, u = [0, 0, {}] }}]\n",
                 5.0 * load,
                 4.0 * load,
-                -2.0 * load
+                -2.0 * load,
+                0.02 * side,
+                0.03 * side
             ),
             ..scene()
         };
@@ -228,11 +240,12 @@ fn derivatives_by_parameters_match_differences() {
         Parameter::Friction { interface: 0 },
         Parameter::YoungsModulus { body: 0 },
         Parameter::Amplitude { motion: 1 },
+        Parameter::Amplitude { motion: 2 },
         Parameter::Load { load: 0 },
     ];
-    let units = [0.35, 1000.0, 1.0, 1.0];
+    let units = [0.35, 1000.0, 1.0, 1.0, 1.0];
     for (method, enforcement) in methods() {
-        let prepared = |factors: [f64; 4]| {
+        let prepared = |factors: [f64; 5]| {
             let mut problem = problem(&text(&enforcement, factors));
             let all = responses(&problem, &[1.0]);
             set(&mut problem, all);
@@ -240,13 +253,13 @@ fn derivatives_by_parameters_match_differences() {
             let forward = forward(&mut problem, &density);
             (problem, forward)
         };
-        let (mut problem, base) = prepared([1.0; 4]);
+        let (mut problem, base) = prepared([1.0; 5]);
         let statuses = status_path(&mut problem, &base);
         let gradients = problem.analysis.response_gradients(&base, true).expect("differentiable");
         for (i, (parameter, unit)) in parameters.iter().zip(units).enumerate() {
             let h = 5e-4;
             let at = |shift: f64| {
-                let mut factors = [1.0; 4];
+                let mut factors = [1.0; 5];
                 factors[i] += shift;
                 let (mut problem, forward) = prepared(factors);
                 assert_eq!(status_path(&mut problem, &forward), statuses, "{parameter:?}");

@@ -5,7 +5,7 @@ use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{
     Body, Component, Contact, Dirichlet, LoadCase, LoadPath, RotationAxis, Spring, SpringEnd, StartValues, Tolerance,
-    Waypoint,
+    Until, Waypoint,
 };
 use super::common::direction;
 use super::load_case;
@@ -130,8 +130,57 @@ fn condition(table: Table<'_>, names: &Names, turning: &[&str], cases: &[LoadCas
         table.reader.error(&table.path_of("rotation"), CaseCode::Motion, message, help);
     }
     let load_case = load_case::of(&table, cases);
+    let (from, until) = span(&table, steps);
+    let condition = Dirichlet { set, load_case, components, rotations, motion, rotation, from, until };
+    check_span(&table, &condition, rigid);
     table.finish();
-    Dirichlet { set, load_case, components, rotations, motion, rotation }
+    condition
+}
+
+/// When the support begins and ends; it lets go over the load step after its end.
+fn span(table: &Table<'_>, steps: usize) -> (f64, Option<Until>) {
+    let outside = "must lie between 0 and 1";
+    let from = table.number("from");
+    let from = from.check(CaseCode::MotionTime, |&t| (0.0..1.0).contains(&t), outside, "pseudo-time runs from 0 to 1");
+    let from = from.or(0.0);
+    let until = table
+        .number("until")
+        .check(CaseCode::MotionTime, |&t| t > 0.0 && t < 1.0, outside, "omit the key for a support that does not end")
+        .check(CaseCode::MotionTime, |&t| t > from, "must be later than `from`", "exchange the two")
+        .optional();
+    for (key, t) in [("from", Some(from)), ("until", until)] {
+        t.into_iter().for_each(|t| warn_corner(table, key, t, steps));
+    }
+    let until = until.map(|t| {
+        let n = steps as f64;
+        Until { t, released: ((t * n + 1e-6).floor() + 1.0) / n }
+    });
+    (from, until)
+}
+
+/// What a support that begins or ends cannot be.
+fn check_span(table: &Table<'_>, condition: &Dirichlet, rigid: bool) {
+    if condition.is_permanent() {
+        return;
+    }
+    let key = table.path_of(if condition.from > 0.0 { "from" } else { "until" });
+    let refuse = |message: &str, help: &str| table.reader.error(&key, CaseCode::Motion, message, help);
+    if rigid {
+        refuse(
+            "only supports of nodes of deformable bodies can begin or end within the path",
+            "tie the rigid body to a deformable body, and hold that one; or omit the key",
+        );
+    } else if condition.rotation.is_some() {
+        refuse("a rotation cannot begin or end within the path", "omit the key, or prescribe displacements");
+    } else if condition.load_case.is_some() {
+        refuse("a support of one load case cannot begin or end within the path", "omit `load_case` or this key");
+    }
+    let early = condition.motion.iter().find(|point| point.t <= condition.from + 1e-9 && condition.from > 0.0);
+    if let Some(point) = early {
+        let message = format!("the waypoint at t = {} lies before the support begins", point.t);
+        let help = "begin with the position that the nodes move to; until then they are free";
+        table.reader.error(&table.path_of("motion"), CaseCode::MotionTime, message, help);
+    }
 }
 
 /// The prescribed translations, and for a rigid body the prescribed rotations.

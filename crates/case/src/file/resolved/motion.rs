@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use slipstick_model::model::motion::{
-    AmplitudePoint, Centrifugal, Component, Dirichlet, Load, LoadKind, RotationAxis, Symmetry, Temperature, Waypoint,
+    AmplitudePoint, Centrifugal, Component, Dirichlet, Load, LoadKind, RotationAxis, Symmetry, Temperature, Until,
+    Waypoint,
 };
 
 /// Steps of pseudo-time from 0 to 1, and Newton's method in each.

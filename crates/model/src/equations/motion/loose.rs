@@ -270,7 +270,13 @@ impl ContactModel {
     }
 
     /// The free motions at a state, also those that are nearly free if asked for.
-    pub(in crate::equations) fn free_motions(&self, y: &[f64], contact: &ContactState, nearly: bool) -> FreeMotions {
+    pub(in crate::equations) fn free_motions(
+        &self,
+        step: &Step,
+        y: &[f64],
+        contact: &ContactState,
+        nearly: bool,
+    ) -> FreeMotions {
         let modes = self.rigid_motions(y);
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let at_points: Vec<_> = modes.iter().map(|mode| self.contact_vector(mode)).collect();
@@ -284,7 +290,7 @@ impl ContactModel {
             }
         }
         if self.share.has_rest() {
-            rows.extend(self.restraints(y, &modes));
+            rows.extend(self.restraints(y, &modes, self.held_for_now(step)));
         }
         rows.retain(|row| row.iter().all(|value| value.is_finite()));
         let mut gram = DMatrix::zeros(modes.len(), modes.len());

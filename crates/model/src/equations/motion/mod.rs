@@ -62,6 +62,21 @@ pub struct Dirichlet {
     /// The axis of rotation for the waypoints' angles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationAxis>,
+    /// Pseudo-time from which it acts, 0 ≤ t < 1. If that is not 0, the nodes are free before; then they move from
+    /// where they are to the first waypoint, or stay there if there is none.
+    pub from: f64,
+    /// When it ends, if it does.
+    #[schemars(with = "Option<f64>")]
+    pub until: Option<Until>,
+}
+
+/// The end of a support: it holds until a pseudo-time, and lets go over the next load step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Until {
+    /// Until when it holds, 0 < t ≤ 1.
+    pub t: f64,
+    /// When the nodes are free.
+    pub released: f64,
 }
 
 /// A component as a case file writes it: of the translation, or of a rigid body's rotation.
@@ -88,8 +103,13 @@ impl Serialize for Dirichlet {
             motion: &'a [Waypoint],
             #[serde(skip_serializing_if = "Option::is_none")]
             rotation: &'a Option<RotationAxis>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            from: Option<f64>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            until: Option<f64>,
         }
-        let Self { set, load_case, components, rotations, motion, rotation } = self;
+        let Self { set, load_case, components, rotations, motion, rotation, from, until } = self;
+        let (from, until) = ((*from > 0.0).then_some(*from), until.map(|until| until.t));
         let along = components.iter().map(|component| match component {
             Component::X => Motion::X,
             Component::Y => Motion::Y,
@@ -101,7 +121,7 @@ impl Serialize for Dirichlet {
             Component::Z => Motion::Rz,
         });
         let components = along.chain(about).collect();
-        Written { set, load_case, components, motion, rotation }.serialize(serializer)
+        Written { set, load_case, components, motion, rotation, from, until }.serialize(serializer)
     }
 }
 

@@ -9,6 +9,7 @@ use crate::equations::rigid::RigidBodies;
 pub use error::{ConflictingMotion, OffThePlane};
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick_mesh::{Mesh, Reference};
+use std::borrow::Cow;
 
 /// The prescribed unknowns and their motion.
 #[derive(Debug, Clone, Default)]
@@ -17,6 +18,8 @@ pub struct Prescribed {
     /// Number of each motion's load case; `None` if the motion acts in all.
     cases: Vec<Option<usize>>,
     entries: Vec<Entry>,
+    /// Displacement unknowns of motions that begin or end within the path; they are solved for.
+    temporary: Vec<Temporary>,
     /// Displacement unknowns that another motion also prescribes, with the same values, and the
     /// number of that motion.
     repeated: Vec<(u32, u32)>,
@@ -29,6 +32,21 @@ pub struct Prescribed {
     rigid: RigidBodies,
     /// Displacements that follow from others.
     linear: LinearEquations,
+}
+
+/// A displacement unknown of a motion that begins or ends within the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Temporary {
+    /// Number of the unknown.
+    pub unknown: u32,
+    /// 0, 1, 2.
+    pub component: u8,
+    /// Number of its motion.
+    pub motion: u32,
+    /// The body of its node, and the mean size of the body's elements. \[L\]
+    pub body: u32,
+    /// See above.
+    pub size: f64,
 }
 
 /// A prescribed displacement unknown.
@@ -95,8 +113,11 @@ impl Prescribed {
             |motion: &Dirichlet| motion.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
         let cases: Vec<Option<usize>> = motions.iter().map(number).collect();
         let mut owners: Vec<Vec<u32>> = vec![Vec::new(); coordinates.len()];
-        let (mut entries, mut repeated) = (Vec::new(), Vec::new());
-        for (m, (motion, moved)) in motions.iter().zip(sets).enumerate() {
+        let (mut entries, mut repeated, mut temporary) = (Vec::new(), Vec::new(), Vec::new());
+        let with_sets = |permanent: bool| {
+            motions.iter().zip(sets).enumerate().filter(move |(_, (motion, _))| motion.is_permanent() == permanent)
+        };
+        for (m, (motion, moved)) in with_sets(true) {
             for (node, c, what) in moved.unknowns(motion, coordinates) {
                 let dof = 3 * node as usize + c;
                 let together = |&&other: &&u32| match (cases[other as usize], cases[m]) {
@@ -106,7 +127,8 @@ impl Prescribed {
                 match owners[dof].iter().find(together) {
                     Some(&first) if !same(&motions[first as usize], motion, c) => {
                         let (first, set) = (first as usize, motions[first as usize].set.clone());
-                        return Err(ConflictingMotion { node, component: c as u8, first, set, motion: m });
+                        let component = c as u8;
+                        return Err(ConflictingMotion { node, component, first, set, motion: m, temporary: false });
                     }
                     // identical in all cases of this motion
                     Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
@@ -119,11 +141,29 @@ impl Prescribed {
                 }
             }
         }
-        let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
+        let fixed: Vec<bool> = owners.iter().map(|owners| !owners.is_empty()).collect();
+        for (m, (motion, moved)) in with_sets(false) {
+            for (node, c, _) in moved.unknowns(motion, coordinates) {
+                let dof = 3 * node as usize + c;
+                let Some(&first) = owners[dof].first() else {
+                    owners[dof].push(m as u32);
+                    let (unknown, component, motion) = (dof as u32, c as u8, m as u32);
+                    temporary.push(Temporary { unknown, component, motion, body: 0, size: 0.0 });
+                    continue;
+                };
+                let other = &motions[first as usize];
+                // a node that is held all the time needs no other support
+                if !(other.is_permanent() && other.holds_still(c) && motion.holds_still(c)) {
+                    let (component, first, set) = (c as u8, first as usize, other.set.clone());
+                    return Err(ConflictingMotion { node, component, first, set, motion: m, temporary: true });
+                }
+            }
+        }
         Ok(Self {
             motions,
             cases,
             entries,
+            temporary,
             repeated,
             fixed,
             mirrored: Vec::new(),
@@ -156,6 +196,15 @@ impl Prescribed {
                 return Err(OffThePlane { node: dof / 3, component, motion: motion as usize });
             }
         }
+        let across = |support: &Temporary| mirrored[support.unknown as usize / 3][usize::from(support.component)];
+        let moves = |support: &&Temporary| {
+            let motion = &self.motions[support.motion as usize].motion;
+            across(support) && motion.iter().any(|point| point.u[usize::from(support.component)] != 0.0)
+        };
+        if let Some(&Temporary { unknown, component, motion, .. }) = self.temporary.iter().find(moves) {
+            return Err(OffThePlane { node: unknown / 3, component, motion: motion as usize });
+        }
+        self.temporary.retain(|support| !across(support));
         for (dof, across) in mirrored.iter().flatten().enumerate() {
             if *across && !std::mem::replace(&mut self.fixed[dof], true) {
                 self.mirrored.push(dof as u32);
@@ -186,9 +235,17 @@ impl Prescribed {
         varied
     }
 
-    /// The same with the nodes of rigid bodies, which follow from other unknowns, counted as prescribed.
+    /// The same with the bodies of a mesh: nodes of rigid ones, which follow from other unknowns, count as prescribed.
     #[must_use]
-    pub fn with_rigid_bodies(mut self, mesh: &Mesh) -> Self {
+    pub fn with_bodies(mut self, mesh: &Mesh) -> Self {
+        let volumes = if self.temporary.is_empty() { Vec::new() } else { mesh.element_volumes() };
+        for support in &mut self.temporary {
+            let of = |(_, body): &(usize, &slipstick_mesh::Body)| body.nodes.contains(&(support.unknown as usize / 3));
+            let Some((number, body)) = mesh.bodies.iter().enumerate().find(of) else { continue };
+            let volume: f64 = volumes[body.elements.clone()].iter().sum();
+            support.body = number as u32;
+            support.size = (volume / body.elements.len() as f64).cbrt();
+        }
         self.rigid = RigidBodies::new(mesh);
         self.rigid.nodes().for_each(|node| self.fixed[3 * node..][..3].fill(true));
         self
@@ -214,7 +271,33 @@ impl Prescribed {
         &self.linear
     }
 
-    fn at_rest(&self, dof: u32) -> f64 {
+    /// The unknowns of motions that begin or end within the path.
+    pub fn temporary(&self) -> &[Temporary] {
+        &self.temporary
+    }
+
+    /// The motion of such an unknown.
+    pub fn motion_of(&self, support: &Temporary) -> &Dirichlet {
+        &self.motions[support.motion as usize]
+    }
+
+    /// How far each motion that begins or ends holds its nodes at a state, from 0 to 1.
+    pub(in crate::equations) fn levels(&self, t: f64) -> impl Iterator<Item = f64> + '_ {
+        let own = self.motions.iter().filter(|motion| !motion.is_permanent());
+        own.map(move |motion| if motion.acts_at(t) { motion.level(motion.from, t).unwrap_or(0.0) } else { 0.0 })
+    }
+
+    /// Which displacement unknowns supports hold at a state: those that are [fixed](Self::fixed), and those of motions
+    /// that have begun and not ended.
+    pub fn supported(&self, t: f64) -> Cow<'_, [bool]> {
+        let mut supported = Cow::Borrowed(&self.fixed[..]);
+        for support in self.temporary.iter().filter(|support| self.motion_of(support).acts_at(t)) {
+            supported.to_mut()[support.unknown as usize] = true;
+        }
+        supported
+    }
+
+    pub(in crate::equations) fn at_rest(&self, dof: u32) -> f64 {
         self.rest.get(dof as usize).copied().unwrap_or(0.0)
     }
 
@@ -227,6 +310,7 @@ impl Prescribed {
     /// without repetitions. A symmetry plane has no set.
     pub fn sets(&self, dof: usize) -> Vec<&str> {
         let entries = self.entries.iter().map(|entry| (entry.dof, entry.motion));
+        let entries = entries.chain(self.temporary.iter().map(|support| (support.unknown, support.motion)));
         let mut motions: Vec<u32> = entries
             .chain(self.repeated.iter().copied())
             .filter(|&(at, _)| at as usize == dof)
@@ -258,6 +342,13 @@ impl Prescribed {
             match owned.iter_mut().find(|(name, _)| *name == set) {
                 Some((_, unknowns)) => unknowns.extend(moved),
                 None => owned.push((set, moved)),
+            }
+        }
+        for &Temporary { unknown, motion, .. } in &self.temporary {
+            let set = self.motions[motion as usize].set.as_str();
+            match owned.iter_mut().find(|(name, _)| *name == set) {
+                Some((_, unknowns)) => unknowns.push(unknown),
+                None => owned.push((set, vec![unknown])),
             }
         }
         owned.iter_mut().for_each(|(_, unknowns)| unknowns.sort_unstable());
@@ -359,6 +450,12 @@ impl Prescribed {
         for (from, to) in spans {
             self.apply(from, &mut a);
             self.apply(to, &mut b);
+            for support in &self.temporary {
+                let motion = self.motion_of(support);
+                for (time, d) in [(from, &mut a), (to, &mut b)] {
+                    d[support.unknown as usize] = motion.at(time.t).0[usize::from(support.component)];
+                }
+            }
             for (p, q) in a.chunks_exact(3).zip(b.chunks_exact(3)) {
                 let change: f64 = p.iter().zip(q).map(|(p, q)| (p - q) * (p - q)).sum();
                 largest = largest.max(change.sqrt());

@@ -2,6 +2,7 @@
 
 use crate::equations::ContactModel;
 use crate::equations::loose::{add_condition, free_of};
+use crate::equations::prescribed::Temporary;
 use nalgebra::DMatrix;
 
 /// Share of a free motion below which a body does not take part in it.
@@ -9,9 +10,15 @@ const APART: f64 = 1e-6;
 
 impl ContactModel {
     /// The rates at which supports, springs and equations restrain motions of the bodies at y, a row for each
-    /// condition: `modes` are displacements.
-    pub(in crate::equations) fn restraints(&self, y: &[f64], modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// condition: `modes` are displacements, and `held` are unknowns that supports hold for now.
+    pub(in crate::equations) fn restraints(
+        &self,
+        y: &[f64],
+        modes: &[Vec<f64>],
+        held: impl Iterator<Item = usize>,
+    ) -> Vec<Vec<f64>> {
         let mut rows = self.springs.restrained(y, modes);
+        rows.extend(held.map(|i| modes.iter().map(|mode| mode[i]).collect::<Vec<f64>>()));
         rows.extend(self.restrained_by_equations(modes));
         let fixed = self.dependent.linear.truly_fixed(self.prescribed.fixed());
         for body in &self.loose.bodies {
@@ -44,7 +51,9 @@ impl ContactModel {
         let y = self.rest().unknowns;
         let modes = self.rigid_motions(&y);
         let mut gram = DMatrix::zeros(modes.len(), modes.len());
-        self.restraints(&y, &modes).iter().for_each(|row| add_condition(&mut gram, row));
+        let from_rest = |support: &&Temporary| self.prescribed.motion_of(support).acts_at(0.0);
+        let held = self.prescribed.temporary().iter().filter(from_rest).map(|support| support.unknown as usize);
+        self.restraints(&y, &modes, held).iter().for_each(|row| add_condition(&mut gram, row));
         free_of(gram, |_| false).rows(6 * body, 6).norm() < APART
     }
 }

@@ -99,7 +99,7 @@ impl Design {
             } else {
                 Vec::new()
             },
-            reaction: model.reactions(&internal, &external, contact_force),
+            reaction: model.reactions(time.t, &internal, &external, contact_force),
         }
     }
 }

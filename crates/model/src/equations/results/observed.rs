@@ -38,9 +38,9 @@ impl ContactModel {
     }
 
     /// Forces of supports and prescribed motions, from the internal, external and contact forces;
-    /// at bolts, their tension; zero at other free unknowns. \[F\]
-    pub(crate) fn reactions(&self, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
-        let fixed = self.prescribed.fixed();
+    /// at bolts, their tension; zero at other free unknowns. `t` is the pseudo-time. \[F\]
+    pub(crate) fn reactions(&self, t: f64, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
+        let fixed = self.prescribed.supported(t);
         let linear = &self.dependent.linear;
         if linear.is_empty() {
             let of = |(i, &fixed): (usize, &bool)| if fixed { internal[i] - external[i] - contact[i] } else { 0.0 };

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use crate::equations::pattern::PatternInUse;
+use crate::equations::supports::Demand;
 use crate::equations::viscosity::Rate;
 
 /// Mortar rows and frames of all slave nodes at some positions.
@@ -69,6 +70,8 @@ pub struct Step {
     pub(in crate::equations) rate: Rate,
     /// The distance that each bolt keeps; `None` for those that are tightened. \[L\]
     pub(in crate::equations) kept: Vec<Option<f64>>,
+    /// What supports that begin or end demand.
+    pub(in crate::equations) demands: Vec<Demand>,
     /// Rotation vectors of the rigid bodies before the step. \[rad\]
     pub(in crate::equations) rotations: Vec<Vector3<f64>>,
     /// Displacements before the step, if it holds free motions.
@@ -96,6 +99,7 @@ impl Step {
             stretches: model.stretches(time),
             rate: Rate::default(),
             kept: Vec::new(),
+            demands: Vec::new(),
             rotations: Vec::new(),
             anchor: None,
         }

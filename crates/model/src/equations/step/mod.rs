@@ -45,6 +45,7 @@ impl StepProblem for Design {
         let mut factors = self.model.loads.factors(time);
         factors.extend(self.model.temperatures.factors(time));
         factors.extend(self.model.bolts.factors(time));
+        factors.extend(self.model.prescribed.levels(time.t));
         factors
     }
 
@@ -67,7 +68,14 @@ impl StepProblem for Design {
         let rate = self.model.rate(&previous.unknowns, span);
         let rotations = self.model.dependent.rigid.rotations(&previous.unknowns).collect();
         let kept = self.model.bolts.kept(&previous.unknowns, span);
-        Ok(Step { rate, kept, rotations, ..Step::new(&self.model, geometry.clone(), &previous.history, span.end()) })
+        let demands = self.model.demands(&previous.unknowns, span);
+        Ok(Step {
+            rate,
+            kept,
+            demands,
+            rotations,
+            ..Step::new(&self.model, geometry.clone(), &previous.history, span.end())
+        })
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).
@@ -103,7 +111,7 @@ impl StepProblem for Design {
         workspace.timings.end(Phase::Contact, begin);
         let mut contact = model.share.agree(contact)?;
         if step.anchor.is_some() {
-            contact.free = model.free_motions(y, &contact, true);
+            contact.free = model.free_motions(step, y, &contact, true);
         }
         let mut status: Vec<u8> = (0..model.slaves.len()).map(|j| contact.status(j)).collect();
         let mut residual = Vec::new();
@@ -290,8 +298,8 @@ impl HoldFreeMotions<Self> for Design {
         step.anchor = hold.then(|| previous.unknowns[..self.model.displacement_count()].to_vec());
     }
 
-    fn are_free(&self, at: &Evaluated<Self>, nearly: bool) -> bool {
-        self.model.free_motions(&at.unknowns, &at.state, nearly).basis.is_some()
+    fn are_free(&self, step: &Step, at: &Evaluated<Self>, nearly: bool) -> bool {
+        self.model.free_motions(step, &at.unknowns, &at.state, nearly).basis.is_some()
     }
 
     fn approach(&self, step: &Step, y: &[f64], workspace: &mut Workspace) -> Result<Option<Vec<f64>>, StateError> {
@@ -370,7 +378,7 @@ impl Design {
             displacement: self.model.distance_from_rest(y).max(floors.displacement),
             multiplier: traction.max(floors.multiplier),
             position,
-            rigidity: floors.stiffness * position + self.model.bolts().rigidity(y),
+            rigidity: floors.stiffness * position + self.model.bolts().rigidity(y) + self.model.temporary_rigidity(y),
         }
     }
 }

@@ -122,6 +122,7 @@ impl Design {
             self.pull_back_own_moduli(d, self.solid_at(step), lambda, eta, out)
         })?;
         self.model.pull_back_bolts(step, d, |bolt| lambda[bolt.unknown as usize], out);
+        self.model.pull_back_supports(step, d, |support| lambda[support.unknown as usize], out);
         self.pull_back_amplitudes(d, step.time, &lambda[..split], mu, out);
         Ok(())
     }

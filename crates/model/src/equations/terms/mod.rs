@@ -1,5 +1,5 @@
 //! The terms of the equations: the law of each slave node, and one list of forces on nodes: loads, springs, viscous
-//! forces, bolts, springs that hold free motions. Temperatures act through the elements.
+//! forces, bolts, supports that begin or end, springs that hold free motions. Temperatures act through the elements.
 
 pub(in crate::equations) mod bolts;
 pub(in crate::equations) mod enforcement;
@@ -7,11 +7,13 @@ pub(in crate::equations) mod law;
 pub(in crate::equations) mod loads;
 pub mod node;
 pub(in crate::equations) mod springs;
+pub(in crate::equations) mod supports;
 pub(in crate::equations) mod temperature;
 pub(in crate::equations) mod viscosity;
 
 use crate::equations::evaluated::Step;
 use crate::equations::loose::FreeMotions;
+use crate::equations::supports::TemporarySupports;
 use crate::equations::{ContactModel, Design, LoadTime};
 use slipstick_linalg::BlockMatrix;
 
@@ -65,8 +67,8 @@ pub(in crate::equations) trait ForceTerm {
 
 impl ContactModel {
     /// The forces on nodes, in the order in which they are added.
-    pub(in crate::equations) fn terms(&self) -> [&dyn ForceTerm; 5] {
-        [&self.loads, &self.springs, &self.viscosity, &self.bolts, &self.loose]
+    pub(in crate::equations) fn terms(&self) -> [&dyn ForceTerm; 6] {
+        [&self.loads, &self.springs, &self.viscosity, &self.bolts, &TemporarySupports, &self.loose]
     }
 }
 

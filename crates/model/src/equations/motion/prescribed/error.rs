@@ -15,8 +15,10 @@ pub struct OffThePlane {
 /// Two motions prescribe different displacements of one node.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes a different {} displacement for it",
-    ["x", "y", "z"][*component as usize]
+    "node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes {} {} displacement for it{}",
+    if *temporary { "the" } else { "a different" },
+    ["x", "y", "z"][*component as usize],
+    if *temporary { ", and one of the two tables begins or ends within the path" } else { "" }
 )]
 pub struct ConflictingMotion {
     /// Global node number.
@@ -29,4 +31,6 @@ pub struct ConflictingMotion {
     pub set: String,
     /// Number of the second table.
     pub motion: usize,
+    /// Whether one of the tables begins or ends within the path, so that it must be the only one.
+    pub temporary: bool,
 }

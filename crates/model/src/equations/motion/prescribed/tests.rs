@@ -16,6 +16,8 @@ fn driven() -> Dirichlet {
             Waypoint { t: 1.0, u: [2.0, -1.0, 0.0], angle: 90.0 },
         ],
         rotation: Some(RotationAxis { point: [1.0, 0.0, 0.0], direction: [0.0, 2.0, 0.0] }),
+        from: 0.0,
+        until: None,
     }
 }
 
@@ -72,7 +74,10 @@ fn contradicting_tables_are_refused() {
     let result =
         Prescribed::new(vec![driven(), driven(), other], &[nodes(&[0]), nodes(&[0]), nodes(&[0])], &[0.0; 3], &[]);
     let set = "top".to_owned();
-    assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
+    assert_eq!(
+        result.unwrap_err(),
+        ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2, temporary: false }
+    );
 }
 
 /// A support and a motion within its plane meet at a node: they agree in y, which both hold,
@@ -86,6 +91,8 @@ fn tables_may_share_a_component_that_both_hold() {
         motion: Vec::new(),
         rotation: None,
         load_case: None,
+        from: 0.0,
+        until: None,
     };
     let mut pushed = driven();
     (pushed.motion, pushed.rotation) = (vec![Waypoint { t: 1.0, u: [2.0, 0.0, 0.0], angle: 0.0 }], None);
@@ -122,5 +129,8 @@ fn each_load_case_has_its_motions() {
     assert_eq!(slopes, [0.0, 1.0, 1.5]);
     let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[nodes(&[0]), nodes(&[0])], &[0.0; 3], &["a"]);
     let set = "top".to_owned();
-    assert_eq!(twice.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 1 });
+    assert_eq!(
+        twice.unwrap_err(),
+        ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 1, temporary: false }
+    );
 }
