@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Takes four designs to parts, compares what they promised with what the parts do, and puts the table between the marks of
-# docs/tutorials/part.md; seven minutes on two cores.
+# docs/measurements/parts.md; seven minutes on two cores.
 #
 #   cases/parts.sh
 #
@@ -8,7 +8,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-source docs/tables.sh
+source docs/measure/tables.sh
 slipstick() { "$programs/slipstick" "$@"; }
 
 # part LABEL NAME CASE ITERATIONS QUANTITY [OPTION …]: a line of the table. The same design with solid elements, and voids,
@@ -52,4 +52,4 @@ projection=(
     part 'bracket, 20 iterations' bracket cases/bracket/case.toml 20 pad_sole_normal_force
     part 'bracket, projection, 60 iterations' projected "$work/projected.toml" 60 pad_sole_normal_force "${projection[@]}"
 } > "$work/parts.md"
-put docs/tutorials/part.md parts "$work/parts.md"
+put docs/measurements/parts.md parts "$work/parts.md"

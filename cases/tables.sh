@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-source docs/tables.sh
+source docs/measure/tables.sh
 program=$programs/slipstick
 
 # history CASE COLUMN=HEADING …: rows of the history of the run `design`.

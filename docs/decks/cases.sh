@@ -7,7 +7,7 @@
 # needs `ccx` and `python3` on the path, and a release build of slipstick.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-source docs/tables.sh
+source docs/measure/tables.sh
 slipstick=$(realpath "$programs/slipstick")
 of_body() { echo "--set body[$1].material.neo_hooke.form=\"isochoric\""; }
 

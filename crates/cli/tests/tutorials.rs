@@ -7,7 +7,7 @@
 //! | `sh slow` | the same on demand; in ordinary tests, its optimizations make one iteration |
 //! | `text` | output of the previous block: its lines in order; `…` is any text, a line `…` any lines |
 //! | `text slow` | the same, compared on demand |
-//! | `sh python`, `sh ccx` | run where Python, or CalculiX, is installed |
+//! | `sh python`, `sh gmsh`, `sh ccx` | run where Python, Gmsh for Python, or CalculiX is installed |
 //! | `toml NAME`, `python NAME` | a file |
 //!
 //! On demand, in some minutes:
@@ -19,9 +19,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const PAGES: [&str; 7] = [
+const PAGES: [&str; 11] = [
+    "install.md",
+    "requirements.md",
+    "materials.md",
     "tutorials/first_design.md",
     "tutorials/my_mesh.md",
+    "tutorials/from_cad.md",
     "tutorials/part.md",
     "tutorials/report.md",
     "tutorials/verify_gradient.md",
@@ -96,12 +100,13 @@ fn missing<'a>(shown: &'a str, printed: &str) -> Option<&'a str> {
 
 /// A program that a block needs and that is not installed.
 fn lacks(words: &[&str]) -> Option<&'static str> {
-    let needed = [("python", "python3"), ("ccx", "ccx")];
-    let (_, program) = needed.into_iter().find(|(word, _)| words.contains(word))?;
-    let found = Command::new(program).arg(if program == "ccx" { "-v" } else { "--version" }).output();
+    let needed: [(_, &[&str]); 3] =
+        [("python", &["python3", "--version"]), ("gmsh", &["python3", "-c", "import gmsh"]), ("ccx", &["ccx", "-v"])];
+    let (word, command) = needed.into_iter().find(|(word, _)| words.contains(word))?;
+    let found = Command::new(command[0]).args(&command[1..]).output();
     // CalculiX ends with another status than 0 whatever it is asked
-    let works = found.is_ok_and(|output| program == "ccx" || output.status.success());
-    (!works).then_some(program)
+    let works = found.is_ok_and(|output| word == "ccx" || output.status.success());
+    (!works).then_some(word)
 }
 
 fn run(page: &str, whole: bool) {

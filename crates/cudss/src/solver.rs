@@ -16,7 +16,7 @@ const LARGEST_FALLBACK: usize = 120_000;
 
 /// Bytes that a core of the processor moves while the device does one operation of a factorization,
 /// while an entry of the matrix is scaled and copied there, and while a solve reads one byte of the
-/// factors. Fitted to the times of docs/gpu.md with 101,000 and 303,000 unknowns, for a core that moves
+/// factors. Fitted to the times of docs/measurements/gpu.md with 101,000 and 303,000 unknowns, for a core that moves
 /// 8 GB/s. The ratios decide how long factors are reused.
 const BYTES_PER_OPERATION: f64 = 3e-4;
 const BYTES_PER_ENTRY: f64 = 64.0;

@@ -20,7 +20,7 @@ const RESTART: usize = 200;
 
 /// Memory of MUMPS for the zone, relative to its factors with METIS ordering; and of the multigrid
 /// method for each entry of the matrix, besides the two and a half copies of the matrix that any solver
-/// needs. Fitted to the table of `docs/cluster/zone.sh`, one rank.
+/// needs. Fitted to the table of `docs/measure/cluster/zone.sh`, one rank.
 const MUMPS: f64 = 1.7;
 const BYTES_PER_ENTRY: f64 = 2.0;
 

@@ -22,7 +22,7 @@ const SINGULAR: i32 = -10;
 
 /// Bytes that a core moves during a solve in the time of one floating-point operation of a
 /// factorization: the ratio of the multifrontal solver in double precision. MUMPS factorizes at a
-/// similar rate (31 Gflop/s on a core, `docs/cluster.md`).
+/// similar rate (31 Gflop/s on a core, `docs/measurements/cluster.md`).
 const BYTES_PER_OPERATION: f64 = 0.4;
 
 /// Kinds of errors in messages between ranks.

@@ -1,5 +1,5 @@
 //! The three forms of the neo-Hookean law in one element against their closed forms, and how much
-//! they differ. The table in docs/theory.md is written by
+//! they differ. The table in docs/measurements/elements.md is written by
 //!
 //!     cargo test --release -p slipstick-solid --test neo_hooke_forms -- --nocapture
 
@@ -110,7 +110,7 @@ fn sheared_elements_have_the_stress_of_the_closed_form() {
     }
 }
 
-/// docs/theory.md shows the differences of the forms as this test computes them.
+/// docs/measurements/elements.md shows the differences of the forms as this test computes them.
 #[test]
 fn differences_are_documented() {
     let mut table =
@@ -127,6 +127,9 @@ fn differences_are_documented() {
         }
     }
     println!("{table}");
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/theory.md");
-    assert!(std::fs::read_to_string(page).expect("a page").contains(&table), "docs/theory.md has another table");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/measurements/elements.md");
+    assert!(
+        std::fs::read_to_string(page).expect("a page").contains(&table),
+        "docs/measurements/elements.md has another table"
+    );
 }

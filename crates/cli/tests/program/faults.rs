@@ -18,7 +18,7 @@ struct Messages {
     tally: Tally,
 }
 
-/// Counts of one kind of fault, for the table in `docs/robustness.md`. A test asserts everything
+/// Counts of one kind of fault, for the table in `docs/measurements/robustness.md`. A test asserts everything
 /// that it adds here.
 #[derive(Default)]
 struct Tally {

@@ -166,10 +166,10 @@ fn predicted_memory_includes_contact() {
     assert!((0.85..=1.15).contains(&(measured / predicted)), "{measured} instead of {predicted}");
 }
 
-/// The table in `docs/robustness.md`: 5,000 to 40,000 unknowns, with hexahedra, wedges and
+/// The table in `docs/measurements/robustness.md`: 5,000 to 40,000 unknowns, with hexahedra, wedges and
 /// tetrahedra.
 #[test]
-#[ignore = "takes minutes: docs/robustness/measure.sh memory"]
+#[ignore = "takes minutes: docs/measure/robustness/measure.sh memory"]
 fn table_of_memory() {
     let mut rows = String::from(
         "| | elements | unknowns | predicted [MB] | measured [MB] | measured / predicted |\n|---|---|---|---|---|---|\n",

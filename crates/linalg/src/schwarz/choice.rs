@@ -14,7 +14,7 @@ const LEAST_UNKNOWNS: usize = 100_000;
 
 /// How many times as much direct factors must cost before iterations replace them. On a half-ball on a
 /// plate, a load step with its gradient takes 1.2 times as long with direct factors at 100 000
-/// unknowns; at 300 000, a Newton iteration takes 2.6 times as long (docs/performance.md).
+/// unknowns; at 300 000, a Newton iteration takes 2.6 times as long (docs/measurements/performance.md).
 const CLEARLY: f64 = 1.5;
 
 /// Digits of the solves that are compared: those of most of Newton's iterations.

@@ -46,7 +46,7 @@ impl Factors {
 const PROGRAM: f64 = 18.3e6;
 
 /// What each further thread adds at least: freed memory that the system's allocator keeps for it. Measured with
-/// `cases/clutch/coarse.toml` on two threads; more where load steps are many (docs/robustness.md). \[bytes\]
+/// `cases/clutch/coarse.toml` on two threads; more where load steps are many (docs/measurements/robustness.md). \[bytes\]
 const THREAD: f64 = 7e6;
 
 /// Memory during a factorization relative to the memory of its factors: fronts that wait for their
@@ -54,7 +54,7 @@ const THREAD: f64 = 7e6;
 pub(super) const FRONTS: f64 = 0.35;
 
 /// Memory of cuDSS on a GPU beside the entries of its factors, for each entry of the matrix. Measured
-/// (docs/gpu.md). \[bytes\]
+/// (docs/measurements/gpu.md). \[bytes\]
 pub(super) const ON_GPU: f64 = 50.0;
 
 /// Directions that iterations keep, with a product for each.
@@ -132,11 +132,11 @@ pub struct RankMemory {
 /// The program itself in each process. Measured. \[bytes\]
 const PROGRAM_ON_RANKS: f64 = 13e6;
 
-/// Memory of MPI and PETSc in a process. Measured by `docs/cluster/undivided.sh`. \[bytes\]
+/// Memory of MPI and PETSc in a process. Measured by `docs/measure/cluster/undivided.sh`. \[bytes\]
 const LIBRARIES: f64 = 55e6;
 
 /// Memory that is not distributed, as a number of vectors of all unknowns. Measured by
-/// `docs/cluster/undivided.sh`.
+/// `docs/measure/cluster/undivided.sh`.
 const VECTORS: f64 = 30.0;
 
 /// Memory of MUMPS relative to the memory of the factors with METIS ordering: working space, and
@@ -147,7 +147,7 @@ const MUMPS: f64 = 1.7;
 const MORE_ON_TWICE_THE_RANKS: f64 = 0.1;
 
 /// Increase of the total memory of the contact-zone preconditioner on several ranks: PETSc's matrices
-/// have two parts there. Measured by `docs/cluster/zone.sh`.
+/// have two parts there. Measured by `docs/measure/cluster/zone.sh`.
 const ZONE_ON_SEVERAL: f64 = 0.5;
 
 impl RankMemory {
@@ -168,7 +168,7 @@ impl RankMemory {
     }
 
     /// Memory of each of this many ranks, without kept factors. Accurate to within a third for the
-    /// runs of `docs/cluster/model.sh` and `docs/cluster/zone.sh`. \[bytes\]
+    /// runs of `docs/measure/cluster/model.sh` and `docs/measure/cluster/zone.sh`. \[bytes\]
     pub fn of_each(&self, ranks: usize) -> f64 {
         self.whole + self.divided / ranks.max(1) as f64 + self.factors(ranks)
     }

@@ -1,4 +1,5 @@
-//! Tables of pages such as `docs/robustness.md`, which scripts such as `docs/robustness/measure.sh`
+//! Tables of pages such as `docs/measurements/robustness.md`, which scripts such as
+//! `docs/measure/robustness/measure.sh`
 //! insert there.
 
 use std::path::Path;

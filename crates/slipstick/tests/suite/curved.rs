@@ -109,7 +109,7 @@ fn a_fit_of_raised_elements_does_not_depend_on_the_divisions() {
     }
 }
 
-/// Writes the table of docs/curved.md into the folder that `SLIPSTICK_TABLES` names.
+/// Writes the table of docs/measurements/curved.md into the folder that `SLIPSTICK_TABLES` names.
 #[test]
 #[ignore = "takes minutes"]
 fn table_of_fits() {

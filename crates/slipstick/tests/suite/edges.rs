@@ -1,8 +1,8 @@
 //! Contact at edges: pressure on partly covered facets, bodies that slide over an edge, and edges
-//! of the slave surface. `docs/edges.md` explains the purpose of the tests; its table of overlaps
-//! is written by
+//! of the slave surface. `docs/edges.md` explains the purpose of the tests; the tables of
+//! `docs/measurements/edges.md` are written by
 //!
-//!     docs/edges/measure.sh
+//!     docs/measure/edges/measure.sh
 
 mod ends;
 mod fields;

@@ -176,7 +176,7 @@ fn cited_tests_exist() {
         let joined: Vec<&str> = source.text.lines().map(|l| l.trim_start().trim_start_matches(['/', '!'])).collect();
         cited(&joined.join("\n")).iter().for_each(|name| check(name, &source.path));
     }
-    for (file, heading) in [("docs/notation.md", "pinned by"), ("docs/claims.md", "test")] {
+    for (file, heading) in [("docs/notation.md", "pinned by"), ("docs/measurements/claims.md", "test")] {
         for (cell, line) in column(&document(file), heading) {
             quoted(cell).for_each(|name| check(name, line));
         }
@@ -188,8 +188,11 @@ fn cited_tests_exist() {
 #[test]
 fn cited_files_exist() {
     let sources = sources();
-    for (file, heading) in [("docs/notation.md", "where"), ("docs/claims.md", "code"), ("docs/performance.md", "code")]
-    {
+    for (file, heading) in [
+        ("docs/notation.md", "where"),
+        ("docs/measurements/claims.md", "code"),
+        ("docs/measurements/performance.md", "code"),
+    ] {
         for (cell, line) in column(&document(file), heading) {
             for name in quoted(cell).filter(|name| name.ends_with(".rs")) {
                 let ends = |s: &Source| s.path.ends_with(&format!("/{name}"));
@@ -247,53 +250,72 @@ const DOCUMENTS: &[&str] = &[
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
-    "docs/theory.md",
-    "docs/notation.md",
-    "docs/claims.md",
-    "docs/what_it_can_do.md",
-    "docs/commands.md",
-    "docs/case_file.md",
-    "docs/results.md",
-    "docs/glossary.md",
-    "docs/other_codes.md",
-    "docs/examples.md",
-    "docs/SUMMARY.md",
-    "docs/introduction.md",
-    "docs/how_to.md",
-    "docs/crates.md",
-    "docs/edges.md",
-    "docs/cluster.md",
-    "docs/gpu.md",
-    "docs/bracket.md",
-    "docs/tutorials/first_design.md",
-    "docs/tutorials/my_mesh.md",
-    "docs/tutorials/report.md",
-    "docs/tutorials/verify_gradient.md",
+    "CHANGELOG.md",
+    "crates/python/README.md",
     "cases/bracket/README.md",
-    "docs/robustness.md",
+    "cases/buffer/README.md",
+    "cases/clutch/README.md",
+    "cases/cube_on_cuboid/README.md",
+    "cases/detent/README.md",
+    "cases/gripper/README.md",
+    "cases/half_ball_on_plate/README.md",
+    "cases/ironing/README.md",
+    "cases/press_fit/README.md",
+    "cases/roller/README.md",
+    "cases/seal/README.md",
+    "cases/snap/README.md",
+    "docs/SUMMARY.md",
+    "docs/bracket.md",
+    "docs/case_file.md",
+    "docs/cluster.md",
+    "docs/commands.md",
+    "docs/crates.md",
     "docs/curved.md",
     "docs/decks.md",
-    "docs/designs.md",
+    "docs/edges.md",
+    "docs/errors.md",
+    "docs/examples.md",
+    "docs/glossary.md",
+    "docs/gpu.md",
+    "docs/how_to.md",
+    "docs/install.md",
+    "docs/introduction.md",
+    "docs/materials.md",
+    "docs/measurements/SUMMARY.md",
+    "docs/measurements/claims.md",
+    "docs/measurements/cluster.md",
+    "docs/measurements/curved.md",
+    "docs/measurements/designs.md",
+    "docs/measurements/edges.md",
+    "docs/measurements/elements.md",
+    "docs/measurements/gpu.md",
+    "docs/measurements/introduction.md",
+    "docs/measurements/optimizers.md",
+    "docs/measurements/parts.md",
+    "docs/measurements/performance.md",
+    "docs/measurements/quantities.md",
+    "docs/measurements/replication.md",
+    "docs/measurements/robustness.md",
+    "docs/measurements/tried.md",
+    "docs/measurements/verification.md",
+    "docs/notation.md",
     "docs/optimizers.md",
-    "docs/performance.md",
+    "docs/other_codes.md",
     "docs/python.md",
-    "docs/quantities.md",
-    "docs/verification.md",
+    "docs/requirements.md",
+    "docs/results.md",
+    "docs/studies.md",
+    "docs/theory.md",
+    "docs/time.md",
+    "docs/trust.md",
+    "docs/tutorials/first_design.md",
+    "docs/tutorials/from_cad.md",
+    "docs/tutorials/my_mesh.md",
     "docs/tutorials/own_problem.md",
     "docs/tutorials/part.md",
-    "crates/python/README.md",
-    "CHANGELOG.md",
-    "cases/snap/README.md",
-    "cases/half_ball_on_plate/README.md",
-    "cases/cube_on_cuboid/README.md",
-    "cases/ironing/README.md",
-    "cases/clutch/README.md",
-    "cases/seal/README.md",
-    "cases/gripper/README.md",
-    "cases/detent/README.md",
-    "cases/buffer/README.md",
-    "cases/roller/README.md",
-    "cases/press_fit/README.md",
+    "docs/tutorials/report.md",
+    "docs/tutorials/verify_gradient.md",
+    "docs/what_it_can_do.md",
 ];
 
 /// `docs/crates.md` explains every direct dependency of the default build.
@@ -355,6 +377,17 @@ fn links_lead_to_files_and_headings() {
         }
     }
     assert!(files > 100 && headings > 50, "only {files} links to files and {headings} to headings were found");
+}
+
+/// `docs/errors.md` lists every code with its meaning and its remedy; `docs/measure/errors.sh` writes it.
+#[test]
+fn the_page_about_errors_lists_every_code() {
+    let page = document("docs/errors.md");
+    for &code in slipstick::case::CaseCode::ALL {
+        let name = code.as_str().rsplit("::").next().expect("a last part");
+        let row = format!("| `{name}` | {} | {} |", code.about(), code.cure());
+        assert!(page.contains(&row), "docs/errors.md: run docs/measure/errors.sh: {row}");
+    }
 }
 
 #[test]

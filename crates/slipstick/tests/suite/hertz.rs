@@ -82,7 +82,7 @@ fn three_facets_over_the_half_width() {
     assert!((peak - 1.0).abs() < 0.05 && (approach - 1.0).abs() < 0.01, "{peak} {approach}");
 }
 
-/// Writes the table of docs/curved.md into the folder that `SLIPSTICK_TABLES` names.
+/// Writes the table of docs/measurements/curved.md into the folder that `SLIPSTICK_TABLES` names.
 #[test]
 #[ignore = "takes minutes"]
 fn table_of_hertz() {

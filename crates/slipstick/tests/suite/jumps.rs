@@ -81,7 +81,7 @@ fn a_contact_that_jumps_is_followed() {
 /// The dragged cube with other meshes, load steps and friction: how many paths reach their end, and
 /// at what cost.
 #[test]
-#[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
+#[ignore = "writes tables of docs/measurements/robustness.md: docs/measure/robustness/measure.sh hard"]
 fn table_of_jumps() {
     let mut table = String::from(
         "| elements of the cube | enforcement | completed paths, of 9 | of these, with held multipliers | Newton iterations of completed \
@@ -111,7 +111,7 @@ fn table_of_jumps() {
 /// A half-ball is pressed into a plate and then slid over it; sliding begins in step 6. The
 /// solution does not depend on c.
 #[test]
-#[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
+#[ignore = "writes tables of docs/measurements/robustness.md: docs/measure/robustness/measure.sh hard"]
 fn table_of_the_onset_of_sliding() {
     let text = |c: &str| {
         format!(

@@ -11,7 +11,7 @@ use slipstick::path::Silent;
 /// The half-ball that is pressed into the plate and slid, with 10,000 unknowns in two parts, and the
 /// first three of its load steps.
 fn problem(linear: &str) -> Problem {
-    let text = include_str!("../../../../docs/performance/half_ball.toml")
+    let text = include_str!("../../../../docs/measure/performance/half_ball.toml")
         .replace("[14, 3, 14]", "[20, 4, 20]")
         .replace("[10, 2, 1]", "[14, 3, 1]")
         .replace("\"schwarz\"", linear);

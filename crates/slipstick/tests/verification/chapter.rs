@@ -71,7 +71,7 @@ fn records_file() -> PathBuf {
 
 /// The page of the suite.
 pub fn page_file() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/verification.md")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/measurements/verification.md")
 }
 
 /// The committed results.
@@ -93,7 +93,7 @@ const HEAD: &str = "\
 This page compares results of slipstick with analytic solutions, published numbers and other
 programs. The suite `crates/slipstick/tests/verification` computes all its numbers and writes the
 page; do not edit it by hand. Gradients are verified elsewhere, against finite differences
-([theory](theory.md), `slipstick verify gradient`).
+([theory](../theory.md), `slipstick verify gradient`).
 
     cargo test --release -p slipstick --test verification -- --ignored       all problems; writes results and this page
     SLIPSTICK_VERIFY=ring,hertz cargo test …                                 some of them

@@ -1,5 +1,5 @@
 //! Verification against external references: analytic solutions, published numbers, other programs.
-//! This suite writes `docs/verification.md` from `results.json`.
+//! This suite writes `docs/measurements/verification.md` from `results.json`.
 //!
 //! The quick problems run with all tests. The whole suite writes the page:
 //! `cargo test --release -p slipstick --test verification -- --ignored`; with
@@ -61,7 +61,7 @@ fn assert_inside(chapter: &Chapter, record: &Record) {
 /// The page agrees with the committed results: neither was edited without the other.
 #[test]
 fn the_page_shows_the_results() {
-    let page = std::fs::read_to_string(chapter::page_file()).expect("docs/verification.md");
+    let page = std::fs::read_to_string(chapter::page_file()).expect("docs/measurements/verification.md");
     assert_eq!(page, chapter::page(&chapter::read()), "write the page again: run the suite");
 }
 

@@ -19,7 +19,7 @@ force over the covered area. Then, with μ = 0.2, the shaft is pulled by its upp
 slides everywhere, while the lower end of the hub is held; the force is compared with that of
 Coulomb's law at Lamé's pressure, μ p 2πa h. The meshes have 64 elements around.
 
-The last two rows come from the [case](../cases/press_fit/README.md) in which a bushing is tied to a
+The last two rows come from the [case](../../cases/press_fit/README.md) in which a bushing is tied to a
 ring and a rigid tool pushes the shaft. They give (1) the pressure once the fit is closed, for a
 shaft as long as the ring, against Lamé's three-layer solution, and (2) the final tool force over
 the normal force.",

@@ -10,7 +10,7 @@ pub fn chapter() -> Chapter {
         title: "Rubber roller",
         about: "
 A rubber-coated roller, 28 mm wide, is pressed onto a plate with 380 N
-([case](../cases/roller/README.md)); the source is FElupe's discussions 800, 807 and 870. The
+([case](../../cases/roller/README.md)); the source is FElupe's discussions 800, 807 and 870. The
 reference of discussion 870 (finite elements and measurement) is a contact width of 30 mm and a peak
 pressure of 0.62 MPa. The discussions state two moduli of the rubber: E = 1.4 MPa (807) and E =
 0.275 MPa (870), for which FElupe, in plane strain, finds 49 mm and 0.43 MPa. ν = 0.475.",

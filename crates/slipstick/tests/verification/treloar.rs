@@ -21,7 +21,7 @@ over all stretches. *element* is the largest relative deviation of one hexahedro
 modulus of 10⁵ MPa from this closed form, over all measured stretches, with full integration and
 with F̄.",
         remarks: "
-![Nominal stress over stretch](figures/treloar.png)
+![Nominal stress over stretch](../figures/treloar.png)
 
 The figure shows the measurements and Ogden's law with three terms, as in figures 1 to 3 of the 1972
 paper. The other laws are simpler: Yeoh's has no second invariant, and Mooney-Rivlin does not

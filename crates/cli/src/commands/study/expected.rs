@@ -94,7 +94,7 @@ impl Expectations {
     /// # Errors
     /// [`Failure::Input`] if the file cannot be read, and for an entry without any expectation.
     pub fn read(path: &Path) -> Outcome<Self> {
-        let cure = "docs/examples.md describes the file of expected numbers";
+        let cure = "docs/studies.md describes the file of expected numbers";
         let file: Self = serde_json::from_str(&text(path)?)
             .map_err(|error| Failure::input(format!("{}: {error}", path.display()), cure))?;
         let numbers =

@@ -87,7 +87,7 @@ impl Study {
     /// [`Failure::Input`], with all errors.
     pub fn read(path: &Path) -> Outcome<Self> {
         let mut file: StudyFile = toml::from_str(&text(path)?).map_err(|error| {
-            Failure::input(format!("{}: {error}", path.display()), "docs/examples.md describes study files")
+            Failure::input(format!("{}: {error}", path.display()), "docs/studies.md describes study files")
         })?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let stem = path.file_stem().unwrap_or_default();
@@ -111,7 +111,7 @@ impl Study {
             return Ok(study);
         }
         let all = wrong.iter().map(|one| format!("{}: {one}", path.display())).collect::<Vec<_>>().join("\n       ");
-        Err(Failure::input(all, "docs/examples.md describes study files"))
+        Err(Failure::input(all, "docs/studies.md describes study files"))
     }
 
     /// The command line of a run, in the study's folder.

@@ -1,7 +1,7 @@
 //! MMA and GCMMA on Svanberg's problems: published optima, monotone progress, and the iterates of
 //! another implementation.
 //!
-//! `reference.csv` is written by `docs/optimizers/compare.py`, which defines the same problems for
+//! `reference.csv` is written by `docs/measure/optimizers/compare.py`, which defines the same problems for
 //! NLopt 2.11.0 and mmapy 0.3.1.
 
 use super::super::dense::solve_dense;

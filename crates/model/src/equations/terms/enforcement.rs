@@ -65,7 +65,7 @@ pub const DEFAULT_STIFFNESS: f64 = 10.0;
 /// Default of c_n h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 
-/// c_t/c_n of the Lagrange method if they are derived from a factor; docs/robustness.md compares
+/// c_t/c_n of the Lagrange method if they are derived from a factor; docs/measurements/robustness.md compares
 /// choices.
 pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 

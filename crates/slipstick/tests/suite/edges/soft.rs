@@ -30,7 +30,7 @@ fn dragged(friction: f64) -> [f64; 3] {
 }
 
 /// Up to μ = 0.7 the block slides, and Fx/Fy = μ. With more friction, its leading edge sticks and tucks under.
-/// Forces Fy of `docs/edges/rigid_plane.py` with the same mesh; there, Fx/Fy = 0.62 in the last line, and 0.70
+/// Forces Fy of `docs/measure/edges/rigid_plane.py` with the same mesh; there, Fx/Fy = 0.62 in the last line, and 0.70
 /// with elements half as large.
 #[test]
 fn a_soft_block_slides_with_coulombs_ratio_until_its_edge_tucks_under() {

@@ -1,4 +1,4 @@
-//! The tables of `docs/edges.md`: how multipliers and nodal pressures at an edge vary with overlap,
+//! The tables of `docs/measurements/edges.md`: how multipliers and nodal pressures at an edge vary with overlap,
 //! mesh and χ.
 
 use std::collections::BTreeMap;
@@ -64,7 +64,7 @@ fn state(mesh: usize, eighths: usize, shape: &'static str, edge_cover: f64, refe
 
 /// Takes minutes.
 #[test]
-#[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
+#[ignore = "writes tables of docs/measurements/edges.md: docs/measure/edges/measure.sh"]
 fn tables_of_overlaps() {
     let mut references = References::new();
     let variants = || [0.05, 0.5].into_iter().flat_map(|cover| ["standard", "dual"].map(|shape| (cover, shape)));
@@ -101,7 +101,7 @@ fn tables_of_overlaps() {
 
 /// The singularity: matching meshes with a mesh line at the edge.
 #[test]
-#[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
+#[ignore = "writes tables of docs/measurements/edges.md: docs/measure/edges/measure.sh"]
 fn table_of_refinement() {
     let mut refinement =
         String::from("| elements per length | peak / mean pressure | resultant / load |\n|---|---|---|\n");
@@ -117,7 +117,7 @@ fn table_of_refinement() {
 
 /// Pressures of SSNP503 together with those of code_aster and of a mesh eight times as fine.
 #[test]
-#[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
+#[ignore = "writes tables of docs/measurements/edges.md: docs/measure/edges/measure.sh"]
 fn table_of_ssnp503() {
     let fine = 8;
     let (mut reference, mut rigid, mut default) =
@@ -143,7 +143,7 @@ fn table_of_ssnp503() {
 /// master. Reports the value farthest from μ along the slide, and Newton's iterations per load
 /// step.
 #[test]
-#[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
+#[ignore = "writes tables of docs/measurements/edges.md: docs/measure/edges/measure.sh"]
 fn table_of_sharp_edges() {
     let mut text = String::from(
         "| angle | rotated by | edge | edge on the slave | on the slave, `feature_angle = 180` | on the master, steps of 0.075 | on the master, steps of 0.0375 |\n\

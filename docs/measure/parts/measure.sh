@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Takes a hub, twenty random designs and ten optimized ones to parts, and puts the tables between the marks of
+# docs/measurements/parts.md; twenty minutes on two cores. `measure.sh hub`, `designs` or `promises` repeats one table.
+#
+#   docs/measure/parts/measure.sh
+#
+# It needs Python with Gmsh and meshio (pip install gmsh meshio).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../../.."
+
+source docs/measure/tables.sh
+
+# hub_row LABEL RESULTS: a line of the table, from the last row of the run's quantities.
+hub_row() {
+    python3 - "$1" "$2/quantities.csv" <<'PYTHON'
+import csv, sys
+last = list(csv.DictReader(open(sys.argv[2])))[-1]
+names = ["hub_inner_normal_force", "hub_inner_peak_pressure", "strain_energy", "external_work"]
+print(f"| {sys.argv[1]} | " + " | ".join(f"{float(last[name]):.6g}" for name in names) + " |")
+PYTHON
+}
+
+hub() {
+    local solve=("$programs/slipstick" solve docs/measure/parts/hub.toml -q --out)
+    "${solve[@]}" "$work/hub"
+    "${solve[@]}" "$work/fine" --set 'body[0].hollow_cylinder.elements=[24, 144, 4]'
+    "$programs/slipstick" export "$work/hub" --case "$work/whole" -q
+    "$programs/slipstick" solve "$work/whole/case.toml" --out "$work/whole_run" -q
+    "$programs/slipstick" export "$work/hub" --case "$work/part" --size 1.87 -q
+    python3 "$work/part/mesh.py" >&2
+    "$programs/slipstick" solve "$work/part/case.toml" --out "$work/part_run" -q
+    {
+        echo '| hub | normal force [N] | peak pressure [MPa] | strain energy [N mm] | external work [N mm] |'
+        echo '|---|--:|--:|--:|--:|'
+        hub_row 'design, 10 × 48 × 1 elements' "$work/hub"
+        hub_row 'part with its own mesh' "$work/whole_run"
+        hub_row 'part, remeshed' "$work/part_run"
+        hub_row 'design, 24 × 144 × 4 elements' "$work/fine"
+    } > "$work/hub.md"
+    put docs/measurements/parts.md hub "$work/hub.md"
+}
+
+designs() {
+    python3 docs/measure/parts/designs.py --slipstick "$programs/slipstick" --out "$work/designs" > "$work/designs.md"
+    put docs/measurements/parts.md designs "$work/designs.md"
+}
+
+promises() {
+    python3 docs/measure/parts/promises.py --slipstick "$programs/slipstick" --out "$work/promises" > "$work/promises.md"
+    put docs/measurements/parts.md promises "$work/promises.md"
+}
+
+for table in "${@:-hub designs promises}"; do
+    for name in $table; do "$name"; done
+done
