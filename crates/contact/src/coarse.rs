@@ -60,7 +60,7 @@ impl ContactInterface {
 
 impl ContactInterface {
     /// Whether slave and master lie on each other at the start, as a block on a slab: of the area that faces the master,
-    /// at least half belongs to slave nodes at a distance of less than a tenth of the square root of the area around
+    /// almost half or more belongs to slave nodes at a distance of less than a tenth of the square root of the area around
     /// them, or below the master, whose averaged normals are opposite to the master's within 5°. `coordinates` are those
     /// of the start, 3 per node. Surfaces whose rows cannot be evaluated count as seated.
     ///
@@ -84,8 +84,9 @@ impl ContactInterface {
     }
 }
 
-/// Share of the facing area that lies on the other surface if the surfaces lie on each other.
-const SEATED_SHARE: f64 = 0.5;
+/// Share of the facing area that lies on the other surface if the surfaces lie on each other. Not a half, which
+/// round-off would decide: half of a coarse ring of two rows of facets.
+const SEATED_SHARE: f64 = 0.45;
 
 /// Distance at which surfaces lie on each other, relative to the square root of the area around a node.
 const SEATED: f64 = 0.1;
