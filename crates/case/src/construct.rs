@@ -1,6 +1,7 @@
 //! From a resolved case to a problem that can be analysed.
 
 mod bolts;
+mod centres;
 mod couplings;
 mod cross_points;
 mod edges;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use slipstick_meshio::{CellKind, FileMesh};
+use slipstick_meshio::{CellKind, Centre, FileMesh};
 
 use crate::ledger::Ledger;
 use crate::read::Deck;
@@ -23,6 +23,10 @@ pub struct Body {
     pub hexahedra: bool,
     /// Whether some of these are of a type against locking.
     pub soft: bool,
+    /// Whether it has hexahedra of 20 nodes.
+    pub serendipity: bool,
+    /// Whether all of these are of a type with reduced integration.
+    pub reduced: bool,
     /// Whether it has elements with nodes between corners, whose facets may be curved.
     pub second_order: bool,
 }
@@ -40,8 +44,8 @@ pub struct Bodies {
 const NONE: u32 = u32::MAX;
 
 impl Bodies {
-    /// Finds the bodies; those that no set names get one.
-    pub fn new(mesh: &mut FileMesh, deck: &Deck, ledger: &mut Ledger) -> Self {
+    /// Finds the bodies; those that no set names get one. `centres` are the nodes that complete hexahedra of 20.
+    pub fn new(mesh: &mut FileMesh, centres: &[Centre], deck: &Deck, ledger: &mut Ledger) -> Self {
         let cells = mesh.solid_cells(None);
         let all = cells.len();
         let component = components(mesh, &cells);
@@ -59,6 +63,8 @@ impl Bodies {
         let of_node = component.iter().map(|component| order.get(component).copied().unwrap_or(NONE)).collect();
         let mut bodies = Self { list: Vec::new(), of_node, numbers };
         let softened = softened(mesh, deck, all);
+        let reduced = reduced(mesh, deck);
+        let completed: BTreeSet<u32> = centres.iter().map(|centre| centre.node).collect();
         let (mut names, alone) = (BTreeSet::new(), groups.len() == 1);
         let mut without = 0;
         for (_, cells) in groups {
@@ -96,7 +102,15 @@ impl Bodies {
             let hexahedra = has(&[CellKind::Hex8]);
             let second_order = cells.iter().any(|&cell| mesh.cells.kind(cell as usize).is_second_order());
             let soft = hexahedra && cells.iter().any(|cell| softened.binary_search(cell).is_ok());
-            bodies.list.push(Body { name, part, sections: counts, rigid: None, hexahedra, soft, second_order });
+            let of_20 = |cell: &&u32| {
+                let nodes = mesh.cells.nodes(**cell as usize);
+                nodes.len() == 27 && completed.contains(&nodes[26])
+            };
+            let of_20: Vec<u32> = cells.iter().filter(of_20).copied().collect();
+            let serendipity = !of_20.is_empty();
+            let reduced = serendipity && of_20.iter().all(|cell| reduced.binary_search(cell).is_ok());
+            let (sections, rigid) = (counts, None);
+            bodies.list.push(Body { name, part, sections, rigid, hexahedra, soft, serendipity, reduced, second_order });
         }
         bodies.find_rigid(mesh, deck, ledger);
         let line = deck.element_types.first().map_or(1, |of| of.line);
@@ -202,6 +216,19 @@ fn components(mesh: &FileMesh, cells: &[u32]) -> Vec<u32> {
     let mut used = vec![false; parent.len()];
     cells.iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)).for_each(|&node| used[node as usize] = true);
     roots.into_iter().zip(used).map(|(root, used)| if used { root } else { NONE }).collect()
+}
+
+/// Hexahedra of 20 nodes with reduced integration, ascending.
+fn reduced(mesh: &FileMesh, deck: &Deck) -> Vec<u32> {
+    let of_20 = || deck.element_types.iter().filter(|of| of.name.starts_with("C3D20"));
+    if of_20().all(crate::read::ElementType::is_reduced) {
+        return (0..mesh.cells.len() as u32).collect();
+    }
+    let cells = |reduced: bool| -> BTreeSet<u32> {
+        let sets = of_20().filter(|of| of.is_reduced() == reduced).filter_map(|of| of.set.as_ref());
+        sets.filter_map(|set| find(&mesh.cell_sets, set)).flat_map(|set| &mesh.cell_sets[set]).copied().collect()
+    };
+    cells(true).difference(&cells(false)).copied().collect()
 }
 
 /// Cells of types against locking, ascending; all, if elements of such a type belong to no set.

@@ -72,7 +72,7 @@ pub fn translate(bytes: &[u8], file: &str, ignored: &[String]) -> Result<Transla
     let deck = read::deck(&cards(&flat)?, &mut ledger);
     let mut mesh = FileMesh::parse(&flat)?;
     let centres = mesh.complete_hexahedra();
-    let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
+    let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
     let targets = Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     let text = write::case(&deck, &mesh, &bodies, &targets, file, &places, &mut ledger);
     ledger.place(&places);
@@ -100,7 +100,7 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
             mesh.notices.retain(|notice| !only_springs(notice));
         }
         let centres = mesh.complete_hexahedra();
-        let bodies = Bodies::new(&mut mesh, &deck, &mut ledger);
+        let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
         Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     }
     Ok(mesh)

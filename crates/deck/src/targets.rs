@@ -118,7 +118,6 @@ impl Targets {
         targets.equations = finder.equations();
         let mut motions = finder.motions(&timeline);
         let mut forces = finder.forces(&timeline);
-        finder.keep_shape(&mut targets.equations, &forces);
         let turned = finder.turned(&mut motions, &mut forces);
         targets.bolts = finder.bolts(&timeline, &mut motions, &mut forces);
         targets.sprung = finder.springs(&motions);

@@ -43,6 +43,7 @@ mod rigid;
 mod search;
 pub mod second_order;
 mod select;
+mod serendipity;
 mod shapes;
 mod smooth;
 mod topology;
@@ -68,5 +69,6 @@ pub use geometry::{
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use rigid::{Coupling, Reference, Rigid};
 pub use search::FacetTree;
+pub use serendipity::{SerendipityCentre, serendipity_face, serendipity_middle};
 pub use smooth::{FacetHeights, Shape, SmoothPatch, SmoothSurface, control_points, smooth_surface};
 pub use topology::NodeElements;

@@ -5,8 +5,8 @@
 use crate::heat::Heat;
 use crate::inelastic::{self, Energies, Inelastic};
 use crate::interpolation::ElementScaling;
-use crate::quadratic::{Hex27, Tet10};
-use crate::section::Section;
+use crate::quadratic::{Hex27, ReducedHex27, Tet10};
+use crate::section::{Formulation, Section};
 use crate::stress::{self, STRESS_POINTS, Tensor};
 use crate::{hex8, tet4};
 use rayon::prelude::*;
@@ -17,19 +17,26 @@ use std::sync::Arc;
 
 /// A kind of elements.
 pub(crate) struct Kind {
-    /// Whether elements of this type, with or without memory, belong to the kind.
-    pub takes: fn(&Element, bool) -> bool,
+    /// Whether elements of this type, with or without memory, integrated like this, belong to the kind.
+    pub takes: fn(&Element, bool, Formulation) -> bool,
     /// Builds their block; `None` if there are none.
     pub build: fn(Build<'_>) -> Option<Arc<dyn ElementBlock>>,
 }
 
 /// All kinds, in the order in which their contributions are added.
 pub(crate) const KINDS: &[Kind] = &[
-    Kind { takes: |element, memory| !memory && element.as_hex().is_some(), build: hex8::block },
-    Kind { takes: |element, memory| !memory && matches!(element, Element::Tet4(_)), build: tet4::block },
-    Kind { takes: |element, memory| !memory && matches!(element, Element::Tet10(_)), build: Tet10::block },
-    Kind { takes: |element, memory| !memory && matches!(element, Element::Hex27(_)), build: Hex27::block },
-    Kind { takes: |_, memory| memory, build: inelastic::block },
+    Kind { takes: |element, memory, _| !memory && element.as_hex().is_some(), build: hex8::block },
+    Kind { takes: |element, memory, _| !memory && matches!(element, Element::Tet4(_)), build: tet4::block },
+    Kind { takes: |element, memory, _| !memory && matches!(element, Element::Tet10(_)), build: Tet10::block },
+    Kind {
+        takes: |element, memory, of| !memory && matches!(element, Element::Hex27(_)) && of != Formulation::Reduced,
+        build: Hex27::block,
+    },
+    Kind {
+        takes: |element, memory, of| !memory && matches!(element, Element::Hex27(_)) && of == Formulation::Reduced,
+        build: ReducedHex27::block,
+    },
+    Kind { takes: |_, memory, _| memory, build: inelastic::block },
 ];
 
 /// What blocks are built from.

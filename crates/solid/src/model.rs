@@ -119,10 +119,12 @@ impl SolidModel {
             let own = |e: &&u32| mesh.bodies[*body].elements.contains(&(**e as usize));
             elements.iter().filter(own).for_each(|&e| section_of[e as usize] = section as u32);
         }
-        let memory = |number: usize| sections[section_of[number] as usize].material.kind().has_memory();
+        let section = |number: u32| &sections[section_of[number as usize] as usize];
+        let memory = |number: u32| section(number).material.kind().has_memory();
         let (mut blocks, mut flat) = (Vec::new(), Vec::new());
         for kind in KINDS {
-            let taken = |e: &u32| has(*e as usize) && (kind.takes)(&mesh.elements[*e as usize], memory(*e as usize));
+            let takes = |e: u32| (kind.takes)(&mesh.elements[e as usize], memory(e), section(e).formulation);
+            let taken = |e: &u32| has(*e as usize) && takes(*e);
             let numbers: Vec<u32> = (0..mesh.elements.len() as u32).filter(taken).collect();
             let build = Build { mesh, numbers, sections: &sections, section_of: &section_of, flat: &mut flat };
             blocks.extend((kind.build)(build));

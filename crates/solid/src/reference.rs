@@ -23,9 +23,11 @@ type Tensor<T> = [[T; 3]; 3];
 /// and s = 1 for solid material. With F̄, [`averaged`] F and H replace F and H.
 pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamma]: [T; 2]) -> T {
     let (law, one) = (&section.material, T::from(1.0));
-    let points = displacement_gradients(x, u);
+    let points = displacement_gradients(x, u, section.formulation);
     let gradients = match section.formulation {
-        Formulation::Full => points.iter().map(|(_, h)| (deformation_gradient(h, gamma), *h)).collect(),
+        Formulation::Full | Formulation::Reduced => {
+            points.iter().map(|(_, h)| (deformation_gradient(h, gamma), *h)).collect()
+        }
         _ => averaged(x, &points, gamma, law.small_strains()),
     };
     let at_point = |(f, h): &(Tensor<T>, Tensor<T>)| law.energy(f) + (one - gamma * gamma) * law.small_strain_energy(h);
@@ -34,7 +36,7 @@ pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamm
 
 /// H = ∂u/∂X = ∂u/∂ξ (∂X/∂ξ)⁻¹ at each integration point, and its weight w det(∂X/∂ξ), from the shape
 /// functions N_i: X(ξ) = Σ N_i(ξ) X_i and u(ξ) = Σ N_i(ξ) u_i.
-fn displacement_gradients<T: Real>(x: &[[f64; 3]], u: &[[T; 3]]) -> Vec<(T, Tensor<T>)> {
+fn displacement_gradients<T: Real>(x: &[[f64; 3]], u: &[[T; 3]], formulation: Formulation) -> Vec<(T, Tensor<T>)> {
     let (n, zero) = (x.len(), T::from(0.0));
     let at_point = |(at, weight): ([f64; 3], f64)| -> (T, Tensor<T>) {
         // ∂N_i/∂ξ_b, from dual numbers
@@ -47,7 +49,8 @@ fn displacement_gradients<T: Real>(x: &[[f64; 3]], u: &[[T; 3]]) -> Vec<(T, Tens
         let h = from_fn(|a| from_fn(|b| determinant(&replaced(a, b)) / determinant(&dx)));
         (T::from(weight) * determinant(&dx), h)
     };
-    quadrature(n).into_iter().map(at_point).collect()
+    let points = if n == 27 && formulation == Formulation::Reduced { 8 } else { n };
+    quadrature(points).into_iter().map(at_point).collect()
 }
 
 /// F = 1 + γH.

@@ -14,6 +14,9 @@ pub enum Formulation {
     /// F̄ = (J̄/J)^(1/3) F, where J̄ is the element's mean of J: the volume change is uniform over
     /// the element, which avoids locking of nearly incompressible material.
     FBar,
+    /// As `Full`, with 2 × 2 × 2 instead of 3 × 3 × 3 points in hexahedra of second order. These points do not
+    /// hold all motions of 27 nodes; of 20 nodes, six motions of a single element have no energy.
+    Reduced,
 }
 
 /// Material, formulation and mass of a body's elements.

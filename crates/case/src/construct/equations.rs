@@ -8,7 +8,7 @@ use slipstick_model::model::LoadTime;
 use slipstick_model::model::linear::{LinearEquation, LinearEquations};
 use slipstick_model::model::prescribed::Prescribed;
 use slipstick_solid::load::nodal_areas;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Unknowns that nothing but an equation determines may couple so many pairs of nodes; more cost too much
@@ -25,7 +25,9 @@ pub(super) fn with_equations(
     mesh: &Mesh,
     times: &[LoadTime],
 ) -> Result<Prescribed, BuildError> {
-    if case.equations.is_empty() && case.points.is_empty() && case.couplings.is_empty() && case.bolts.is_empty() {
+    let centres = super::centres::dependent(case, mesh)?;
+    let given = case.equations.len() + case.points.len() + case.couplings.len() + case.bolts.len();
+    if given == 0 && centres.is_empty() {
         return Ok(prescribed);
     }
     let none = case.equations.is_empty() && case.couplings.is_empty() && case.bolts.is_empty();
@@ -37,7 +39,7 @@ pub(super) fn with_equations(
             return Err(BuildError::new(format!("load_case[{number}].bodies"), message, help));
         }
     }
-    let mut equations = Vec::new();
+    let mut equations: Vec<LinearEquation> = super::centres::equations(&centres).collect();
     for (number, equation) in case.equations.iter().enumerate() {
         let terms = of(equation, mesh, &format!("equation[{number}]"))?;
         equations.extend(terms.into_iter().map(|terms| LinearEquation { terms, number }));
@@ -64,11 +66,24 @@ pub(super) fn with_equations(
             "prescribed motions determine all displacements in it, and violate it by {:.1e} of its terms at pseudo-time {}",
             e.violation, e.time
         );
+        if e.number == super::centres::NUMBER {
+            let message = format!(
+                "prescribed motions determine all nodes of a face or hexahedron of 20 nodes, and move its centre \
+                 elsewhere, by {:.1e} of its terms at pseudo-time {}",
+                e.violation, e.time
+            );
+            let help = "omit the centre from the sets that move, or use `shape_functions = \"lagrange\"`";
+            return BuildError::new("body", message, help);
+        }
         let help = "leave a component free, or change the motions so that they fulfil the equation";
         BuildError::new(place(case, e.number), message, help)
     })?;
     super::bolts::check_free(mesh, &prescribed, &linear)?;
-    let cost: usize = linear.rows().iter().filter(|(i, _)| !cheap(*i)).map(|(_, terms)| terms.len().pow(2)).sum();
+    check_temporary(&prescribed, &linear)?;
+    // what a centre depends on is in its own element
+    let centre: BTreeSet<u32> = centres.iter().map(|centre| centre.node).collect();
+    let couples = |i: u32| !cheap(i) && !centre.contains(&(i / 3));
+    let cost: usize = linear.rows().iter().filter(|(i, _)| couples(*i)).map(|(_, terms)| terms.len().pow(2)).sum();
     if cost > MOST_COUPLINGS {
         let longest = linear.rows().iter().map(|(_, terms)| terms.len()).max().unwrap_or(0);
         let message =
@@ -77,6 +92,25 @@ pub(super) fn with_equations(
         return Err(BuildError::new("equation", message, help));
     }
     Ok(prescribed.with_equations(linear))
+}
+
+/// A support that begins or ends holds a dependent displacement only through all others of its equation, as those of
+/// an element with 20 nodes hold its centre.
+fn check_temporary(prescribed: &Prescribed, linear: &LinearEquations) -> Result<(), BuildError> {
+    let motions: BTreeMap<u32, u32> =
+        prescribed.temporary().iter().map(|support| (support.unknown, support.motion)).collect();
+    for (dependent, terms) in linear.rows() {
+        let Some(motion) = motions.get(dependent) else { continue };
+        if !terms.iter().all(|(i, _)| motions.get(i) == Some(motion) || prescribed.fixed()[*i as usize]) {
+            let message = format!(
+                "an equation determines a displacement of node {}, so a support that begins or ends cannot hold it",
+                dependent / 3
+            );
+            let help = "leave the node out of the set, or hold all other nodes of the equation too";
+            return Err(BuildError::new(format!("dirichlet[{motion}].set"), message, help));
+        }
+    }
+    Ok(())
 }
 
 /// The equations of an `[[equation]]`: the unknowns of each with their factors.

@@ -2,7 +2,7 @@
 //! selects.
 
 use super::select::{nodes_of, select_facets, select_nodes};
-use super::{BuildError, bolts, surfaces, ties};
+use super::{BuildError, bolts, centres, surfaces, ties};
 use crate::file::{self, Case};
 use slipstick_mesh::{self as mesh, Mesh};
 use slipstick_model::words::counted;
@@ -19,6 +19,10 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
 pub(super) fn mesh_with_ties(case: &Case) -> Result<(Mesh, ties::Rows), BuildError> {
     let mut mesh = open_mesh(case)?;
     let ties = ties::close(case, &mut mesh)?;
+    if ties.iter().any(Option::is_some) {
+        let dependent = centres::dependent(case, &mesh)?;
+        mesh.place_centres(&dependent);
+    }
     Ok((mesh, ties))
 }
 
@@ -50,6 +54,7 @@ pub(super) fn open_mesh(case: &Case) -> Result<Mesh, BuildError> {
             surfaces::curve_middles(case, &mut all, body, angle)?;
         }
     }
+    centres::place(case, &mut all);
     select(case, &mut all)?;
     let defects = all.check();
     if let Some(first) = defects.first() {

@@ -1,9 +1,10 @@
 //! Materials of bodies and regions.
 
-use super::{BuildError, Regions};
+use super::{BuildError, Regions, centres};
 use crate::file::{self, Case};
 use slipstick_mesh::Mesh;
-use slipstick_solid::{Section, Sections};
+use slipstick_solid::{Formulation, Section, Sections};
+use std::collections::BTreeSet;
 
 /// Materials and element formulations of the bodies, and of their regions.
 ///
@@ -45,5 +46,32 @@ pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
             all.regions.push((b, inside));
         }
     }
+    integrate_enriched(case, mesh, &mut all)?;
     Ok(all)
+}
+
+/// Integrates hexahedra with free centres of faces fully: eight points do not hold these.
+fn integrate_enriched(case: &Case, mesh: &Mesh, all: &mut Sections) -> Result<(), BuildError> {
+    let reduced = |body: &file::Body| body.element == Formulation::Reduced && body.rigid.is_none();
+    for b in (0..case.bodies.len()).filter(|&b| reduced(&case.bodies[b])) {
+        let enriched = centres::enriched(case, mesh, b)?;
+        let (own, mut taken) = (all.regions.len(), BTreeSet::new());
+        // where regions overlap, the last one counts
+        for at in (0..own).rev().filter(|&at| all.regions[at].0 == b).collect::<Vec<_>>() {
+            let inside: BTreeSet<u32> = all.regions[at].1.iter().copied().collect();
+            let some: Vec<u32> = enriched.iter().copied().filter(|e| inside.contains(e) && taken.insert(*e)).collect();
+            push_full(all, mesh.bodies.len() + at, b, some);
+        }
+        let rest = enriched.into_iter().filter(|e| !taken.contains(e)).collect();
+        push_full(all, b, b, rest);
+    }
+    Ok(())
+}
+
+/// Adds elements of a body that are as a section, and fully integrated.
+fn push_full(all: &mut Sections, section: usize, body: usize, elements: Vec<u32>) {
+    if !elements.is_empty() {
+        all.list.push(Section { formulation: Formulation::Full, ..all.list[section] });
+        all.regions.push((body, elements));
+    }
 }

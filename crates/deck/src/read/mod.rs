@@ -73,6 +73,11 @@ impl ElementType {
     pub fn is_soft(&self) -> bool {
         self.name.len() > 4 && self.name.starts_with("C3D8")
     }
+
+    /// Whether they are hexahedra of 20 nodes with reduced integration: `C3D20R`.
+    pub fn is_reduced(&self) -> bool {
+        self.name.starts_with("C3D20R")
+    }
 }
 
 /// `*SOLID SECTION`.
@@ -182,7 +187,10 @@ impl Reader<'_> {
         let how = match solid.split_at(solid.find(|c: char| !c.is_ascii_digit()).unwrap_or(solid.len())) {
             ("8", "") => None,
             ("8", _) => Some("8-node hexahedra: full integration, mean dilatation (F̄)"),
-            ("20", _) => Some("27-node hexahedra: nodes are added at the centres of faces and elements"),
+            ("20", rest) if rest.starts_with('R') => {
+                Some("`serendipity` hexahedra with 2 × 2 × 2 points: added nodes at centres follow from the 20")
+            }
+            ("20", _) => Some("`serendipity` hexahedra: added nodes at centres follow from the 20"),
             ("10", rest) if !rest.is_empty() => Some("10-node tetrahedra, fully integrated"),
             ("15", _) => {
                 let cure = "mesh the part with C3D6, C3D8, C3D20 or C3D10";

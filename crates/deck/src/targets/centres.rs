@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::{EquationOfSets, Finder, Joined, OfNode};
+use super::{Finder, OfNode};
 use slipstick_meshio::Centre;
 
 use crate::bodies::find;
@@ -10,70 +10,24 @@ use crate::history::{Track, value_at};
 
 impl Finder<'_> {
     /// Prescribes the motions of centres of which all other nodes of the face or hexahedron are prescribed: those of
-    /// the shape with 20 nodes.
+    /// the shape with 20 nodes. The others are not prescribed: the deck says nothing about them.
     pub(super) fn prescribe_centres(&self, tracks: &mut BTreeMap<OfNode, Track>) {
         let sets = self.deck.transforms.iter().filter_map(|of| find(&self.mesh.node_sets, &of.set));
         let turned: HashSet<u32> = sets.flat_map(|set| &self.mesh.node_sets[set]).copied().collect();
         for centre in self.centres {
             let nodes = || centre.corners.iter().chain(&centre.middles);
-            if nodes().any(|node| turned.contains(node) != turned.contains(&centre.node)) {
-                continue;
-            }
+            let turns = nodes().chain([&centre.node]).any(|node| turned.contains(node));
             for component in 0..3 {
+                tracks.remove(&(centre.node, component));
                 let all: Option<Vec<(&Track, f64)>> =
                     weights(centre).map(|(node, weight)| Some((tracks.get(&(node, component))?, weight))).collect();
-                let together = |all: &Vec<(&Track, f64)>| {
-                    all.iter().all(|(of, _)| (of.first, of.ended) == (all[0].0.first, all[0].0.ended))
-                };
-                if let Some(track) = all.filter(together).map(|all| between(&all)) {
+                // a support that begins or ends holds the others, which the centre follows
+                let always = |all: &Vec<(&Track, f64)>| all.iter().all(|(track, _)| !track.is_temporary());
+                if let Some(track) = all.filter(|all| !turns && always(all)).map(|all| between(&all)) {
                     tracks.insert((centre.node, component), track);
                 }
             }
         }
-    }
-
-    /// Where equations or forces of the deck name all other nodes of a face, its centre moves as on the shape with 20
-    /// nodes: as the deck says, neither the equations nor the forces have it. Faces in contact keep a free centre.
-    pub(super) fn keep_shape(&mut self, equations: &mut Vec<EquationOfSets>, forces: &BTreeMap<OfNode, Track>) {
-        let deck = self.deck;
-        let mut named: BTreeMap<u32, usize> = forces.iter().map(|((node, _), track)| (*node, track.line)).collect();
-        for equation in &deck.equations {
-            for term in &equation.terms {
-                let nodes = self.own_nodes(&term.target, "EQUATION", equation.lines);
-                named.extend(nodes.into_iter().map(|node| (node, equation.lines[0])));
-            }
-        }
-        let touching = self.contact_nodes();
-        for centre in self.centres.iter().filter(|centre| centre.corners.len() == 4) {
-            let lines: Option<Vec<usize>> = weights(centre).map(|(node, _)| named.get(&node).copied()).collect();
-            let Some(&line) = lines.as_ref().and_then(|lines| lines.iter().max()) else { continue };
-            if touching.contains(&centre.node) {
-                continue;
-            }
-            for component in 0..3 {
-                let nodes = weights(centre).chain([(centre.node, -1.0)]);
-                let term = |(node, factor): (u32, f64)| {
-                    let (set, body) = self.joined_node(node);
-                    Joined { set, body, component, factor }
-                };
-                let terms = nodes.map(term).collect();
-                equations.push((terms, line));
-            }
-        }
-    }
-
-    /// The nodes of the elements at surfaces in contact, as far as they lie on these.
-    fn contact_nodes(&self) -> HashSet<u32> {
-        let pairs = self.deck.pairs.iter().flat_map(|pair| [&pair.slave, &pair.master]);
-        let names = pairs.chain(self.deck.ties.iter().flat_map(|tie| [&tie.slave, &tie.master]));
-        let sets = names.filter_map(|name| find(&self.mesh.face_sets, name));
-        let faces: HashSet<(u32, u8)> =
-            sets.flat_map(|set| &self.mesh.face_sets[set]).map(|face| (face.cell, face.side)).collect();
-        let nodes = |(cell, side): (u32, u8)| {
-            // the centres of faces come first among the last seven nodes, in the order of the faces
-            self.mesh.cells.nodes(cell as usize).get(20 + usize::from(side)).copied()
-        };
-        faces.into_iter().filter_map(nodes).collect()
     }
 }
 

@@ -35,6 +35,11 @@ impl Writer<'_> {
         let plastic = deck.materials.get(&section.material).is_some_and(|material| material.plastic.is_some());
         if body.hexahedra && (soft || plastic) {
             self.line("element = \"f_bar\"");
+        } else if body.reduced {
+            self.line("element = \"reduced\"");
+        }
+        if body.serendipity {
+            self.line("shape_functions = \"serendipity\"");
         }
         for &(other, _) in &body.sections[1..] {
             let section = &deck.sections[other];

@@ -99,27 +99,34 @@ fn temperatures_are_linear_between_nodes() {
     assert_eq!(sizes, [9, 9, 9], "{heated:?}");
 }
 
-/// A face of which equations name all nodes keeps the shape of 20 nodes: its centre is −1/4 of the corners and 1/2 of
-/// the nodes between them.
+/// The body has the shape functions of 20 nodes, with eight points for `C3D20R`, and no equations of its own for the
+/// centres, whatever equations and forces name.
 #[test]
-fn the_centre_of_joined_nodes_follows_them() {
+fn hexahedra_of_20_nodes_are_serendipity_elements() {
     let pairs: String = (6..=8).chain(13..=16).map(|node: u32| format!("2\n{node}, 3, 1, 5, 3, -1\n")).collect();
     let deck = cube(&format!("*EQUATION\n{pairs}*STEP\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*CLOAD\n5, 3, -2\n*END STEP\n"));
     let all = tables(&deck);
-    let equations: Vec<&String> = all.iter().filter(|table| table.contains("[[equation]]")).collect();
-    assert_eq!(equations.len(), 7 + 3, "{equations:?}");
-    for (table, component) in equations[7..].iter().zip(["x", "y", "z"]) {
-        assert_eq!(table.matches(&format!("component = \"{component}\"")).count(), 9, "{table}");
-        assert_eq!(table.matches("factor = -0.25").count(), 4, "{table}");
-        assert_eq!(table.matches("factor = 0.5").count(), 4, "{table}");
-        assert_eq!(table.matches("factor = -1.0").count(), 1, "{table}");
-    }
-    // unless it touches another body
-    let held = deck.replace(
-        "*EQUATION",
-        "*SURFACE, NAME=LID\nCUBE, S2\n*SURFACE, NAME=FLOOR\nCUBE, S1\n*TIE, NAME=T\nLID, FLOOR\n*EQUATION",
+    assert_eq!(all.iter().filter(|table| table.contains("[[equation]]")).count(), 7);
+    let body = |all: &[String]| all.iter().find(|table| table.contains("[[body]]")).expect("a body").clone();
+    assert!(body(&all).contains("shape_functions = \"serendipity\"") && !body(&all).contains("element ="), "{all:?}");
+    let reduced = body(&tables(&deck.replace("TYPE=C3D20", "TYPE=C3D20R")));
+    assert!(reduced.contains("element = \"reduced\"") && reduced.contains("serendipity"), "{reduced}");
+}
+
+/// A centre that belongs to a prescribed set is not prescribed where one of its other nodes is not: here node 5 is not
+/// in the set, but in ALL, of which x is prescribed.
+#[test]
+fn a_centre_moves_with_its_nodes() {
+    let deck = cube(
+        "*NSET, NSET=REST\n6,7,8,13,14,15,16\n*STEP\n*STATIC\n*BOUNDARY\nBASE, 1, 3\nALL, 1, 1\nREST, 3, 3, -0.1\n\
+         *END STEP\n",
     );
-    assert_eq!(tables(&held).iter().filter(|table| table.contains("[[equation]]")).count(), 7);
+    let held: Vec<String> = tables(&deck).into_iter().filter(|table| table.contains("[[dirichlet]]")).collect();
+    let moving = held.iter().find(|table| table.contains("-0.1")).expect("a motion");
+    let set = moving.split("\"CUBE_").nth(1).and_then(|rest| rest.split('"').next()).expect("a set");
+    let mut found = numbers(&deck, set);
+    found.sort_unstable();
+    assert_eq!(found, [6, 7, 8, 13, 14, 15, 16]);
 }
 
 /// Linear contact of second-order slaves has dual shapes.

@@ -275,6 +275,39 @@ fn gradient_of_quadratic_elements() {
     }
 }
 
+/// Hexahedra of 20 nodes on both sides, with curved inner edges: their centres follow, but those of slave faces with
+/// multipliers.
+#[test]
+fn gradient_of_hexahedra_of_20_nodes() {
+    let shape = |min: [f64; 3], max: [f64; 3], elements: [usize; 3]| BoxShape { min, max, elements, grading: [1.0; 3] };
+    let bent = |of: &[[f64; 3]]| -> [f64; 3] {
+        let size = if of.iter().all(|x| x[1] == 1.0) { 0.005 } else { 0.02 };
+        std::array::from_fn(|c| {
+            let mean = of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64;
+            mean + size * (7.0 * mean + 5.0 * c as f64).sin()
+        })
+    };
+    let quadratic = |name: &str, shape: &BoxShape| box_mesh(name, shape).unwrap().second_order(bent).unwrap();
+    let slab = quadratic("slab", &shape([0.0; 3], [2.0, 1.0, 1.0], [2, 1, 1]));
+    let block = quadratic("block", &shape([0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3]));
+    let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".to_string();
+    for (m, (method, enforcement)) in methods().into_iter().enumerate() {
+        let shape = ["standard", "dual"][m % 2];
+        let scene = Scene { friction: 0.3, enforcement, shape, motion: motion.clone(), steps: 4, ..Scene::default() };
+        let mut text = scene.text();
+        for name in ["slab", "block"] {
+            let start = text.find("box = ").unwrap();
+            let end = start + text[start..].find('\n').unwrap();
+            text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
+        }
+        let keys = ["", "element = \"reduced\"\n", "element = \"f_bar\"\n"][m % 3];
+        text = text.replace("\nmaterial", &format!("\nshape_functions = \"serendipity\"\n{keys}material"));
+        let mut problem = problem_with(&text, &[("slab", slab.clone()), ("block", block.clone())]);
+        let checked = check(&format!("{method} {shape} {keys}"), &mut problem, 7);
+        assert!(checked.statuses.last().unwrap().contains('l'), "{:?}", checked.statuses);
+    }
+}
+
 fn spinning() -> Scene {
     Scene {
         friction: 0.2,

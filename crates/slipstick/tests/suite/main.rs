@@ -46,6 +46,7 @@ mod run;
 mod scenarios;
 mod schwarz;
 mod sections;
+mod serendipity;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]
 mod solved;

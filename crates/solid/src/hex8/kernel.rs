@@ -184,7 +184,7 @@ impl<L: Stress> WithSimd for Force<'_, L> {
             return once(simd, Product { law, formulation, scratch, at, factor, d: &REST, direction: d });
         }
         match formulation {
-            Formulation::Full => full::internal_force(simd, scratch, &law, at, factor, d),
+            Formulation::Full | Formulation::Reduced => full::internal_force(simd, scratch, &law, at, factor, d),
             Formulation::FBar => f_bar::internal_force(simd, scratch, &law, at, factor, d),
         }
     }
@@ -208,7 +208,9 @@ impl<L: Stress> WithSimd for Product<'_, L> {
         let Self { law, formulation, scratch, at, factor, d, direction } = self;
         let d = if law.small_strains() { &REST } else { d };
         match formulation {
-            Formulation::Full => full::tangent_product(simd, scratch, &law, at, factor, d, direction),
+            Formulation::Full | Formulation::Reduced => {
+                full::tangent_product(simd, scratch, &law, at, factor, d, direction)
+            }
             Formulation::FBar => f_bar::tangent_product(simd, scratch, &law, at, factor, d, direction),
         }
     }
@@ -231,7 +233,7 @@ impl<L: Stress> WithSimd for Tangent<'_, L> {
         let Self { law, formulation, scratch, at, factor, d } = self;
         let d = if law.small_strains() { &REST } else { d };
         match formulation {
-            Formulation::Full => full::tangent(simd, scratch, &law, at, factor, d),
+            Formulation::Full | Formulation::Reduced => full::tangent(simd, scratch, &law, at, factor, d),
             Formulation::FBar => f_bar::tangent(simd, scratch, &law, at, factor, d),
         }
     }

@@ -135,7 +135,7 @@ fn finite_strain_energy(section: &Section, at: &ReferenceGeometry, d: &[[f64; 3]
     let volume: f64 = at.weights.iter().zip(&deformation.determinant).map(|(w, j)| w * j).sum();
     let energies = (0..POINTS).map(|p| {
         let ratio = match section.formulation {
-            Formulation::Full => 1.0,
+            Formulation::Full | Formulation::Reduced => 1.0,
             Formulation::FBar => (volume / at.volume() / deformation.determinant[p]).cbrt(),
         };
         at.weights[p] * section.material.energy(&deformation.gradient.map(|row| row.map(|f| ratio * f[p])))

@@ -13,10 +13,11 @@ use slipstick_mesh::{Element, Mesh};
 use std::sync::Arc;
 
 /// Number of integration points of an element.
-pub(crate) fn integration_points(element: &Element) -> usize {
+pub(crate) fn integration_points(element: &Element, formulation: Formulation) -> usize {
     match element {
         Element::Tet4(_) => 1,
         Element::Wedge6(_) | Element::Hex8(_) | Element::Tet10(_) => 8,
+        Element::Hex27(_) if formulation == Formulation::Reduced => 8,
         Element::Hex27(_) => 27,
     }
 }
@@ -28,11 +29,13 @@ pub(crate) fn history(mesh: &Mesh, sections: &[Section], section_of: &[u32]) -> 
 
 /// The first point of each element among those of all elements with memory, and the number of points.
 fn first_points(mesh: &Mesh, sections: &[Section], section_of: &[u32]) -> (Vec<usize>, usize) {
-    let has_memory = |e: usize| sections[section_of[e] as usize].material.kind().has_memory();
+    let section = |e: usize| &sections[section_of[e] as usize];
     let mut points = 0;
     let of = |(e, element): (usize, &Element)| {
         let first = points;
-        points += if has_memory(e) { integration_points(element) } else { 0 };
+        if section(e).material.kind().has_memory() {
+            points += integration_points(element, section(e).formulation);
+        }
         first
     };
     let firsts = mesh.elements.iter().enumerate().map(of).collect();
@@ -52,7 +55,9 @@ pub(crate) fn block(build: Build<'_>) -> Option<Arc<dyn ElementBlock>> {
     let mut pairs = vec![0];
     for &number in &clusters.order {
         let (e, section) = (number as usize, section_of[number as usize]);
-        let Some((nodes, gradients, weights, average)) = reference(mesh, number) else {
+        let Some((nodes, gradients, weights, average)) =
+            reference(mesh, number, sections[section as usize].formulation)
+        else {
             flat.push(number);
             continue;
         };
@@ -74,7 +79,7 @@ pub(crate) fn block(build: Build<'_>) -> Option<Arc<dyn ElementBlock>> {
 pub(crate) type Reference = (Vec<u32>, Vec<Vec<[f64; 3]>>, Vec<f64>, Vec<Vec<f64>>);
 
 /// `None` if the Jacobian is not positive at a point.
-fn reference(mesh: &Mesh, number: u32) -> Option<Reference> {
+fn reference(mesh: &Mesh, number: u32, formulation: Formulation) -> Option<Reference> {
     let element = &mesh.elements[number as usize];
     if let Some(nodes) = element.as_hex() {
         let geometry = ReferenceGeometry::new(&mesh.coordinates(&nodes))?;
@@ -89,7 +94,7 @@ fn reference(mesh: &Mesh, number: u32) -> Option<Reference> {
         let average = constant(&weights);
         return Some((nodes.to_vec(), vec![batch.shape_gradients(0).to_vec()], weights, average));
     }
-    reference_points(mesh, number)
+    reference_points(mesh, number, formulation)
 }
 
 /// A projects onto constants.

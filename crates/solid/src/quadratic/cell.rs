@@ -66,6 +66,11 @@ pub(super) static HEX27: LazyLock<Table<27, 4, 32>> = LazyLock::new(|| {
     Table::new(&HEX27_POINTS, &points, hex27_shapes)
 });
 
+pub(super) static REDUCED_HEX27: LazyLock<Table<27, 1, 32>> = LazyLock::new(|| {
+    let points = slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 3.0_f64.sqrt()));
+    Table::new(&points.map(|at| (at, 1.0)), &points, hex27_shapes)
+});
+
 /// One element in its reference configuration.
 #[derive(Debug, Clone)]
 #[repr(C, align(32))]

@@ -1,4 +1,4 @@
-//! Second-order elements of any [`Section`]: tet10 with eight integration points, hex27 with 3×3×3.
+//! Second-order elements of any [`Section`]: tet10 with eight integration points, hex27 with 3×3×3, or 2×2×2.
 //!
 //! The integrals are those of `hex8`, for any number of nodes and points: a register holds a few
 //! points of one element, padded to blocks of eight. `kernel.rs` contains the integrals of the
@@ -24,8 +24,9 @@ use crate::heat::Power;
 use crate::inelastic::Reference;
 use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
+use crate::section::Formulation;
 use crate::stress::AveragedPoints;
-use cell::{Cell, HEX27, TET10, Table, gradients_of, plus_identity};
+use cell::{Cell, HEX27, REDUCED_HEX27, TET10, Table, gradients_of, plus_identity};
 use rayon::prelude::*;
 use slipstick_mesh::{Element, Mesh};
 
@@ -41,6 +42,8 @@ pub(crate) struct Group<const N: usize, const B: usize, const P: usize, const M:
 pub(crate) type Tet10 = Group<10, 1, 16, 1>;
 /// 27-node hexahedra.
 pub(crate) type Hex27 = Group<27, 4, 32, 4>;
+/// The same with 2×2×2 integration points.
+pub(crate) type ReducedHex27 = Group<27, 1, 32, 4>;
 
 /// A type of second-order elements.
 pub(crate) trait Kind<const N: usize, const B: usize, const P: usize> {
@@ -65,6 +68,16 @@ impl Kind<27, 4, 32> for Hex27 {
 
     fn nodes(element: &Element) -> Option<[u32; 27]> {
         if let Element::Hex27(nodes) = element { Some(*nodes) } else { None }
+    }
+}
+
+impl Kind<27, 1, 32> for ReducedHex27 {
+    fn table() -> &'static Table<27, 1, 32> {
+        &REDUCED_HEX27
+    }
+
+    fn nodes(element: &Element) -> Option<[u32; 27]> {
+        Hex27::nodes(element)
     }
 }
 
@@ -119,7 +132,7 @@ where
 
 /// The integration points of a second-order element, as elements with memory need them; `None` if a
 /// Jacobian is not positive.
-pub(crate) fn reference_points(mesh: &Mesh, number: u32) -> Option<Reference> {
+pub(crate) fn reference_points(mesh: &Mesh, number: u32, formulation: Formulation) -> Option<Reference> {
     fn points<const N: usize, const B: usize, const P: usize, const M: usize>(
         mesh: &Mesh,
         number: u32,
@@ -140,5 +153,8 @@ pub(crate) fn reference_points(mesh: &Mesh, number: u32) -> Option<Reference> {
         let average = (0..points).map(|q| (0..points).map(|p| share(q, p)).collect()).collect();
         Some((nodes.to_vec(), gradients, weights, average))
     }
-    points::<10, 1, 16, 1>(mesh, number).or_else(|| points::<27, 4, 32, 4>(mesh, number))
+    points::<10, 1, 16, 1>(mesh, number).or_else(|| match formulation {
+        Formulation::Reduced => points::<27, 1, 32, 4>(mesh, number),
+        Formulation::Full | Formulation::FBar => points::<27, 4, 32, 4>(mesh, number),
+    })
 }

@@ -43,7 +43,7 @@ fn force(section: &Section, x: &Vectors, u: &Vectors, v: &Vectors, scaling: Elem
 
 /// All laws in both formulations.
 pub(crate) fn sections() -> impl Iterator<Item = Section> {
-    let formulations = [Formulation::Full, Formulation::FBar];
+    let formulations = [Formulation::Full, Formulation::FBar, Formulation::Reduced];
     let laws = LawKind::ALL.iter().map(|law| law.like(210.0, 0.3).unwrap());
     laws.flat_map(move |material| formulations.map(|formulation| Section::new(material, formulation)))
 }

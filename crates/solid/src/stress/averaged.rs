@@ -25,7 +25,7 @@ impl<const N: usize> AveragedPoints<N> {
         let at = |(h, average): (&Tensor, f64)| -> Tensor {
             let f = plus_identity(h, gamma);
             match section.formulation {
-                Formulation::Full => f,
+                Formulation::Full | Formulation::Reduced => f,
                 Formulation::FBar if small => {
                     let shift = (average - trace(h)) / 3.0;
                     from_fn(|a| from_fn(|b| f[a][b] + f64::from(a == b) * shift))
@@ -61,7 +61,7 @@ impl<const N: usize> AveragedPoints<N> {
         for (s, slope) in at_points.iter_mut().enumerate().filter(|(s, _)| weights[*s] != 0.0) {
             *slope = von_mises_slope(&section.material, &deformation[s]).1.map(|row| row.map(|x| weights[s] * x));
             let by_average = match section.formulation {
-                Formulation::Full => continue,
+                Formulation::Full | Formulation::Reduced => continue,
                 Formulation::FBar if small => {
                     let third = trace(slope) / 3.0;
                     (0..3).for_each(|a| slope[a][a] -= third);

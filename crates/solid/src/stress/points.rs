@@ -28,7 +28,9 @@ impl<const N: usize> Points<N> {
         };
         let small = section.material.small_strains();
         match section.formulation {
-            Formulation::Full => self.h.iter().map(|h| plus_identity(h, if small { 1.0 } else { gamma })).collect(),
+            Formulation::Full | Formulation::Reduced => {
+                self.h.iter().map(|h| plus_identity(h, if small { 1.0 } else { gamma })).collect()
+            }
             Formulation::FBar if small => {
                 let mean = mean(&trace);
                 let moved = |h: &Tensor| {
@@ -64,7 +66,7 @@ impl<const N: usize> Points<N> {
         let slopes: Vec<Tensor> = deformation.iter().zip(weights).map(by_f).collect();
         let volume: f64 = self.weights.iter().sum();
         let slopes: Vec<Tensor> = match section.formulation {
-            Formulation::Full => slopes,
+            Formulation::Full | Formulation::Reduced => slopes,
             Formulation::FBar if small => {
                 let sum: f64 = slopes.iter().map(trace).sum::<f64>() / 3.0;
                 let of = |(slope, weight): (&Tensor, &f64)| -> Tensor {

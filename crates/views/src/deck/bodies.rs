@@ -140,10 +140,14 @@ impl Writer<'_> {
     pub(super) fn bodies(&mut self) -> Result<String, BuildError> {
         let mut text = String::from("*NODE\n");
         let dropped = self.dropped();
-        if !dropped.is_empty() {
-            let message =
-                "hexahedra with 27 nodes are written with 20 (C3D20), which are softer where faces are curved";
-            self.warn("body.order", message, "use tetrahedra (C3D10) or linear elements to compare the same elements");
+        let reduced = self.case.bodies.iter().zip(&self.mesh.bodies).any(|(body, of)| {
+            let quadratic = |e: usize| matches!(self.mesh.elements[e], Element::Hex27(_));
+            body.shape_functions.are_lagrange() && of.elements.clone().any(quadratic)
+        });
+        if reduced {
+            let message = "hexahedra with 27 nodes are written with 20 (C3D20), which are stiffer";
+            let help = "use `shape_functions = \"serendipity\"`, tetrahedra (C3D10) or linear elements to compare the same elements";
+            self.warn("body.order", message, help);
         }
         for (node, x) in (0_u32..).zip(&self.mesh.nodes).filter(|(node, _)| !dropped.contains(node)) {
             let _ = writeln!(text, "{}, {}", node + 1, numbers(x));
@@ -221,9 +225,10 @@ impl Writer<'_> {
             let kind = match (&self.mesh.elements[e], section.formulation) {
                 (Element::Tet4(_), _) => "C3D4",
                 (Element::Wedge6(_), _) => "C3D6",
-                (Element::Hex8(_), Formulation::Full) => "C3D8",
+                (Element::Hex8(_), Formulation::Full | Formulation::Reduced) => "C3D8",
                 (Element::Hex8(_), Formulation::FBar) => "C3D8I",
                 (Element::Tet10(_), _) => "C3D10",
+                (Element::Hex27(_), Formulation::Reduced) => "C3D20R",
                 (Element::Hex27(_), _) => "C3D20",
             };
             of_type.entry(kind).or_default().push(e);

@@ -3,7 +3,9 @@
 use super::super::CaseCode;
 use super::super::document::Table;
 use super::super::names::Names;
-use super::super::resolved::{Body, BodySection, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape};
+use super::super::resolved::{
+    Body, BodySection, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape, ShapeFunctions,
+};
 use super::common::{direction, name};
 use super::mesh_file::{MeshFiles, mesh_file};
 use super::shaping::{OF_BODY, region};
@@ -67,8 +69,9 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     };
     let mass_density = mass_density(&table);
     let thermal_expansion = if rigid.is_none() { table.number("thermal_expansion").optional() } else { None };
-    let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar)];
+    let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar), ("reduced", Formulation::Reduced)];
     let element = table.word("element", &formulations).or(Formulation::Full);
+    let shape_functions = shape_functions(&table, rigid.is_some(), element);
     let order = table
         .integer("order")
         .check(
@@ -95,7 +98,31 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     }
     table.finish();
     let shape = shape.unwrap_or(STAND_IN);
-    Body { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, element, order }
+    Body {
+        name,
+        shape,
+        place,
+        rigid,
+        mass_density,
+        thermal_expansion,
+        material,
+        sections,
+        element,
+        shape_functions,
+        order,
+    }
+}
+
+/// The shape functions of hexahedra of second order.
+fn shape_functions(table: &Table<'_>, rigid: bool, element: Formulation) -> ShapeFunctions {
+    let known = [("lagrange", ShapeFunctions::Lagrange), ("serendipity", ShapeFunctions::Serendipity)];
+    let given = table.word("shape_functions", &known).or(ShapeFunctions::Lagrange);
+    if element == Formulation::Reduced && given.are_lagrange() && !rigid {
+        let message = "eight integration points do not hold all motions of hexahedra of 27 nodes";
+        let help = "add `shape_functions = \"serendipity\"`, or omit `element`";
+        table.reader.error(&table.path_of("element"), CaseCode::OutOfRange, message, help);
+    }
+    given
 }
 
 /// The shape; `None` only if it is unknown which shape is meant, or which surfaces it has.

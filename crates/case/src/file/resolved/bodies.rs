@@ -33,6 +33,9 @@ pub struct Body {
     pub sections: Vec<BodySection>,
     /// How its elements are integrated.
     pub element: Formulation,
+    /// Shape functions of its hexahedra of second order.
+    #[serde(skip_serializing_if = "ShapeFunctions::are_lagrange")]
+    pub shape_functions: ShapeFunctions,
     /// 1: the elements of the shape, linear ones or those of the mesh file; 2: linear ones get
     /// mid-side nodes, so that hexahedra have 27 nodes and tetrahedra 10. The new nodes of curved
     /// shapes lie on the true shape, those of meshes from files midway.
@@ -60,16 +63,30 @@ impl Serialize for Body {
             sections: &'a [BodySection],
             #[serde(skip_serializing_if = "Option::is_none")]
             element: Option<Formulation>,
+            #[serde(skip_serializing_if = "ShapeFunctions::are_lagrange")]
+            shape_functions: ShapeFunctions,
             order: u8,
         }
-        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, element, order } =
-            self;
+        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, .. } = self;
+        let Self { element, shape_functions, order, .. } = self;
         let deforms = rigid.is_none();
         let (material, element) = (deforms.then_some(*material), deforms.then_some(*element));
-        let (place, rigid, order) = (*place, *rigid, *order);
+        let (place, rigid, shape_functions, order) = (*place, *rigid, *shape_functions, *order);
         let (mass_density, thermal_expansion) = (*mass_density, *thermal_expansion);
-        Written { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, element, order }
-            .serialize(serializer)
+        let first = Written {
+            name,
+            shape,
+            place,
+            rigid,
+            mass_density,
+            thermal_expansion,
+            material,
+            sections,
+            element,
+            shape_functions,
+            order,
+        };
+        first.serialize(serializer)
     }
 }
 
@@ -88,6 +105,25 @@ impl Body {
     /// Its materials: its own, and those of its sections.
     pub fn materials(&self) -> impl Iterator<Item = &Material> {
         std::iter::once(&self.material).chain(self.sections.iter().map(|section| &section.material))
+    }
+}
+
+/// Shape functions of hexahedra of second order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeFunctions {
+    /// Those of 27 nodes.
+    #[default]
+    Lagrange,
+    /// Those of 20 nodes. The nodes at the centres of elements and faces follow from the others, in the mesh and
+    /// at each displacement; but the centres of slave faces with multipliers are free.
+    Serendipity,
+}
+
+impl ShapeFunctions {
+    /// Whether they are those of all nodes.
+    pub fn are_lagrange(&self) -> bool {
+        *self == Self::Lagrange
     }
 }
 

@@ -7,9 +7,9 @@
 //!
 //! R at a dependent unknown remains in the residual: −R/c is the force of the equation there.
 
+mod carry_over;
+
 use crate::equations::LoadTime;
-use nalgebra::Vector3;
-use slipstick_linalg::BlockMatrix;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Σ a_i d_i = 0.
@@ -227,47 +227,6 @@ impl LinearEquations {
         self.gather(v);
         self.rows.iter().for_each(|(i, _)| v[*i as usize] = 0.0);
     }
-
-    /// Transforms a matrix ∂R/∂y, in which all d_i are independent. The rows of dependent unknowns remain, and
-    /// their columns become zero.
-    pub fn carry_over(&self, matrix: &mut BlockMatrix) {
-        if self.is_empty() {
-            return;
-        }
-        let pattern = matrix.pattern().clone();
-        for row in 0..pattern.rows() {
-            for (position, &column) in pattern.row_range(row).zip(pattern.row(row)) {
-                for b in 0..3 {
-                    let Some(terms) = self.row(3 * column as usize + b) else { continue };
-                    let block = &mut matrix.values_mut()[position];
-                    let entries = Vector3::new(0, 1, 2).map(|a: usize| std::mem::take(&mut block[3 * a + b]));
-                    if entries == Vector3::zeros() {
-                        continue;
-                    }
-                    for &(i, c) in terms {
-                        let mut added = [0.0; 9];
-                        (0..3).for_each(|a| added[3 * a + i as usize % 3] = c * entries[a]);
-                        matrix.add(row, i as usize / 3, &added);
-                    }
-                }
-            }
-        }
-        for (dependent, terms) in &self.rows {
-            let (row, a) = (*dependent as usize / 3, *dependent as usize % 3);
-            for (position, &column) in pattern.row_range(row).zip(pattern.row(row)) {
-                let block = matrix.values()[position];
-                let entries = [block[3 * a], block[3 * a + 1], block[3 * a + 2]];
-                if entries == [0.0; 3] {
-                    continue;
-                }
-                for &(i, c) in terms {
-                    let mut added = [0.0; 9];
-                    (0..3).for_each(|b| added[3 * (i as usize % 3) + b] = c * entries[b]);
-                    matrix.add(i as usize / 3, column as usize, &added);
-                }
-            }
-        }
-    }
 }
 
 /// Adds a multiple of another row.
@@ -278,7 +237,7 @@ fn add(row: &mut Row, factor: f64, other: &Row) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipstick_linalg::BlockPattern;
+    use slipstick_linalg::{BlockMatrix, BlockPattern};
     use std::sync::Arc;
 
     fn equation(number: usize, terms: &[(u32, f64)]) -> LinearEquation {
@@ -328,8 +287,16 @@ mod tests {
     /// Tᵀ K T by hand: the product with any vector, and the rows of dependent unknowns.
     #[test]
     fn the_tangent_is_carried_over() {
-        let equations = [equation(0, &[(1, 2.0), (5, 1.0), (6, -1.0)]), equation(1, &[(8, 1.0), (0, 0.5)])];
-        let linear = eliminated(&equations, &[5], &[0.0; 9]).unwrap();
+        let each = [equation(0, &[(1, 2.0), (5, 1.0), (6, -1.0)]), equation(1, &[(8, 1.0), (0, 0.5)])];
+        // all components of a node alike
+        let alike = [0, 1, 2].map(|c| equation(c as usize, &[(6 + c, 1.0), (c, 0.25), (3 + c, -0.75)]));
+        is_carried_over(&each);
+        is_carried_over(&alike);
+        is_carried_over(&[&alike[..2], &[equation(2, &[(8, 1.0), (2, 0.3)])]].concat());
+    }
+
+    fn is_carried_over(equations: &[LinearEquation]) {
+        let linear = eliminated(equations, &[5], &[0.0; 9]).unwrap();
         let mut rows = vec![vec![0, 1], vec![0, 1, 2], vec![1, 2]];
         linear.couple(&mut rows);
         let mut matrix = BlockMatrix::new(Arc::new(BlockPattern::from_rows(&rows)));

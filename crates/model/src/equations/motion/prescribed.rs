@@ -262,6 +262,9 @@ impl Prescribed {
     #[must_use]
     pub fn with_equations(mut self, linear: LinearEquations) -> Self {
         linear.rows().iter().for_each(|(i, _)| self.fixed[*i as usize] = true);
+        let fixed = &self.fixed;
+        // dependent displacements follow those that are held
+        self.temporary.retain(|support| !fixed[support.unknown as usize]);
         self.linear = linear;
         self
     }
