@@ -27,7 +27,7 @@ const OCCLUSION: f64 = 0.06;
 
 pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, RenderError> {
     let mut drawing = canvas.drawing();
-    let text = Type { dot: canvas.dot(), colour: Colour::INK };
+    let text = Type { unit: canvas.unit(), colour: Colour::INK };
     let frame = furnish(scene, canvas, text, &mut drawing.inks);
     let shown: Vec<&Layer<'_>> =
         scene.layers.iter().filter(|l| l.style != Style::Hidden && !l.cells.is_empty()).collect();
@@ -53,7 +53,7 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     if scene.shaded {
         drawing.occlusion = OCCLUSION * f64::from(canvas.width.min(canvas.height));
     }
-    let brush = Brush { scene, camera, samples: s, dot: s * text.dot };
+    let brush = Brush { scene, camera, samples: s, unit: s * text.unit };
     for (layer, skin) in shown.iter().zip(&skins) {
         drawing.sheets.push(brush.sheet(layer, skin)?);
     }
@@ -68,7 +68,7 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
 
 /// Draws caption, colour bar and axes; returns the remaining frame for the cells. \[pixels\]
 fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) -> Rectangle {
-    let margin = 7.0 * text.dot;
+    let margin = 7.0 * text.unit;
     let mut frame = Rectangle {
         left: margin,
         top: margin,
@@ -81,7 +81,7 @@ fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) 
         frame.top += text.height() + margin;
     }
     let bar = scene.scale.as_ref().map(|scale| ColourBar::new(scale, text));
-    let axes = if scene.axes { 30.0 * text.dot } else { 0.0 };
+    let axes = if scene.axes { 30.0 * text.unit } else { 0.0 };
     let column = bar.as_ref().map_or(0.0, ColourBar::width).max(axes);
     let inner = Rectangle { left: frame.right - column, ..frame };
     if let Some(bar) = bar {
@@ -110,8 +110,8 @@ fn draw_axes(scene: &Scene<'_>, origin: [f64; 2], text: Type, inks: &mut Vec<Ink
     let at = |direction: Vector, length: f64| [origin[0] + length * direction[0], origin[1] - length * direction[1]];
     for (name, direction) in axes {
         let long = direction[0].hypot(direction[1]);
-        inks.push(Ink::stroke(origin, at(direction, 11.0 * text.dot), 0.8 * text.dot, text.colour));
-        text.write(name, at(direction, (11.0 + 5.0 / long) * text.dot), Align::Centre, inks);
+        inks.push(Ink::stroke(origin, at(direction, 11.0 * text.unit), 0.8 * text.unit, text.colour));
+        text.write(name, at(direction, (11.0 + 5.0 / long) * text.unit), Align::Centre, inks);
     }
 }
 
@@ -125,8 +125,8 @@ struct Brush<'a> {
     camera: Camera,
     /// Samples per pixel and direction.
     samples: f64,
-    /// Size of a dot of the font. \[samples\]
-    dot: f64,
+    /// Size of a unit of the font. \[samples\]
+    unit: f64,
 }
 
 impl Brush<'_> {
@@ -156,7 +156,7 @@ impl Brush<'_> {
         Ok(Sheet {
             palette,
             opacity: opacity as f32,
-            edge_radius: 0.25 * self.dot,
+            edge_radius: 0.25 * self.unit,
             faces: faces.collect(),
             lines: lines.collect(),
         })
@@ -207,7 +207,7 @@ impl Brush<'_> {
         Line {
             from: self.camera.project(from),
             to: self.camera.project(to),
-            radius: 0.5 * width * self.dot,
+            radius: 0.5 * width * self.unit,
             light: colour.linear(),
         }
     }

@@ -29,7 +29,8 @@ fn number(value: f64, step: f64, largest: f64) -> String {
             "0".into()
         } else {
             let scale = 10f64.powf(power);
-            format!("{:.*}e{power}", digits(step / scale), value / scale)
+            let power: String = format!("{power}").chars().map(raised).collect();
+            format!("{:.*}·10{power}", digits(step / scale), value / scale)
         }
     } else {
         format!("{:.*}", digits(step), value)
@@ -38,6 +39,19 @@ fn number(value: f64, step: f64, largest: f64) -> String {
     let text =
         if text.starts_with('-') && text.chars().all(|c| "-0.".contains(c)) { text[1..].to_owned() } else { text };
     text.replace('-', "−")
+}
+
+/// A digit or sign as an exponent.
+fn raised(character: char) -> char {
+    match character {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' => '⁰',
+        '4'..='9' => char::from_u32(u32::from(character) + 0x2040).unwrap_or(character),
+        other => other,
+    }
 }
 
 /// A colour bar, laid out for a panel of a given height.
@@ -54,35 +68,35 @@ impl<'a> ColourBar<'a> {
     }
 
     fn bar_width(&self) -> f64 {
-        8.0 * self.text.dot
+        8.0 * self.text.unit
     }
 
     /// Total width of the bar. \[pixels\]
     pub fn width(&self) -> f64 {
         let numbers = self.ticks.iter().map(|(_, t)| self.text.width(t)).fold(0.0, f64::max);
-        self.text.width(self.scale.title()).max(self.bar_width() + 4.0 * self.text.dot + numbers)
+        self.text.width(self.scale.title()).max(self.bar_width() + 4.0 * self.text.unit + numbers)
     }
 
     /// Draws the bar into the frame: title above, numbers to the right.
     pub fn draw(&self, frame: Rectangle, inks: &mut Vec<Ink>) {
-        let dot = self.text.dot;
+        let unit = self.text.unit;
         self.text.write(self.scale.title(), [frame.left, frame.top + 0.5 * self.text.height()], Align::Left, inks);
         let at = Rectangle {
             left: frame.left,
-            top: frame.top + self.text.height() + 7.0 * dot,
+            top: frame.top + self.text.height() + 7.0 * unit,
             right: frame.left + self.bar_width(),
             bottom: frame.bottom,
         };
         let [low, high] = self.scale.range();
-        let line = 0.5 * dot;
+        let line = 0.5 * unit;
         let border =
             Rectangle { left: at.left - line, top: at.top - line, right: at.right + line, bottom: at.bottom + line };
         inks.push(Ink::Area { at: border, light: Colour::INK.linear() });
         inks.push(Ink::Gradient { at, palette: Palette::scale(self.scale), range: [low, high] });
         for (value, text) in &self.ticks {
             let y = at.bottom - (value - low) / (high - low) * at.height();
-            inks.push(Ink::stroke([at.right, y], [at.right + 2.0 * dot, y], line, Colour::INK));
-            self.text.write(text, [at.right + 4.0 * dot, y], Align::Left, inks);
+            inks.push(Ink::stroke([at.right, y], [at.right + 2.0 * unit, y], line, Colour::INK));
+            self.text.write(text, [at.right + 4.0 * unit, y], Align::Left, inks);
         }
     }
 }

@@ -19,6 +19,7 @@
 mod chart;
 mod colour;
 mod compose;
+mod coverage;
 mod curve;
 mod error;
 mod follow;

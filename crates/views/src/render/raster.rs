@@ -170,7 +170,11 @@ impl Drawing {
         for &i in &content.inks {
             self.print(&self.inks[i as usize], &window, &mut picture);
         }
-        self.resolve(window.rows / self.samples, &picture)
+        let mut pixels = self.resolve(window.rows / self.samples, &picture);
+        for &i in &content.inks {
+            self.inks[i as usize].blend(&mut pixels, self.width, number * BAND);
+        }
+        pixels
     }
 
     fn draw(&self, sheet: &Sheet, part: &Part, window: &Window, layer: &mut Layer) {
