@@ -241,8 +241,17 @@ impl Run {
                 (None, None) => Shown::Newest,
             };
             let canvas = Canvas { width: size.0, height: size.1, ..Canvas::default() };
-            let request =
-                PictureRequest { field, shown, view, displacement_factor: deformed, threshold, smooth, bodies, canvas };
+            let request = PictureRequest {
+                field,
+                shown,
+                view,
+                displacement_factor: deformed,
+                threshold,
+                smooth,
+                bodies,
+                marks: true,
+                canvas,
+            };
             let drawn = picture(&self.directory, &self.resolved.case, &self.mesh, &request).map_err(Failure::from)?;
             drawn.picture.save_png(&file).map_err(|error| match error {
                 RenderError::Output(error) => Failure::from(error),

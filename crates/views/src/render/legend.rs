@@ -13,7 +13,7 @@ pub(super) fn ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
 }
 
 /// The largest of 1, 2, 5 times a power of ten that does not exceed 1.5 times the given step.
-fn round_step(step: f64) -> f64 {
+pub(super) fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
     let multiple = [1.0, 2.0, 5.0, 10.0].into_iter().rfind(|m| m * power <= 1.5 * step).unwrap_or(1.0);
     multiple * power
@@ -21,7 +21,7 @@ fn round_step(step: f64) -> f64 {
 
 /// A number with as many digits as its step requires, in scientific notation if it is very large or
 /// small.
-fn number(value: f64, step: f64, largest: f64) -> String {
+pub(super) fn number(value: f64, step: f64, largest: f64) -> String {
     let digits = |unit: f64| (-(unit.log10() + 1e-9).floor()).max(0.0) as usize;
     let text = if !(1e-3..1e5).contains(&largest) {
         let power = largest.log10().floor();
@@ -74,16 +74,29 @@ impl<'a> ColourBar<'a> {
     /// Total width of the bar. \[pixels\]
     pub fn width(&self) -> f64 {
         let numbers = self.ticks.iter().map(|(_, t)| self.text.width(t)).fold(0.0, f64::max);
-        self.text.width(self.scale.title()).max(self.bar_width() + 4.0 * self.text.unit + numbers)
+        let [name, unit] = self.title();
+        self.text.width(name).max(self.text.width(unit)).max(self.bar_width() + 4.0 * self.text.unit + numbers)
     }
 
-    /// Draws the bar into the frame: title above, numbers to the right.
+    /// The title's name and unit, which is in brackets.
+    fn title(&self) -> [&str; 2] {
+        let title = self.scale.title();
+        let apart = title.split_once(" [").and_then(|(name, unit)| Some([name, unit.strip_suffix(']')?]));
+        apart.unwrap_or([title, ""])
+    }
+
+    /// Draws the bar into the frame: title above, with the unit in its second line, numbers to the right.
     pub fn draw(&self, frame: Rectangle, inks: &mut Vec<Ink>) {
         let unit = self.text.unit;
-        self.text.write(self.scale.title(), [frame.left, frame.top + 0.5 * self.text.height()], Align::Left, inks);
+        let [name, of] = self.title();
+        let line = 12.0 * unit;
+        let below = if of.is_empty() { 0.0 } else { line };
+        for (text, y) in [(name, 0.0), (of, below)] {
+            self.text.write(text, [frame.left, frame.top + 0.5 * self.text.height() + y], Align::Left, inks);
+        }
         let at = Rectangle {
             left: frame.left,
-            top: frame.top + self.text.height() + 7.0 * unit,
+            top: frame.top + below + self.text.height() + 7.0 * unit,
             right: frame.left + self.bar_width(),
             bottom: frame.bottom,
         };
