@@ -219,7 +219,7 @@ impl Run {
     }
 
     /// Draws a result as a PNG file; returns the name of the field.
-    #[pyo3(signature = (file, field, step, iteration, view, deformed, threshold, smooth, bodies, size))]
+    #[pyo3(signature = (file, field, step, iteration, view, deformed, threshold, smooth, bodies, plain, size))]
     fn render(
         &self,
         py: Python<'_>,
@@ -232,6 +232,7 @@ impl Run {
         threshold: Option<f64>,
         smooth: bool,
         bodies: Option<Vec<String>>,
+        plain: bool,
         size: (u32, u32),
     ) -> PyResult<String> {
         detached(py, || {
@@ -249,7 +250,7 @@ impl Run {
                 threshold,
                 smooth,
                 bodies,
-                marks: true,
+                marks: !plain,
                 canvas,
             };
             let drawn = picture(&self.directory, &self.resolved.case, &self.mesh, &request).map_err(Failure::from)?;

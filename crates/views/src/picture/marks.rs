@@ -201,7 +201,8 @@ impl Drawn<'_> {
         load_case.map_or(label.clone(), |name| format!("{label} ({name})"))
     }
 
-    /// Cones from where the body cannot move to.
+    /// Cones from where the body cannot move to. A body whose opposite faces are held in one direction, as in plane
+    /// strain, would be full of them: it has none for this direction.
     fn supports(&self, one: &Dirichlet, spots: &[Spot]) -> Vec<Mark> {
         let normal = |spot: &Spot| unit(spot.area);
         if one.components.len() == 3 {
@@ -210,6 +211,13 @@ impl Drawn<'_> {
         }
         let of = |component: usize| {
             let facing: Vec<Spot> = spots.iter().filter(|spot| normal(spot)[component].abs() > 0.5).copied().collect();
+            let (net, all) = facing
+                .iter()
+                .map(|spot| spot.area[component])
+                .fold((0.0, 0.0), |(net, all), area| (net + area, all + area.abs()));
+            if all > 0.0 && f64::abs(net) < 0.5 * all {
+                return Vec::new();
+            }
             let all = if facing.is_empty() { spots } else { &facing };
             let support = move |spot: &Spot| {
                 let mut outward = [0.0; 3];
@@ -347,7 +355,11 @@ mod tests {
             assert!(matches!(mark, Mark::Support { at, outward } if at[1] == 0.0 && outward[1] == -1.0), "{mark:?}");
         }
         let rolling = marks_of("[[dirichlet]]\nset = 'cube_xmax'\ncomponents = ['x']\n");
-        assert!(rolling.iter().any(|mark| matches!(mark, Mark::Support { outward: [1.0, 0.0, 0.0], .. })));
+        let to = |mark: &Mark, c: usize| matches!(mark, Mark::Support { outward, .. } if outward[c].abs() == 1.0);
+        assert!(rolling.iter().any(|mark| to(mark, 0)));
+        // plane strain
+        let flat = marks_of("[[set]]\nname = 'all'\nbody = 'cube'\n[[dirichlet]]\nset = 'all'\ncomponents = ['z']\n");
+        assert!(!flat.iter().any(|mark| to(mark, 2)), "{flat:?}");
     }
 
     /// An arrow that pushes ends at the face, one that pulls begins there, one along it is beside it.
