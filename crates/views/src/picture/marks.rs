@@ -211,11 +211,7 @@ impl Drawn<'_> {
         }
         let of = |component: usize| {
             let facing: Vec<Spot> = spots.iter().filter(|spot| normal(spot)[component].abs() > 0.5).copied().collect();
-            let (net, all) = facing
-                .iter()
-                .map(|spot| spot.area[component])
-                .fold((0.0, 0.0), |(net, all), area| (net + area, all + area.abs()));
-            if all > 0.0 && f64::abs(net) < 0.5 * all {
+            if self.held_on_both_sides(component, spots) {
                 return Vec::new();
             }
             let all = if facing.is_empty() { spots } else { &facing };
@@ -227,6 +223,21 @@ impl Drawn<'_> {
             thinned(all, APART * self.size).iter().map(support).collect::<Vec<Mark>>()
         };
         one.components.iter().flat_map(|component| of(component.index())).collect()
+    }
+
+    /// Whether supports in this direction alone, or these spots, are on faces that look both ways.
+    fn held_on_both_sides(&self, component: usize, spots: &[Spot]) -> bool {
+        let alone = self.case.dirichlet.iter().filter(|one| {
+            let only = one.components.iter().map(|known| known.index()).eq([component]);
+            only && one.motion.is_empty() && one.rotations.is_empty()
+        });
+        let all: Vec<Spot> = alone.flat_map(|one| self.shape.spots(self.case, &one.set)).collect();
+        let balanced = |spots: &[Spot]| {
+            let areas = spots.iter().map(|spot| spot.area[component]);
+            let (net, all) = areas.fold((0.0, 0.0), |(net, all): (f64, f64), area| (net + area, all + area.abs()));
+            all > 0.0 && net.abs() < 0.5 * all
+        };
+        balanced(spots) || balanced(&all)
     }
 
     /// An arrow outside of the body: towards its surface if it pushes, away from it if it pulls, along it otherwise;
@@ -360,6 +371,10 @@ mod tests {
         // plane strain
         let flat = marks_of("[[set]]\nname = 'all'\nbody = 'cube'\n[[dirichlet]]\nset = 'all'\ncomponents = ['z']\n");
         assert!(!flat.iter().any(|mark| to(mark, 2)), "{flat:?}");
+        let side = |set: &str| format!("[[dirichlet]]\nset = '{set}'\ncomponents = ['z']\n");
+        let both = marks_of(&(side("cube_zmin") + &side("cube_zmax")));
+        assert!(!both.iter().any(|mark| to(mark, 2)), "{both:?}");
+        assert!(marks_of(&side("cube_zmin")).iter().any(|mark| to(mark, 2)));
     }
 
     /// An arrow that pushes ends at the face, one that pulls begins there, one along it is beside it.
