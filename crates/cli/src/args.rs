@@ -318,11 +318,11 @@ pub struct Render {
     #[arg(value_name = "RESULTS", required = true, value_hint = ValueHint::AnyPath)]
     pub results: Vec<PathBuf>,
     /// Plot objectives and volume fractions over the iterations, all runs in one chart
-    #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
+    #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies", "plain"])]
     pub history: bool,
     /// Plot column Y of quantities.csv against column X, such as a reaction against a displacement,
     /// all runs in one chart; for an unknown name, the available ones are listed
-    #[arg(long, num_args = 2, value_names = ["X", "Y"], conflicts_with_all = ["history", "field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], conflicts_with_all = ["history", "field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies", "plain"])]
     pub curve: Vec<String>,
     /// Only these runs, by name, in this order (with --history)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "history")]
@@ -366,6 +366,10 @@ pub struct Render {
     /// and those that are not designed as glass if the field is one of the design]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub bodies: Vec<String>,
+    /// Leave out the supports, motions, loads and planes of symmetry of the case, the undeformed shape and
+    /// the scale bar
+    #[arg(long)]
+    pub plain: bool,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),

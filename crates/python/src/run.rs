@@ -219,7 +219,7 @@ impl Run {
     }
 
     /// Draws a result as a PNG file; returns the name of the field.
-    #[pyo3(signature = (file, field, step, iteration, view, deformed, threshold, smooth, bodies, size))]
+    #[pyo3(signature = (file, field, step, iteration, view, deformed, threshold, smooth, bodies, plain, size))]
     fn render(
         &self,
         py: Python<'_>,
@@ -232,6 +232,7 @@ impl Run {
         threshold: Option<f64>,
         smooth: bool,
         bodies: Option<Vec<String>>,
+        plain: bool,
         size: (u32, u32),
     ) -> PyResult<String> {
         detached(py, || {
@@ -241,8 +242,17 @@ impl Run {
                 (None, None) => Shown::Newest,
             };
             let canvas = Canvas { width: size.0, height: size.1, ..Canvas::default() };
-            let request =
-                PictureRequest { field, shown, view, displacement_factor: deformed, threshold, smooth, bodies, canvas };
+            let request = PictureRequest {
+                field,
+                shown,
+                view,
+                displacement_factor: deformed,
+                threshold,
+                smooth,
+                bodies,
+                marks: !plain,
+                canvas,
+            };
             let drawn = picture(&self.directory, &self.resolved.case, &self.mesh, &request).map_err(Failure::from)?;
             drawn.picture.save_png(&file).map_err(|error| match error {
                 RenderError::Output(error) => Failure::from(error),

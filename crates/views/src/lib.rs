@@ -1,8 +1,9 @@
 //! Views of results: [`render`] draws pictures, [`picture`] draws those of a run, [`report`] makes
-//! web pages of runs, [`export`] makes surfaces of designs, [`deck`] writes cases as decks for CalculiX and
+//! web pages of runs, [`charts`] names the axes of charts, [`export`] makes surfaces of designs, [`deck`] writes cases as decks for CalculiX and
 //! compares its results, and [`part`] prepares such a surface to be
 //! meshed and analysed as a part.
 
+pub mod charts;
 mod closest;
 mod crossings;
 pub mod deck;

@@ -1,23 +1,28 @@
 //! A picture of a run's results.
 
 mod grey;
+mod marks;
+mod source;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use slipstick_mesh::{Mesh, facet_area_vector};
-use slipstick_model::words::list;
 
 use self::grey::{THRESHOLD, has_surface, is_grey};
+pub(crate) use self::marks::named;
+use self::marks::{Shape, marks};
+use self::source::{Source, sources};
+use crate::charts::sentence;
 use crate::export::{ExportError, ExportOptions, design_surface};
 use crate::render::{
-    Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
-    surface_picture,
+    Canvas, ColourMap, Field, FieldValues, Mark, Picture, RenderError, RenderOptions, Style, View, design_picture,
+    state_picture, surface_picture,
 };
 use slipstick_case::file::Case;
+use slipstick_results::output::StoredField;
 use slipstick_results::output::fields::field_dimension;
-use slipstick_results::output::{StoredField, read_fields};
-use slipstick_results::run::{RunDirectory, RunError, read_density};
+use slipstick_results::run::{RunDirectory, RunError};
 
 /// Which result is shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -54,6 +59,8 @@ pub struct PictureRequest {
     /// The bodies to show; `None` for those with the field, and the others as glass, except around
     /// contact surfaces, which they would hide.
     pub bodies: Option<Vec<String>>,
+    /// Whether supports, motions, loads, planes of symmetry, the undeformed shape and a scale bar are drawn.
+    pub marks: bool,
     /// Size and smoothness.
     pub canvas: Canvas,
 }
@@ -70,6 +77,7 @@ impl Default for PictureRequest {
             threshold: None,
             smooth: false,
             bodies: None,
+            marks: true,
             canvas: Canvas::default(),
         }
     }
@@ -146,37 +154,6 @@ impl PictureError {
             Self::NoFailure { .. } => "omit --failure: no load step of this run has finally failed".into(),
             Self::NoDisplacement { .. } => "omit --deformed, or analyse the design with `slipstick solve`".into(),
         }
-    }
-}
-
-/// A result that can be drawn.
-struct Source {
-    /// Where it comes from.
-    place: PathBuf,
-    /// Its description, for the caption.
-    what: String,
-    fields: Vec<StoredField>,
-}
-
-impl Source {
-    fn numbered(run: &RunDirectory, stem: &str, number: usize, what: String) -> Result<Self, PictureError> {
-        Self::file(run.file(&RunDirectory::numbered(stem, number)), what)
-    }
-
-    fn file(place: PathBuf, what: String) -> Result<Self, PictureError> {
-        let fields = read_fields(&place).map_err(RunError::from)?;
-        Ok(Self { place, what, fields })
-    }
-
-    fn values(&self, name: &str) -> Option<&[f64]> {
-        self.fields.iter().find(|field| field.name == name).map(|field| &field.values[..])
-    }
-
-    /// The field of this name, or the only one with this word in its name.
-    fn find(&self, name: &str) -> Option<&StoredField> {
-        let whole = self.fields.iter().find(|field| field.name == name);
-        let mut partly = self.fields.iter().filter(|field| field.name.split('_').any(|word| word == name));
-        whole.or_else(|| partly.next().filter(|_| partly.next().is_none()))
     }
 }
 
@@ -267,8 +244,9 @@ fn field_picture(
         }
     };
     let values = if field.on_points { FieldValues::Nodes(values) } else { FieldValues::Elements(values) };
-    let unit = field_dimension(&field.name).map_or(String::new(), |dimension| case.units.bracket(dimension));
-    let title = field.name.replace('_', " ").replace("mises", "Mises") + &unit;
+    let unit = field_dimension(&field.name).map_or(String::new(), |dimension| named(&case.units, dimension));
+    let unit = if unit.is_empty() { unit } else { format!(" [{}]", unit.trim()) };
+    let title = sentence(&field.name.replace("mises", "Mises")) + &unit;
     let still = vec![0.0; 3 * mesh.nodes.len()];
     let field = Field { title: &title, values };
     Ok(state_picture(mesh, displacement.unwrap_or(&still), density, threshold, &field, &options)?)
@@ -295,65 +273,13 @@ fn smooth_picture(
     let options = options(case, mesh, (request, export.threshold), source, density)?;
     let deformed = match options.displacement_factor {
         0.0 if displacement.is_some() => ", undeformed".into(),
-        factor if displacement.is_some() && factor != 1.0 => format!(", displacements x {factor}"),
+        factor if displacement.is_some() && factor != 1.0 => format!(", displacements × {factor}"),
         _ => String::new(),
     };
     let what = if request.shown == Shown::Newest { "" } else { &source.what };
     let caption = format!("{what}{given}{deformed}").trim_start_matches(", ").to_owned();
-    let options = RenderOptions { caption: (!caption.is_empty()).then_some(caption), ..options };
+    let options = RenderOptions { caption: (!caption.is_empty()).then(|| sentence(&caption)), ..options };
     Ok(surface_picture(mesh, &export.surface, displacement, &options)?)
-}
-
-/// The results that may have the field, the first choice first.
-fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<Vec<Source>, PictureError> {
-    let (steps, iterations) = (run.numbers("path")?, run.numbers("design")?);
-    let pick = |stem, what, number, known: &[usize]| {
-        if known.contains(&number) {
-            return Ok(vec![Source::numbered(run, stem, number, format!("{what} {number}"))?]);
-        }
-        let known = if known.is_empty() { "none".into() } else { list(known) };
-        Err(PictureError::NotWritten { directory: run.path().to_owned(), what, number, known })
-    };
-    match request.shown {
-        Shown::Iteration(number) => return pick("design", "iteration", number, &iterations),
-        Shown::Step(number) => return pick("path", "load step", number, &steps),
-        Shown::Failure => {
-            let place = run.file("failure.vtu");
-            if !place.is_file() {
-                return Err(PictureError::NoFailure { directory: run.path().to_owned() });
-            }
-            return Ok(vec![Source::file(place, "failing iterate".into())?]);
-        }
-        Shown::Newest => {}
-    }
-    let table = run.file("design.csv");
-    if !table.is_file() && steps.is_empty() {
-        return Err(RunError::NoRun { directory: run.path().to_owned(), file: "design.csv" }.into());
-    }
-    let mut all = Vec::new();
-    if let Some(&last) = steps.last() {
-        all.push(Source::numbered(run, "path", last, format!("load step {last}"))?);
-    }
-    if table.is_file() {
-        let values = read_density(&table, mesh)?;
-        // A path left by an earlier part of the run is not that of the newest design.
-        let other = all.first().is_none_or(|path| path.values("density") != Some(&values[..]));
-        if other {
-            let fields =
-                vec![StoredField { name: "density".into(), on_points: false, components: 1, values: values.into() }];
-            all.insert(0, Source { place: table, what: "newest design".into(), fields });
-        }
-    }
-    let gradient = run.file("gradient.vtu");
-    if gradient.is_file() {
-        all.push(Source::file(gradient, "gradient".into())?);
-    }
-    // The last design has no derivative, because only an update needs one; the design before it has
-    // one.
-    for &number in iterations.iter().rev().take(2) {
-        all.push(Source::numbered(run, "design", number, format!("iteration {number}"))?);
-    }
-    Ok(all)
 }
 
 fn options(
@@ -380,24 +306,65 @@ fn options(
     let factor = request.displacement_factor.unwrap_or(1.0);
     let deformed = match source.values("displacement") {
         Some(_) if factor == 0.0 => ", undeformed".into(),
-        Some(_) if factor != 1.0 => format!(", displacements x {factor}"),
+        Some(_) if factor != 1.0 => format!(", displacements × {factor}"),
         _ => String::new(),
     };
     // if nothing is left out, the caption does not mention the density
     let full = source.values("density").is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
     let density = if full { String::new() } else { format!(", density > {threshold}") };
+    let shown = |body: &str| {
+        let only = bodies.as_ref().filter(|_| others == Style::Hidden);
+        only.is_none_or(|only| only.iter().any(|name| name == body))
+    };
     Ok(RenderOptions {
+        marks: if request.marks { symbols(case, mesh, source, (threshold, factor), shown) } else { Vec::new() },
+        undeformed: request.marks && !contact,
+        length_unit: case.units.length.clone().filter(|_| request.marks),
+        colour_map: if from_zero(field) { ColourMap::ViridisFromGrey } else { ColourMap::default() },
         canvas: request.canvas,
         view: View::named(request.view.as_deref().unwrap_or(natural))?,
         bodies,
         others,
-        // where bodies move, the box around their initial shape would be taken for a part of them
-        domain: !contact && source.values("displacement").is_none(),
         edges: ["density", "body", "smallest_determinant"].contains(&field.name.as_str()),
         displacement_factor: factor,
-        caption: Some(format!("{}{density}{deformed}", source.what)),
+        caption: Some(sentence(&format!("{}{density}{deformed}", source.what))),
         ..RenderOptions::default()
     })
+}
+
+/// The symbols of the case at the bodies that are shown.
+fn symbols(
+    case: &Case,
+    mesh: &Mesh,
+    source: &Source,
+    (threshold, factor): (f64, f64),
+    shown: impl Fn(&str) -> bool,
+) -> Vec<Mark> {
+    let mut points = mesh.nodes.clone();
+    for (point, by) in points.iter_mut().zip(source.values("displacement").unwrap_or(&[]).as_chunks::<3>().0) {
+        (0..3).for_each(|c| point[c] += factor * by[c]);
+    }
+    let mut kept = vec![false; mesh.elements.len()];
+    for body in mesh.bodies.iter().filter(|body| shown(&body.name)) {
+        kept[body.elements.clone()].fill(true);
+    }
+    for (kept, density) in kept.iter_mut().zip(source.values("density").unwrap_or(&[])) {
+        *kept &= *density > threshold;
+    }
+    marks(case, &Shape { mesh, points, kept })
+}
+
+/// Whether zero means that there is nothing: no contact, no slip, no work.
+fn from_zero(field: &StoredField) -> bool {
+    const NAMES: [&str; 6] = [
+        "contact_pressure",
+        "contact_traction",
+        "contact_force",
+        "slip_increment",
+        "accumulated_slip",
+        "friction_work",
+    ];
+    NAMES.contains(&field.name.as_str()) && (field.components > 1 || field.values.iter().all(|value| *value >= 0.0))
 }
 
 /// Names of fields in which ties would look like contact.

@@ -8,6 +8,14 @@ pub(crate) fn unit(a: [f64; 3]) -> [f64; 3] {
     a.map(|c| if length > 0.0 { c / length } else { 0.0 })
 }
 
+pub(crate) fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] + b[c])
+}
+
+pub(crate) fn scaled(factor: f64, a: [f64; 3]) -> [f64; 3] {
+    a.map(|component| factor * component)
+}
+
 /// Twice the vector area of a triangle.
 pub(crate) fn area(corners: [[f64; 3]; 3]) -> [f64; 3] {
     cross(subtract(corners[1], corners[0]), subtract(corners[2], corners[0]))

@@ -29,7 +29,7 @@ pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Resul
         let message = format!("`{}` is the name of a column that every run writes", case.quantities[number].name);
         return Err(BuildError::new(format!("quantity[{number}].name"), message, "choose another name"));
     }
-    let of = |(number, file::Quantity { name, kind }): (usize, &file::Quantity)| {
+    let of = |(number, file::Quantity { name, kind, .. }): (usize, &file::Quantity)| {
         let pairs = case.contacts.iter().map(|pair| [pair.slave.as_str(), pair.master.as_str()]).collect();
         let loaded = case.loads.iter().map(|load| load.surface.as_str()).collect();
         let designed = case.design.as_ref().map(|design| design.bodies.iter().map(String::as_str).collect());

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
+use slipstick::case::Case;
+use slipstick::charts::{axis, objective_axis, requested};
 use slipstick::picture::{Drawn, PictureError, PictureRequest, Shown, picture};
-use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
+use slipstick::render::{Canvas, ObjectiveAxis, Picture, RenderError, RunHistory, histories_picture};
 use slipstick::render::{curves_picture, is_table, read_curves, read_histories};
 use slipstick::run::RunDirectory;
 use slipstick_service::run::OpenRun;
@@ -59,6 +61,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         threshold: args.threshold.or(threshold),
         smooth: args.smooth,
         bodies: (!args.bodies.is_empty()).then(|| args.bodies.clone()),
+        marks: !args.plain,
         canvas: Canvas { width, height, ..Canvas::default() },
     };
     let Drawn { picture, field, why } = picture(&directory, &resolved.case, &mesh, &request)?;
@@ -81,10 +84,14 @@ pub(super) fn save(picture: &Picture, file: &Path) -> Outcome {
 fn histories(context: &Context, args: &Render) -> Outcome {
     let file = chart_file(args, "history.png")?;
     let runs = chosen(named(&args.results)?, &args.runs)?;
-    let limit = common_limit(&args.results);
+    let cases = cases(&args.results);
+    let (limit, objective) = (common_limit(&cases), common_objective(&cases));
     let (width, height) = args.size;
     let canvas = Canvas { width, height, ..Canvas::default() };
-    save(&histories_picture(args.title.as_deref(), &runs, limit, &canvas).map_err(PictureError::from)?, &file)?;
+    save(
+        &histories_picture(args.title.as_deref(), &runs, &objective, limit, &canvas).map_err(PictureError::from)?,
+        &file,
+    )?;
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
     let told = json!({ "command": "render", "file": file, "runs": names, "width": width, "height": height });
     context.console.event("result", told);
@@ -95,13 +102,29 @@ fn histories(context: &Context, args: &Render) -> Outcome {
 /// Draws one quantity over another, for all runs in one chart.
 fn curves(context: &Context, args: &Render, [x, y]: [&str; 2]) -> Outcome {
     let file = chart_file(args, "curve.png")?;
+    let cases = cases(&args.results);
     let mut all = Vec::new();
     for results in &args.results {
         all.extend(read_curves(results, &results.display().to_string(), x, y)?);
     }
+    if let ([run], [Some(case)]) = (&args.results[..], &cases[..])
+        && let Some(requested) = requested(run, case, [x, y])?
+    {
+        if let [reached] = &mut all[..] {
+            reached.name = "Reached".into();
+        }
+        all.push(requested);
+    }
+    let names = [x, y].map(|column| {
+        let words = |case: &Option<Case>| case.as_ref().map_or_else(|| column.to_owned(), |case| axis(case, column));
+        let first = cases.first().map_or_else(|| column.to_owned(), words);
+        // runs with different words for the same column
+        if cases.iter().all(|case| words(case) == first) { first } else { column.to_owned() }
+    });
     let (width, height) = args.size;
     let canvas = Canvas { width, height, ..Canvas::default() };
-    save(&curves_picture(args.title.as_deref(), &all, [x, y], &canvas).map_err(PictureError::from)?, &file)?;
+    let names = [names[0].as_str(), names[1].as_str()];
+    save(&curves_picture(args.title.as_deref(), &all, names, &canvas).map_err(PictureError::from)?, &file)?;
     let told = json!({ "command": "render", "file": file, "curve": [x, y], "width": width, "height": height });
     context.console.event("result", told);
     context.console.text(&format!("{y} over {x} in {}", file.display()));
@@ -155,17 +178,26 @@ fn chosen(runs: Vec<RunHistory>, names: &[String]) -> Outcome<Vec<RunHistory>> {
     names.iter().map(one).collect()
 }
 
-/// The common bound on the volume fraction of all directories; `None` if bounds differ or a table
-/// has none.
-fn common_limit(results: &[PathBuf]) -> Option<f64> {
-    let mut limits = Vec::new();
-    for directory in results {
-        let case = directory.join("case.toml");
-        // for a case that is no longer valid, only the line of the bound is missing
-        let design = read(&case.as_path().into()).ok().and_then(|resolved| resolved.case.design);
-        limits.push(design.and_then(|design| design.volume_fraction));
-    }
-    limits.first().copied().flatten().filter(|first| limits.iter().all(|limit| *limit == Some(*first)))
+/// The cases of all runs; `None` for tables, and for cases that are no longer valid, which only costs words and lines
+/// of charts.
+fn cases(results: &[PathBuf]) -> Vec<Option<Case>> {
+    let of =
+        |directory: &PathBuf| read(&directory.join("case.toml").as_path().into()).ok().map(|resolved| resolved.case);
+    results.iter().map(of).collect()
+}
+
+/// The common bound on the volume fraction of all runs; `None` if bounds differ or a table has none.
+fn common_limit(cases: &[Option<Case>]) -> Option<f64> {
+    let limit = |case: &Option<Case>| case.as_ref()?.design.as_ref()?.volume_fraction;
+    let first = limit(cases.first()?)?;
+    cases.iter().all(|case| limit(case) == Some(first)).then_some(first)
+}
+
+/// What the objective of all runs is; without words if they differ.
+fn common_objective(cases: &[Option<Case>]) -> ObjectiveAxis {
+    let axis = |case: &Option<Case>| case.as_ref().map(objective_axis);
+    let first = cases.first().and_then(axis);
+    first.filter(|first| cases.iter().all(|case| axis(case).as_ref() == Some(first))).unwrap_or_default()
 }
 
 /// Refuses to replace a file that is not a picture.

@@ -195,6 +195,7 @@ class Run:
         threshold: float | None,
         smooth: bool,
         bodies: list[str] | None,
+        plain: bool,
         size: tuple[int, int],
     ) -> str: ...
     def report(self, file: str | PathLike[str]) -> list[str]: ...

@@ -173,6 +173,7 @@ class Result:
         threshold: float | None = None,
         smooth: bool = False,
         bodies: Sequence[str] | None = None,
+        plain: bool = False,
         size: tuple[int, int] = (1200, 900),
         overwrite: bool = False,
     ) -> FilePath:
@@ -199,6 +200,9 @@ class Result:
             threshold, a design is drawn so anyway.
         bodies : sequence of str, optional
             The bodies to show.
+        plain : bool
+            Whether to leave out supports, motions, loads, planes of symmetry, the undeformed shape
+            and the scale bar.
         size : tuple of int
             Width and height in pixels.
         overwrite : bool
@@ -212,7 +216,7 @@ class Result:
         path = _free(file, overwrite, (".png",))
         names = None if bodies is None else list(bodies)
         self._run.render(
-            path, field, step, iteration, view, deformed, threshold, smooth, names, size
+            path, field, step, iteration, view, deformed, threshold, smooth, names, plain, size
         )
         return path
 

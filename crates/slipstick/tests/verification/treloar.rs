@@ -71,14 +71,14 @@ fn figure_of_ogdens_law() {
         let last = test.data[test.data.len() - 1][1];
         let at = |k: usize| 1.0 + (last - 1.0) * k as f64 / 100.0;
         let law = (0..=100).map(|k| [at(k), closed_form(&ogden, at(k), test.m)]).collect();
-        curves.push(Curve { name: name("measured"), points: measured });
-        curves.push(Curve { name: name("Ogden"), points: law });
+        curves.push(Curve { name: name("measured"), points: measured, points_only: true });
+        curves.push(Curve { name: name("Ogden"), points: law, points_only: false });
     }
     let canvas = Canvas { width: 1000, height: 700, ..Canvas::default() };
     let picture = curves_picture(
         Some("Treloar's rubber, measured, and Ogden's law"),
         &curves,
-        ["stretch", "stress [MPa]"],
+        ["Stretch", "Stress [MPa]"],
         &canvas,
     )
     .unwrap();

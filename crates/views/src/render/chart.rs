@@ -35,6 +35,8 @@ pub enum Dash {
     Dotted,
     /// Alternating dashes and dots.
     DashDotted,
+    /// No line, only markers.
+    None,
 }
 
 impl Dash {
@@ -42,7 +44,7 @@ impl Dash {
     /// round and extend by half a width.
     fn pattern(self) -> &'static [f64] {
         match self {
-            Self::Solid => &[],
+            Self::Solid | Self::None => &[],
             Self::Dashed => &[5.0, 4.0],
             Self::Dotted => &[0.0, 2.5],
             Self::DashDotted => &[6.0, 3.0, 0.0, 3.0],
@@ -51,6 +53,9 @@ impl Dash {
 
     /// The strokes of this dash pattern along joined points; `width` is the width of the line.
     fn strokes(self, points: &[[f64; 2]], width: f64) -> Vec<[[f64; 2]; 2]> {
+        if self == Self::None {
+            return Vec::new();
+        }
         let pattern = self.pattern();
         if pattern.is_empty() || width <= 0.0 {
             return points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
@@ -89,7 +94,7 @@ fn difference(from: [f64; 2], to: [f64; 2]) -> ([f64; 2], f64) {
 /// Lines with their own axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
-    /// Title.
+    /// What its ordinate shows, with the unit.
     pub title: String,
     /// The lines; later ones cover earlier ones.
     pub lines: Vec<Line>,
@@ -113,23 +118,23 @@ pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canva
         check_finite(&plot.title, plot.level.into_iter().chain([plot.share]))?;
     }
     let mut drawing = canvas.drawing();
-    let text = Type { dot: canvas.dot(), colour: Colour::INK };
+    let text = Type { unit: canvas.unit(), colour: Colour::INK };
     let points = plots.iter().flat_map(|plot| &plot.lines).flat_map(|line| &line.points);
     let across = range(points.map(|p| p[0]), 0.0);
     let axes: Vec<Axes<'_>> = plots.iter().map(|plot| Axes::new(plot, across, text)).collect();
     let numbers = axes.iter().flat_map(|p| &p.ticks).map(|(_, t)| text.width(t)).fold(0.0, f64::max);
-    let dot = text.dot;
-    let (left, right) = (12.0 * dot + numbers, f64::from(canvas.width) - 12.0 * dot);
+    let unit = text.unit;
+    let (left, right) = (27.0 * unit + numbers, f64::from(canvas.width) - 12.0 * unit);
     let mut top = 0.0;
     if let Some(title) = title {
         let fitting = text.fitting(title, right - left);
-        fitting.write(title, [0.5 * (left + right), 12.0 * dot], Align::Centre, &mut drawing.inks);
-        top = 18.0 * dot;
+        fitting.write(title, [0.5 * (left + right), 12.0 * unit], Align::Centre, &mut drawing.inks);
+        top = 18.0 * unit;
     }
     top = legend(plots, text, [left, right], top, &mut drawing.inks);
     let below = ticks_below(across, right - left, text);
-    let head = 20.0 * dot;
-    let room = f64::from(canvas.height) - top - 30.0 * dot - head * plots.len() as f64;
+    let head = 10.0 * unit;
+    let room = f64::from(canvas.height) - top - 34.0 * unit - head * plots.len() as f64;
     let shares: f64 = plots.iter().map(|plot| plot.share.max(0.0)).sum();
     for one in &axes {
         let height = (room * one.plot.share.max(0.0) / shares).max(1.0);
@@ -140,10 +145,10 @@ pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canva
     for (value, name) in &below {
         let x = left + (value - across[0]) / (across[1] - across[0]) * (right - left);
         // the last number may not end beyond the picture
-        let x = x.min(f64::from(canvas.width) - 0.5 * text.width(name) - 2.0 * dot);
-        text.write(name, [x, top + 8.0 * dot], Align::Centre, &mut drawing.inks);
+        let x = x.min(f64::from(canvas.width) - 0.5 * text.width(name) - 2.0 * unit);
+        text.write(name, [x, top + 10.0 * unit], Align::Centre, &mut drawing.inks);
     }
-    text.write(abscissa, [0.5 * (left + right), top + 20.0 * dot], Align::Centre, &mut drawing.inks);
+    text.write(abscissa, [0.5 * (left + right), top + 24.0 * unit], Align::Centre, &mut drawing.inks);
     Ok(Picture::draw(&drawing))
 }
 
@@ -151,7 +156,7 @@ pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canva
 fn ticks_below(across: [f64; 2], width: f64, text: Type) -> Vec<(f64, String)> {
     let fit = |ticks: &[(f64, String)]| {
         let apart = |pair: &[(f64, String)]| {
-            let needed = 0.5 * (text.width(&pair[0].1) + text.width(&pair[1].1)) + 6.0 * text.dot;
+            let needed = 0.5 * (text.width(&pair[0].1) + text.width(&pair[1].1)) + 6.0 * text.unit;
             (pair[1].0 - pair[0].0) / (across[1] - across[0]) * width >= needed
         };
         ticks.windows(2).all(apart)
@@ -163,8 +168,8 @@ fn ticks_below(across: [f64; 2], width: f64, text: Type) -> Vec<(f64, String)> {
 /// Draws a sample and the name of each line with a name, in as many rows as needed; returns the end
 /// of the last row.
 fn legend(plots: &[Plot], text: Type, [left, right]: [f64; 2], top: f64, inks: &mut Vec<Ink>) -> f64 {
-    let dot = text.dot;
-    let (sample, between, row) = (26.0 * dot, 14.0 * dot, 13.0 * dot);
+    let unit = text.unit;
+    let (sample, between, row) = (26.0 * unit, 14.0 * unit, 13.0 * unit);
     let mut named: Vec<&Line> = Vec::new();
     for line in plots.iter().flat_map(|plot| &plot.lines).filter(|line| !line.name.is_empty()) {
         if !named.iter().any(|other| other.name == line.name) {
@@ -174,15 +179,18 @@ fn legend(plots: &[Plot], text: Type, [left, right]: [f64; 2], top: f64, inks: &
     if named.is_empty() {
         return top;
     }
-    let (mut x, mut y) = (left, top + 12.0 * dot);
+    let (mut x, mut y) = (left, top + 12.0 * unit);
     for line in named {
-        let fitting = text.fitting(&line.name, right - left - sample - 4.0 * dot);
-        let width = sample + 4.0 * dot + fitting.width(&line.name);
+        let fitting = text.fitting(&line.name, right - left - sample - 4.0 * unit);
+        let width = sample + 4.0 * unit + fitting.width(&line.name);
         if x > left && x + width > right {
             (x, y) = (left, y + row);
         }
-        line.draw(&[[x, y], [x + sample, y]], dot, inks);
-        fitting.write(&line.name, [x + sample + 4.0 * dot, y], Align::Left, inks);
+        let sampled = if line.marked { vec![[x + 0.5 * sample, y]] } else { Vec::new() };
+        Line { marked: false, ..line.clone() }.draw(&[[x, y], [x + sample, y]], unit, inks);
+        Line { dash: if line.dash == Dash::None { Dash::None } else { Dash::Solid }, ..line.clone() }
+            .draw(&sampled, unit, inks);
+        fitting.write(&line.name, [x + sample + 4.0 * unit, y], Align::Left, inks);
         x += width + between;
     }
     y + 0.5 * text.height()
@@ -190,13 +198,18 @@ fn legend(plots: &[Plot], text: Type, [left, right]: [f64; 2], top: f64, inks: &
 
 impl Line {
     /// Draws it along points of the picture.
-    fn draw(&self, points: &[[f64; 2]], dot: f64, inks: &mut Vec<Ink>) {
-        let width = if self.marked { dot } else { 1.3 * dot };
+    fn draw(&self, points: &[[f64; 2]], unit: f64, inks: &mut Vec<Ink>) {
+        let width = if self.marked { 1.3 * unit } else { 1.8 * unit };
         let strokes = self.dash.strokes(points, width);
         inks.extend(strokes.into_iter().map(|[from, to]| Ink::stroke(from, to, width, self.colour)));
         // A single point has no line.
         if self.marked || points.len() == 1 {
-            inks.extend(points.iter().map(|p| Ink::stroke(*p, *p, 2.2 * dot, self.colour)));
+            let size = if self.dash == Dash::None { 6.0 * unit } else { 4.0 * unit };
+            inks.extend(points.iter().map(|p| Ink::stroke(*p, *p, size, self.colour)));
+            // rings, so that points on a line are seen
+            if self.dash == Dash::None {
+                inks.extend(points.iter().map(|p| Ink::stroke(*p, *p, 3.2 * unit, Colour::WHITE)));
+            }
         }
     }
 }
@@ -235,36 +248,31 @@ impl<'a> Axes<'a> {
 
     /// With grid lines at the ticks `below` of the abscissa.
     fn draw(&self, frame: Rectangle, below: &[(f64, String)], inks: &mut Vec<Ink>) {
-        let dot = self.text.dot;
+        let unit = self.text.unit;
         let x = |v: f64| frame.left + (v - self.across[0]) / (self.across[1] - self.across[0]) * frame.width();
         let y = |v: f64| frame.bottom - (v - self.upward[0]) / (self.upward[1] - self.upward[0]) * frame.height();
-        let title = [frame.left, frame.top - 8.0 * dot];
         // With a single line, the title has its colour.
         let colour = if let [line] = &self.plot.lines[..] { line.colour } else { self.text.colour };
-        Type { colour, ..self.text }.write(&self.plot.title, title, Align::Left, inks);
+        let text = Type { colour, ..self.text }.fitting(&self.plot.title, frame.height() + 8.0 * unit);
+        text.write_upwards(&self.plot.title, [11.0 * unit, frame.centre()[1]], Align::Centre, inks);
         for (value, name) in &self.ticks {
             let at = y(*value);
-            inks.push(Ink::stroke([frame.left, at], [frame.right, at], 0.3 * dot, GRID));
-            self.text.write(name, [frame.left - 4.0 * dot, at], Align::Right, inks);
+            inks.push(Ink::stroke([frame.left, at], [frame.right, at], 0.3 * unit, GRID));
+            self.text.write(name, [frame.left - 4.0 * unit, at], Align::Right, inks);
         }
         for (value, _) in below {
-            inks.push(Ink::stroke([x(*value), frame.top], [x(*value), frame.bottom], 0.3 * dot, GRID));
+            inks.push(Ink::stroke([x(*value), frame.top], [x(*value), frame.bottom], 0.3 * unit, GRID));
         }
         if let Some(level) = self.plot.level {
-            inks.push(Ink::stroke([frame.left, y(level)], [frame.right, y(level)], 0.5 * dot, Colour::GREY));
+            inks.push(Ink::stroke([frame.left, y(level)], [frame.right, y(level)], 0.5 * unit, Colour::GREY));
         }
-        let corners = [
-            [frame.left, frame.top],
-            [frame.right, frame.top],
-            [frame.right, frame.bottom],
-            [frame.left, frame.bottom],
-        ];
-        for k in 0..4 {
-            inks.push(Ink::stroke(corners[k], corners[(k + 1) % 4], 0.4 * dot, Colour::INK));
+        let corner = [frame.left, frame.bottom];
+        for end in [[frame.left, frame.top], [frame.right, frame.bottom]] {
+            inks.push(Ink::stroke(corner, end, 0.5 * unit, Colour::INK));
         }
         for line in &self.plot.lines {
             let points: Vec<[f64; 2]> = line.points.iter().map(|p| [x(p[0]), y(p[1])]).collect();
-            line.draw(&points, dot, inks);
+            line.draw(&points, unit, inks);
         }
     }
 }
@@ -279,7 +287,7 @@ mod tests {
     /// Short and long numbers; with about eight ticks, those of the last two intervals would overlap.
     #[test]
     fn numbers_of_the_abscissa_do_not_overlap() {
-        let text = Type { dot: 2.0, colour: Colour::INK };
+        let text = Type { unit: 2.0, colour: Colour::INK };
         for across in [[0.0, 10.0], [-0.02, 0.0], [1.00001, 1.00002]] {
             let found = ticks_below(across, 760.0, text);
             assert!(found.len() >= 2, "{found:?}");

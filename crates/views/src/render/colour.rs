@@ -17,7 +17,7 @@ impl Colour {
     /// The material of a design.
     pub const MATERIAL: Self = Self([216, 206, 190]);
     /// A body that is only context.
-    pub const GLASS: Self = Self([110, 150, 205]);
+    pub const GLASS: Self = Self([126, 142, 168]);
 
     /// Linear light intensities, 0 to 1.
     pub(super) fn linear(self) -> [f32; 3] {
@@ -48,6 +48,9 @@ pub enum ColourMap {
     /// Viridis reversed, from yellow to dark violet, so that high values stand out against a white
     /// background.
     ViridisReversed,
+    /// Light grey at the lowest values, for magnitudes whose zero means that there is nothing, then as
+    /// `ViridisReversed`.
+    ViridisFromGrey,
     /// Blue through light grey to red, for values with a meaningful midpoint. K. Moreland,
     /// Diverging Color Maps for Scientific Visualization, ISVC 2009: his 33 published colours,
     /// linear between them.
@@ -56,13 +59,14 @@ pub enum ColourMap {
 
 impl ColourMap {
     /// Names that [`named`](Self::named) accepts.
-    pub const NAMES: [&'static str; 3] = ["viridis", "viridis_reversed", "cool_warm"];
+    pub const NAMES: [&'static str; 4] = ["viridis", "viridis_reversed", "viridis_from_grey", "cool_warm"];
 
     /// The map with a name from [`NAMES`](Self::NAMES).
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "viridis" => Some(Self::Viridis),
             "viridis_reversed" => Some(Self::ViridisReversed),
+            "viridis_from_grey" => Some(Self::ViridisFromGrey),
             "cool_warm" => Some(Self::CoolWarm),
             _ => None,
         }
@@ -79,11 +83,20 @@ impl ColourMap {
         let mixed = match self {
             Self::Viridis => mix(&VIRIDIS, t),
             Self::ViridisReversed => mix(&VIRIDIS, 1.0 - t),
+            Self::ViridisFromGrey => {
+                let grey = (1.0 - t / GREY_END).max(0.0);
+                let of = mix(&VIRIDIS, 1.0 - t);
+                std::array::from_fn(|c| grey * NOTHING + (1.0 - grey) * of[c])
+            }
             Self::CoolWarm => mix(&COOL_WARM, t).map(|v| v / 255.0),
         };
         Colour(mixed.map(|v| (255.0 * v).round() as u8))
     }
 }
+
+/// The grey of zero, sRGB from 0 to 1, and the part of the scale over which it fades.
+const NOTHING: f64 = 0.92;
+const GREY_END: f64 = 0.12;
 
 fn mix(table: &[[f64; 3]], t: f64) -> [f64; 3] {
     let at = t * (table.len() - 1) as f64;

@@ -3,7 +3,7 @@
 use super::RenderError;
 use super::colour::{Colour, Palette};
 use super::ink::{Align, Ink, Type};
-use super::legend::ColourBar;
+use super::legend::{ColourBar, number, round_step};
 use super::picture::Canvas;
 use super::raster::{Drawing, Face, Line, Sheet};
 use super::scene::{Layer, Paint, Scene, Style};
@@ -25,9 +25,12 @@ const AMBIENT: [f64; 2] = [0.2, 0.25];
 /// How far surfaces shade each other, relative to the shorter side of the picture.
 const OCCLUSION: f64 = 0.06;
 
+/// The faces of the undeformed shape behind the deformed one.
+const GHOST: Colour = Colour([246, 247, 249]);
+
 pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, RenderError> {
     let mut drawing = canvas.drawing();
-    let text = Type { dot: canvas.dot(), colour: Colour::INK };
+    let text = Type { unit: canvas.unit(), colour: Colour::INK };
     let frame = furnish(scene, canvas, text, &mut drawing.inks);
     let shown: Vec<&Layer<'_>> =
         scene.layers.iter().filter(|l| l.style != Style::Hidden && !l.cells.is_empty()).collect();
@@ -43,8 +46,12 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     let s = f64::from(canvas.supersampling);
     let samples =
         Rectangle { left: s * frame.left, top: s * frame.top, right: s * frame.right, bottom: s * frame.bottom };
-    let tips = scene.arrows.iter().flat_map(|(from, to, _)| [*from, *to]);
-    let Some(camera) = Camera::framing(scene.view, visible.chain(corners).chain(tips), samples) else {
+    let tips = scene.arrows.iter().flat_map(|(from, to, _)| [*from, *to]).chain(scene.chains.iter().flatten().copied());
+    let ghosts = scene
+        .ghosts
+        .iter()
+        .flat_map(|(points, faces)| faces.iter().flat_map(|face| &face.nodes).map(|&node| points[node as usize]));
+    let Some(camera) = Camera::framing(scene.view, visible.chain(corners).chain(tips).chain(ghosts), samples) else {
         return Ok(drawing);
     };
     // Large enough for a line on a face seen at a grazing angle, small enough not to show through a
@@ -53,7 +60,7 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     if scene.shaded {
         drawing.occlusion = OCCLUSION * f64::from(canvas.width.min(canvas.height));
     }
-    let brush = Brush { scene, camera, samples: s, dot: s * text.dot };
+    let brush = Brush { scene, camera, samples: s, unit: s * text.unit };
     for (layer, skin) in shown.iter().zip(&skins) {
         drawing.sheets.push(brush.sheet(layer, skin)?);
     }
@@ -61,14 +68,24 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
         let layer = Layer { cells: Vec::new(), paint: Paint::Plain(*colour), style: Style::Solid, edges: false };
         drawing.sheets.push(brush.sheet(&layer, faces)?);
     }
+    for (points, faces) in &scene.ghosts {
+        drawing.sheets.push(brush.ghost(points, faces));
+    }
+    drawing.sheets.push(brush.chains());
     drawing.sheets.push(brush.boxes());
     drawing.sheets.push(brush.arrows());
+    let whole = Rectangle { left: 0.0, top: 0.0, right: f64::from(canvas.width), bottom: f64::from(canvas.height) };
+    brush.labels(whole, text, &drawing.sheets, &mut drawing.inks);
+    if let Some(unit) = &scene.length_unit {
+        let at = [frame.left, f64::from(canvas.height) - 9.0 * text.unit];
+        scale_bar(brush.camera.scale / s, unit, at, text, &mut drawing.inks);
+    }
     Ok(drawing)
 }
 
 /// Draws caption, colour bar and axes; returns the remaining frame for the cells. \[pixels\]
 fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) -> Rectangle {
-    let margin = 7.0 * text.dot;
+    let margin = 7.0 * text.unit;
     let mut frame = Rectangle {
         left: margin,
         top: margin,
@@ -81,7 +98,7 @@ fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) 
         frame.top += text.height() + margin;
     }
     let bar = scene.scale.as_ref().map(|scale| ColourBar::new(scale, text));
-    let axes = if scene.axes { 30.0 * text.dot } else { 0.0 };
+    let axes = if scene.axes { 30.0 * text.unit } else { 0.0 };
     let column = bar.as_ref().map_or(0.0, ColourBar::width).max(axes);
     let inner = Rectangle { left: frame.right - column, ..frame };
     if let Some(bar) = bar {
@@ -96,7 +113,32 @@ fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) 
     if column > 0.0 {
         frame.right = inner.left - margin;
     }
+    if scene.length_unit.is_some() {
+        frame.bottom -= text.height() + margin;
+    }
+    if !scene.labels.is_empty() {
+        // labels stand at the start of arrows, of which many are at the border of what is shown
+        frame.top += text.height() + margin;
+        frame.left += 2.0 * margin;
+        frame.right -= 2.0 * margin;
+    }
     frame
+}
+
+/// A line of a round length, about a sixth of a metre of 1000 units of text, with its name.
+fn scale_bar(pixels: f64, unit: &str, [left, middle]: [f64; 2], text: Type, inks: &mut Vec<Ink>) {
+    let length = round_step(60.0 * text.unit / pixels);
+    let right = left + length * pixels;
+    let half = 2.0 * text.unit;
+    for [from, to] in [
+        [[left, middle], [right, middle]],
+        [[left, middle - half], [left, middle + half]],
+        [[right, middle - half], [right, middle + half]],
+    ] {
+        inks.push(Ink::stroke(from, to, 1.2 * text.unit, text.colour));
+    }
+    let name = format!("{} {unit}", number(length, length, length));
+    text.write(&name, [right + 5.0 * text.unit, middle], Align::Left, inks);
 }
 
 /// Arrows along x, y and z, the farthest first; an axis parallel to the view direction is left out.
@@ -110,8 +152,8 @@ fn draw_axes(scene: &Scene<'_>, origin: [f64; 2], text: Type, inks: &mut Vec<Ink
     let at = |direction: Vector, length: f64| [origin[0] + length * direction[0], origin[1] - length * direction[1]];
     for (name, direction) in axes {
         let long = direction[0].hypot(direction[1]);
-        inks.push(Ink::stroke(origin, at(direction, 11.0 * text.dot), 0.8 * text.dot, text.colour));
-        text.write(name, at(direction, (11.0 + 5.0 / long) * text.dot), Align::Centre, inks);
+        inks.push(Ink::stroke(origin, at(direction, 11.0 * text.unit), 0.8 * text.unit, text.colour));
+        text.write(name, at(direction, (11.0 + 5.0 / long) * text.unit), Align::Centre, inks);
     }
 }
 
@@ -125,8 +167,8 @@ struct Brush<'a> {
     camera: Camera,
     /// Samples per pixel and direction.
     samples: f64,
-    /// Size of a dot of the font. \[samples\]
-    dot: f64,
+    /// Size of a unit of the font. \[samples\]
+    unit: f64,
 }
 
 impl Brush<'_> {
@@ -156,7 +198,8 @@ impl Brush<'_> {
         Ok(Sheet {
             palette,
             opacity: opacity as f32,
-            edge_radius: 0.25 * self.dot,
+            behind: false,
+            edge_radius: 0.25 * self.unit,
             faces: faces.collect(),
             lines: lines.collect(),
         })
@@ -207,7 +250,7 @@ impl Brush<'_> {
         Line {
             from: self.camera.project(from),
             to: self.camera.project(to),
-            radius: 0.5 * width * self.dot,
+            radius: 0.5 * width * self.unit,
             light: colour.linear(),
         }
     }
@@ -227,12 +270,113 @@ impl Brush<'_> {
                 lines.push(self.line(to, barb, 1.2, colour));
             }
         }
-        Sheet { palette: Palette::plain(Colour::INK), opacity: 1.0, edge_radius: 0.0, faces: Vec::new(), lines }
+        Sheet {
+            palette: Palette::plain(Colour::INK),
+            opacity: 1.0,
+            behind: false,
+            edge_radius: 0.0,
+            faces: Vec::new(),
+            lines,
+        }
+    }
+
+    /// Pale faces and their outline, behind everything else.
+    fn ghost(&self, points: &[Vector], skin: &[SkinFace]) -> Sheet {
+        let lines = outline(skin, points, self.eye()).into_iter().map(|pair| {
+            let [from, to] = pair.map(|n| points[n as usize]);
+            self.line(from, to, 0.45, Colour::GREY)
+        });
+        let lines = lines.collect();
+        let faces = skin.iter().filter(|face| self.camera.view.components(face.normal(points))[2] > 0.0);
+        let face = |face: &SkinFace| {
+            let count = face.nodes.len();
+            let corner = |k: usize| self.camera.project(points[face.nodes[k.min(count - 1)] as usize]);
+            Face { corners: std::array::from_fn(corner), count, values: [0.0; 4], shades: [1.0; 4], edge: 0.0 }
+        };
+        let faces = faces.map(face).collect();
+        Sheet { palette: Palette::plain(GHOST), opacity: 1.0, behind: true, edge_radius: 0.0, faces, lines }
+    }
+
+    /// Dash-dotted lines, behind the bodies where these hide them.
+    fn chains(&self) -> Sheet {
+        let mut lines = Vec::new();
+        for [from, to] in &self.scene.chains {
+            let [a, b] = [from, to].map(|end| self.camera.project(*end));
+            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+            let mut done = 0.0;
+            for part in [10.0, 3.0, 1.0, 3.0].iter().map(|part| part * self.unit).cycle().enumerate() {
+                if done >= length {
+                    break;
+                }
+                let end = (done + part.1).min(length);
+                let at = |s: f64| std::array::from_fn(|c| a[c] + s / length * (b[c] - a[c]));
+                if part.0 % 2 == 0 {
+                    let light = Colour::GREY.linear();
+                    lines.push(Line { from: at(done), to: at(end), radius: 0.3 * self.unit, light });
+                }
+                done = end;
+            }
+        }
+        Sheet {
+            palette: Palette::plain(Colour::GREY),
+            opacity: 1.0,
+            behind: false,
+            edge_radius: 0.0,
+            faces: Vec::new(),
+            lines,
+        }
+    }
+
+    /// Texts at the starts of arrows, within the picture; at their ends where a body is behind the start. Arrows that
+    /// a body hides have no text.
+    fn labels(&self, whole: Rectangle, text: Type, sheets: &[Sheet], inks: &mut Vec<Ink>) {
+        let faces = || sheets.iter().filter(|sheet| !sheet.behind).flat_map(|sheet| &sheet.faces);
+        // farther than the radius of an arrow
+        let margin = 0.02 * self.samples * whole.width();
+        for label in &self.scene.labels {
+            let [at, from] = [label.at, label.from].map(|end| self.camera.project(end));
+            let middle: Vector = std::array::from_fn(|c| 0.5 * (at[c] + from[c]));
+            let solid = sheets.iter().filter(|sheet| sheet.opacity >= 1.0 && !sheet.behind);
+            if solid
+                .flat_map(|sheet| &sheet.faces)
+                .any(|face| face.depth(middle).is_some_and(|z| z < middle[2] - margin))
+            {
+                continue;
+            }
+            let half = 0.5 * text.width(&label.text);
+            let place = |at: Vector, from: Vector| {
+                let d = [at[0] - from[0], at[1] - from[1]];
+                let length = d[0].hypot(d[1]).max(1e-9);
+                let away = [half + 5.0 * text.unit, 0.5 * text.height() + 5.0 * text.unit];
+                // as far from the end as the text needs in this direction
+                let reach = (0..2).map(|c| away[c] / (d[c] / length).abs().max(1e-9)).fold(f64::INFINITY, f64::min);
+                let [x, y] = [0, 1].map(|c| at[c] / self.samples + reach * d[c] / length);
+                let high = text.height();
+                [
+                    x.clamp(whole.left + half, (whole.right - half).max(whole.left + half)),
+                    y.clamp(whole.top + high, (whole.bottom - high).max(whole.top + high)),
+                ]
+            };
+            let places = [place(at, from), place(from, at)];
+            let clear = |[x, y]: &[f64; 2]| {
+                let ends = [-1.0, 0.0, 1.0].map(|side| [self.samples * (x + side * half), self.samples * y, 0.0]);
+                !faces().any(|face| ends.iter().any(|end| face.depth(*end).is_some()))
+            };
+            let chosen = places.iter().find(|place| clear(place)).unwrap_or(&places[0]);
+            Type { colour: label.colour, ..text }.write(&label.text, *chosen, Align::Centre, inks);
+        }
     }
 
     fn boxes(&self) -> Sheet {
         let edges = self.scene.boxes.iter().flat_map(|b| BOX_EDGES.iter().map(move |e| e.map(|k| corner(b, k))));
         let lines = edges.map(|[from, to]| self.line(from, to, 0.5, Colour::GREY)).collect();
-        Sheet { palette: Palette::plain(Colour::GREY), opacity: 1.0, edge_radius: 0.0, faces: Vec::new(), lines }
+        Sheet {
+            palette: Palette::plain(Colour::GREY),
+            opacity: 1.0,
+            behind: false,
+            edge_radius: 0.0,
+            faces: Vec::new(),
+            lines,
+        }
     }
 }

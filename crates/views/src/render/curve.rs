@@ -6,7 +6,7 @@ use std::path::Path;
 use slipstick_results::run::{RunDirectory, RunError};
 
 use super::RenderError;
-use super::chart::{Line, Plot, chart};
+use super::chart::{Dash, Line, Plot, chart};
 use super::history::{check_count, style};
 use super::picture::{Canvas, Picture};
 
@@ -17,6 +17,8 @@ pub struct Curve {
     pub name: String,
     /// Abscissa and ordinate at each load step.
     pub points: Vec<[f64; 2]>,
+    /// Whether only its points are drawn, without a line: measurements, or values that are asked for.
+    pub points_only: bool,
 }
 
 /// Column `y` over column `x` of the `quantities.csv` of a run: one curve per load case and
@@ -36,7 +38,7 @@ pub fn read_curves(results: &Path, name: &str, x: &str, y: &str) -> Result<Vec<C
     curves(&text, name, [x, y]).map_err(|(reason, cure)| RunError::Damaged { path: table, reason, cure })
 }
 
-/// Several curves in one chart, with a legend if there is more than one.
+/// Several curves in one chart, with a legend if there is more than one, and the names of the axes.
 ///
 /// # Errors
 /// [`RenderError::TooManyLines`], [`RenderError::NotFinite`], [`RenderError::Size`],
@@ -48,10 +50,14 @@ pub fn curves_picture(
     canvas: &Canvas,
 ) -> Result<Picture, RenderError> {
     check_count(curves.len())?;
+    let solid = curves.iter().filter(|curve| !curve.points_only).count();
     let line = |(number, curve): (usize, &Curve)| {
         let (colour, dash) = style(number);
         let name = if curves.len() > 1 { curve.name.clone() } else { String::new() };
-        Line { name, points: curve.points.clone(), colour, dash, marked: curves.len() == 1 }
+        let (colour, dash) = if curve.points_only { (colour, Dash::None) } else { (colour, dash) };
+        // with many runs or points, markers hide the lines
+        let marked = curve.points_only || (solid <= 2 && curve.points.len() <= 60);
+        Line { name, points: curve.points.clone(), colour, dash, marked }
     };
     let lines = curves.iter().enumerate().map(line).collect();
     chart(title, &[Plot { title: y.to_owned(), lines, level: None, share: 2.0 }], x, canvas)
@@ -84,7 +90,7 @@ fn curves(text: &str, name: &str, columns: [&str; 2]) -> Result<Vec<Curve>, (Str
         let path = [cells[case], friction.map_or("", |column| cells[column])];
         match all.iter_mut().find(|(known, _)| *known == path) {
             Some((_, curve)) => curve.points.push(point),
-            None => all.push((path, Curve { name: name.to_owned(), points: vec![point] })),
+            None => all.push((path, Curve { name: name.to_owned(), points: vec![point], points_only: false })),
         }
     }
     let differ = |k: usize| all.iter().any(|(path, _)| path[k] != all[0].0[k]);
@@ -111,13 +117,16 @@ mod tests {
     fn a_curve_per_load_case() {
         let found = curves(TABLE, "run", ["u", "f"]).unwrap();
         let expected = [("run, load case 0", vec![[0.0, 0.0], [0.5, -2.0]]), ("run, load case 1", vec![[0.2, -3.0]])];
-        assert_eq!(found, expected.map(|(name, points)| Curve { name: name.into(), points }));
+        assert_eq!(found, expected.map(|(name, points)| Curve { name: name.into(), points, points_only: false }));
         let evaluations = "friction,step,load_case,time,f\n0.0,1,0,1.0,4.0\n0.5,1,0,1.0,6.0\n";
         let found = curves(evaluations, "run", ["time", "f"]).unwrap();
         let expected = [("run, friction 0.0", [1.0, 4.0]), ("run, friction 0.5", [1.0, 6.0])];
-        assert_eq!(found, expected.map(|(name, point)| Curve { name: name.into(), points: vec![point] }));
+        assert_eq!(
+            found,
+            expected.map(|(name, point)| Curve { name: name.into(), points: vec![point], points_only: false })
+        );
         let one = curves("step,load_case,time,f\n1,0,1.0,4.0\n", "run", ["time", "f"]).unwrap();
-        assert_eq!(one, [Curve { name: "run".into(), points: vec![[1.0, 4.0]] }]);
+        assert_eq!(one, [Curve { name: "run".into(), points: vec![[1.0, 4.0]], points_only: false }]);
     }
 
     #[test]

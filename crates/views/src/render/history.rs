@@ -16,6 +16,22 @@ pub struct RunHistory {
     pub rows: Vec<[f64; 3]>,
 }
 
+/// What the axis of objectives shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ObjectiveAxis {
+    /// Its name, with the unit.
+    pub name: String,
+    /// Whether minus the objective is drawn, as for an objective that is maximized.
+    pub negated: bool,
+}
+
+impl Default for ObjectiveAxis {
+    /// The objective as it is minimized.
+    fn default() -> Self {
+        Self { name: "Objective".into(), negated: false }
+    }
+}
+
 /// Objective and volume fraction over the iterations; `limit` is the bound on the volume fraction.
 ///
 /// # Errors
@@ -32,11 +48,13 @@ pub fn history_picture(
         dash: Dash::Solid,
         marked: true,
     };
-    let plots = plots(vec![line(|r| r.objective, 0.2)], vec![line(|r| r.volume_fraction, 0.55)], limit);
+    let axis = ObjectiveAxis::default();
+    let plots = plots(&axis, vec![line(|r| r.objective, 0.2)], vec![line(|r| r.volume_fraction, 0.55)], limit);
     chart(None, &plots, ITERATION, canvas)
 }
 
-/// Objectives and volume fractions of several optimizations over their iterations, with a legend;
+/// Objectives and volume fractions of several optimizations over their iterations, with a legend if there
+/// is more than one;
 /// `limit` is their common bound on the volume fraction.
 ///
 /// Lines differ in colour and dash, so that overlapping lines are both visible, and lines can be
@@ -48,19 +66,26 @@ pub fn history_picture(
 pub fn histories_picture(
     title: Option<&str>,
     runs: &[RunHistory],
+    objective: &ObjectiveAxis,
     limit: Option<f64>,
     canvas: &Canvas,
 ) -> Result<Picture, RenderError> {
     check_count(runs.len())?;
-    let lines = |column: usize| {
+    let lines = |column: usize, sign: f64| {
         let line = |(number, run): (usize, &RunHistory)| {
-            let points = run.rows.iter().map(|row| [row[0], row[column]]).collect();
+            let points = run.rows.iter().map(|row| [row[0], sign * row[column]]).collect();
             let (colour, dash) = style(number);
-            Line { name: run.name.clone(), points, colour, dash, marked: false }
+            let name = if runs.len() > 1 { run.name.clone() } else { String::new() };
+            Line { name, points, colour, dash, marked: false }
         };
         runs.iter().enumerate().map(line).collect()
     };
-    chart(title, &plots(lines(1), lines(2), limit), ITERATION, canvas)
+    chart(
+        title,
+        &plots(objective, lines(1, if objective.negated { -1.0 } else { 1.0 }), lines(2, 1.0), limit),
+        ITERATION,
+        canvas,
+    )
 }
 
 /// Refuses more lines than can be distinguished.
@@ -76,12 +101,12 @@ pub(super) fn style(number: usize) -> (Colour, Dash) {
     (COLOURS[number % COLOURS.len()], DASHES[number % DASHES.len()])
 }
 
-const ITERATION: &str = "iteration";
+const ITERATION: &str = "Iteration";
 
-fn plots(objective: Vec<Line>, volume_fraction: Vec<Line>, limit: Option<f64>) -> [Plot; 2] {
+fn plots(axis: &ObjectiveAxis, objective: Vec<Line>, volume_fraction: Vec<Line>, limit: Option<f64>) -> [Plot; 2] {
     [
-        Plot { title: "objective".into(), lines: objective, level: None, share: 2.0 },
-        Plot { title: "volume fraction".into(), lines: volume_fraction, level: limit, share: 1.0 },
+        Plot { title: axis.name.clone(), lines: objective, level: None, share: 2.0 },
+        Plot { title: "Volume fraction".into(), lines: volume_fraction, level: limit, share: 1.0 },
     ]
 }
 

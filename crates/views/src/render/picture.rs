@@ -178,8 +178,8 @@ impl Canvas {
         }
     }
 
-    /// Suitable size of a dot of the font for this picture. \[pixels\]
-    pub(super) fn dot(&self) -> f64 {
-        (f64::from(self.height.min(self.width)) / 260.0).clamp(1.0, 6.0)
+    /// Suitable size of text for this picture, as one seventh of the height of capitals. \[pixels\]
+    pub(super) fn unit(&self) -> f64 {
+        (f64::from(self.height.min(self.width)) / 380.0).clamp(1.1, 8.0)
     }
 }

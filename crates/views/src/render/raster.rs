@@ -25,6 +25,20 @@ pub(super) struct Face {
     pub edge: f32,
 }
 
+impl Face {
+    /// Depth at the place of a point in the picture; `None` beside the face.
+    pub fn depth(&self, at: [f64; 3]) -> Option<f64> {
+        (1..self.count - 1).find_map(|k| {
+            let [a, b, c] = [self.corners[0], self.corners[k], self.corners[k + 1]];
+            let cross = |p: [f64; 3], q: [f64; 3]| (q[0] - p[0]) * (at[1] - p[1]) - (at[0] - p[0]) * (q[1] - p[1]);
+            let weights = [cross(b, c), cross(c, a), cross(a, b)];
+            let sum: f64 = weights.iter().sum();
+            let inside = sum != 0.0 && weights.iter().all(|weight| weight / sum >= 0.0);
+            inside.then(|| (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) / sum)
+        })
+    }
+}
+
 /// A line in space, drawn in front of the faces on which it lies.
 #[derive(Debug, Clone)]
 pub(super) struct Line {
@@ -40,6 +54,8 @@ pub(super) struct Sheet {
     pub palette: Palette,
     /// 1 hides everything behind; below 1, only the nearest face is shown.
     pub opacity: f32,
+    /// Behind all other sheets, wherever it is.
+    pub behind: bool,
     /// Half the width of the edges of faces. \[samples\]
     pub edge_radius: f64,
     pub faces: Vec<Face>,
@@ -124,7 +140,9 @@ impl Drawing {
     fn bodies(&self, number: usize, content: &Content) -> Layer {
         let window = self.window(number);
         let mut picture = Layer::new(&window);
-        for (sheet, part) in self.sheets.iter().zip(&content.sheets).filter(|(sheet, _)| sheet.opacity >= 1.0) {
+        for (sheet, part) in
+            self.sheets.iter().zip(&content.sheets).filter(|(sheet, _)| sheet.opacity >= 1.0 && !sheet.behind)
+        {
             for &f in &part.faces {
                 fill(&sheet.faces[f as usize], sheet, &window, &mut picture);
             }
@@ -154,9 +172,11 @@ impl Drawing {
                 light.iter_mut().for_each(|v| *v *= open);
             }
         }
-        let mut glass = Vec::new();
+        let (mut glass, mut ghost) = (Vec::new(), Layer::new(&window));
         for (sheet, part) in self.sheets.iter().zip(&content.sheets) {
-            if sheet.opacity >= 1.0 {
+            if sheet.behind {
+                self.draw(sheet, part, &window, &mut ghost);
+            } else if sheet.opacity >= 1.0 {
                 for &l in &part.lines {
                     trace(&sheet.lines[l as usize], self.lift, &window, &mut picture);
                 }
@@ -166,11 +186,18 @@ impl Drawing {
                 glass.push((sheet.opacity, layer));
             }
         }
+        for (i, light) in picture.light.iter_mut().enumerate().filter(|(i, _)| picture.depth[*i] == f32::INFINITY) {
+            *light = ghost.light[i];
+        }
         look_through(&mut picture, &glass);
         for &i in &content.inks {
             self.print(&self.inks[i as usize], &window, &mut picture);
         }
-        self.resolve(window.rows / self.samples, &picture)
+        let mut pixels = self.resolve(window.rows / self.samples, &picture);
+        for &i in &content.inks {
+            self.inks[i as usize].blend(&mut pixels, self.width, number * BAND);
+        }
+        pixels
     }
 
     fn draw(&self, sheet: &Sheet, part: &Part, window: &Window, layer: &mut Layer) {

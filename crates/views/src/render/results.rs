@@ -6,6 +6,7 @@ use super::RenderError;
 use super::colour::{Colour, ColourMap, ColourScale};
 use super::error::{check_field, check_finite};
 use super::follow::displaced;
+use super::marks::{Mark, diagonal};
 use super::picture::{Canvas, Picture};
 use super::scene::{Layer, Paint, Scene, Style};
 use super::view::View;
@@ -39,6 +40,12 @@ pub struct RenderOptions {
     pub displacement_factor: f64,
     /// Caption.
     pub caption: Option<String>,
+    /// Symbols for what holds and moves the bodies.
+    pub marks: Vec<Mark>,
+    /// Whether the undeformed shape of what shows the field or the design is drawn behind the deformed one.
+    pub undeformed: bool,
+    /// Name of the unit of length, with which a scale bar is drawn.
+    pub length_unit: Option<String>,
 }
 
 impl Default for RenderOptions {
@@ -52,9 +59,12 @@ impl Default for RenderOptions {
             others: Style::Translucent(0.5),
             cut: None,
             edges: true,
-            domain: true,
+            domain: false,
             displacement_factor: 1.0,
             caption: None,
+            marks: Vec::new(),
+            undeformed: false,
+            length_unit: None,
         }
     }
 }
@@ -133,10 +143,9 @@ pub fn state_picture(
 }
 
 /// A design as the surface that [`design_surface`](crate::export::design_surface) extracts, in the colour of a
-/// material; with displacements, 3 per node \[L\], deformed, with the other bodies as context, which are left out
-/// without displacements.
+/// material, with the other bodies as context; with displacements, 3 per node \[L\], deformed.
 ///
-/// Only the options view, others, displacement factor, caption, domain and canvas are used.
+/// The options about fields, cuts and edges are not used.
 ///
 /// # Errors
 /// [`RenderError::NotFinite`], [`RenderError::Length`]; [`RenderError::Size`] or
@@ -173,19 +182,41 @@ pub fn surface_picture(
     let mut scene = Scene::new(&all, &mesh.elements)?;
     scene.view = options.view;
     scene.caption = options.caption.clone();
+    if options.undeformed && moves(mesh, displacement, options) {
+        scene.add_ghost_surface(&surface.points, &surface.triangles)?;
+    }
     let triangles: Vec<[u32; 3]> = surface.triangles.iter().map(|t| t.map(|n| first + n)).collect();
     scene.add_surface(&triangles, Colour::MATERIAL)?;
-    if displacement.is_some() {
-        let others = mesh.bodies.iter().enumerate().filter(|(body, _)| !bodies.contains(&(*body as u32)));
-        let cells: Vec<u32> = others.flat_map(|(_, body)| body.elements.clone()).map(|e| e as u32).collect();
-        scene.add(Layer { cells, paint: Paint::Plain(Colour::GLASS), style: options.others, edges: false })?;
-    }
+    let others = mesh.bodies.iter().enumerate().filter(|(body, _)| !bodies.contains(&(*body as u32)));
+    let cells: Vec<u32> = others.flat_map(|(_, body)| body.elements.clone()).map(|e| e as u32).collect();
+    scene.add(Layer { cells, paint: Paint::Plain(Colour::GLASS), style: options.others, edges: false })?;
+    mark(&mut scene, mesh, options)?;
     for body in bodies.into_iter().filter(|_| options.domain).map(|body| &mesh.bodies[body as usize]) {
         if let Some([min, max]) = bounds(&mesh.nodes[body.nodes.clone()]) {
             scene.add_box(min, max)?;
         }
     }
     scene.picture(&options.canvas)
+}
+
+/// Adds symbols and the scale bar.
+fn mark(scene: &mut Scene<'_>, mesh: &Mesh, options: &RenderOptions) -> Result<(), RenderError> {
+    let size = extent(mesh);
+    options.marks.iter().try_for_each(|one| scene.add_mark(one, size))?;
+    scene.length_unit.clone_from(&options.length_unit);
+    Ok(())
+}
+
+/// The diagonal of the box around all bodies.
+fn extent(mesh: &Mesh) -> f64 {
+    diagonal(mesh.bodies.iter().flat_map(|body| mesh.nodes[body.nodes.clone()].iter().copied()))
+}
+
+/// Whether displacements are so large that the undeformed shape is worth its lines.
+fn moves(mesh: &Mesh, displacement: Option<&[f64]>, options: &RenderOptions) -> bool {
+    let size = extent(mesh);
+    let largest = displacement.unwrap_or(&[]).iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
+    options.displacement_factor * largest > 0.004 * size
 }
 
 fn show(
@@ -226,9 +257,13 @@ fn show(
         // Context alone would be mistaken for a result.
         context.clear();
     }
+    if options.undeformed && moves(mesh, displacement, options) {
+        scene.add_ghost(&mesh.nodes, &cells)?;
+    }
     scene.add(Layer { cells, paint, style: Style::Solid, edges: options.edges })?;
     let paint = if options.others == Style::Solid { paint } else { Paint::Plain(Colour::GLASS) };
     scene.add(Layer { cells: context, paint, style: options.others, edges: options.edges })?;
+    mark(&mut scene, mesh, options)?;
     if options.domain {
         for (body, _) in mesh.bodies.iter().zip(&bears).filter(|(_, bears)| **bears) {
             if let Some([min, max]) = bounds(&mesh.nodes[body.nodes.clone()]) {

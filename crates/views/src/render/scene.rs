@@ -4,8 +4,9 @@ use slipstick_mesh::Element;
 
 use super::colour::{Colour, ColourScale};
 use super::error::{check_field, check_finite};
+use super::marks::Label;
 use super::picture::{Canvas, Picture};
-use super::skin::SkinFace;
+use super::skin::{SkinFace, skin};
 use super::view::View;
 use super::{RenderError, compose};
 
@@ -73,6 +74,11 @@ pub struct Scene<'a> {
     pub(super) surfaces: Vec<(Vec<SkinFace>, Colour)>,
     pub(super) boxes: Vec<[[f64; 3]; 2]>,
     pub(super) arrows: Vec<([f64; 3], [f64; 3], Colour)>,
+    /// Dash-dotted lines.
+    pub(super) chains: Vec<[[f64; 3]; 2]>,
+    pub(super) labels: Vec<Label>,
+    /// Bodies behind everything else, as outlines.
+    pub(super) ghosts: Vec<(Vec<[f64; 3]>, Vec<SkinFace>)>,
     /// Colour scale for fields; it is shown as a colour bar.
     pub scale: Option<ColourScale>,
     /// The view.
@@ -86,6 +92,8 @@ pub struct Scene<'a> {
     pub shaded: bool,
     /// Whether the directions of x, y and z are shown.
     pub axes: bool,
+    /// Name of the unit of length, with which a scale bar is shown.
+    pub length_unit: Option<String>,
 }
 
 impl<'a> Scene<'a> {
@@ -107,12 +115,16 @@ impl<'a> Scene<'a> {
             surfaces: Vec::new(),
             boxes: Vec::new(),
             arrows: Vec::new(),
+            chains: Vec::new(),
+            labels: Vec::new(),
+            ghosts: Vec::new(),
             scale: None,
             view: View::default(),
             caption: None,
             note: "no cells to show".into(),
             shaded: true,
             axes: true,
+            length_unit: None,
         })
     }
 
@@ -185,6 +197,42 @@ impl<'a> Scene<'a> {
     pub fn add_arrow(&mut self, from: [f64; 3], to: [f64; 3], colour: Colour) -> Result<(), RenderError> {
         check_finite("arrow", from.into_iter().chain(to))?;
         self.arrows.push((from, to, colour));
+        Ok(())
+    }
+
+    /// Adds cells, with points at other positions \[L\], as outlines behind everything else: the undeformed
+    /// shape of bodies.
+    ///
+    /// # Errors
+    /// [`RenderError::CellOutOfRange`]; [`RenderError::Length`] or [`RenderError::NotFinite`] for the points.
+    pub fn add_ghost(&mut self, points: &[[f64; 3]], cells: &[u32]) -> Result<(), RenderError> {
+        check_finite("ghost", points.as_flattened().iter().copied())?;
+        let count = self.elements.len();
+        if let Some(&cell) = cells.iter().find(|&&cell| cell as usize >= count) {
+            return Err(RenderError::CellOutOfRange { cell, cells: count });
+        }
+        let faces = skin(self.elements, cells);
+        if faces.iter().flat_map(|face| &face.nodes).any(|&node| node as usize >= points.len()) {
+            return Err(RenderError::Length { name: "ghost".into(), expected: self.points.len(), found: points.len() });
+        }
+        self.ghosts.push((points.to_vec(), faces));
+        Ok(())
+    }
+
+    /// Adds a surface of triangles as [`add_ghost`](Self::add_ghost) adds cells.
+    ///
+    /// # Errors
+    /// [`RenderError::NodeOutOfRange`] with the number of the triangle; [`RenderError::NotFinite`].
+    pub fn add_ghost_surface(&mut self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), RenderError> {
+        check_finite("ghost", points.as_flattened().iter().copied())?;
+        let nodes = points.len();
+        for (element, triangle) in triangles.iter().enumerate() {
+            if let Some(&node) = triangle.iter().find(|&&node| node as usize >= nodes) {
+                return Err(RenderError::NodeOutOfRange { element, node, nodes });
+            }
+        }
+        let faces = triangles.iter().map(|&t| SkinFace { nodes: t.into(), cell: 0 }).collect();
+        self.ghosts.push((points.to_vec(), faces));
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use slipstick_model::optimize::IterationRecord;
 
 mod colours;
 mod inputs;
+mod marks;
 mod results;
 mod surfaces;
 

@@ -170,6 +170,7 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     let picture = picture.map_or(String::new(), |bytes| format!("data:image/png;base64,{}", base64(&bytes)));
     let script = [
         include_str!("page/charts.js"),
+        include_str!("page/smooth.js"),
         include_str!("page/viewer.js"),
         include_str!("page/section.js"),
         include_str!("page/controls.js"),

@@ -78,3 +78,13 @@ fn the_command_is_found_behind_options() {
     assert_eq!(found("slipstick --json --threads=2 resume case"), "optimize");
     assert_eq!(found("study.py"), "run");
 }
+
+/// Where there is Node.js, the page's own functions are run.
+#[test]
+fn rounded_designs_keep_their_volume_and_outer_faces() {
+    let faces = include_str!("page/viewer.js").split("const VERTEX").next().unwrap_or_default();
+    let script = [faces, include_str!("page/smooth.js"), include_str!("page/smooth_check.js")].concat();
+    let Ok(ran) = std::process::Command::new("node").args(["-e", &script]).output() else { return };
+    let errors = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(String::from_utf8_lossy(&ran.stdout).trim(), "true", "{errors}");
+}

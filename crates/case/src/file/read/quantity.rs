@@ -17,6 +17,7 @@ pub(super) fn quantities(root: &Table<'_>, known: &Known<'_>) -> Vec<Quantity> {
             let message = format!("two quantities are called `{name}`");
             table.reader.error(&table.path_of("name"), CaseCode::DuplicateName, message, "give each a different name");
         }
+        let label = table.string("label").optional().filter(|label| !label.is_empty());
         let kind = table.choose("what the quantity measures", QuantityKind::KEYS);
         let kind = kind.and_then(|key| Some((key, table.table(key)?))).and_then(|(key, inner)| {
             let kind = QuantityKind::read(key, &Reading { table: &inner, known });
@@ -25,7 +26,7 @@ pub(super) fn quantities(root: &Table<'_>, known: &Known<'_>) -> Vec<Quantity> {
         });
         table.finish();
         // after an error, a placeholder with the name, so that no reference to it is an error too
-        quantities.push(Quantity { name, kind: kind.unwrap_or(QuantityKind::PLACEHOLDER) });
+        quantities.push(Quantity { name, label, kind: kind.unwrap_or(QuantityKind::PLACEHOLDER) });
     }
     quantities
 }

@@ -12,6 +12,9 @@ pub use slipstick_design::{ObservedSteps, OverLoadCases};
 pub struct Quantity {
     /// Unique name.
     pub name: String,
+    /// What charts call it; `None`: its name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
     /// What it measures.
     #[serde(flatten)]
     pub kind: QuantityKind,

@@ -116,8 +116,8 @@ fn ticks_are_round_and_named_with_the_digits_they_need() {
     assert_eq!(names(0.0, 135.1), "0 20 40 60 80 100 120");
     assert_eq!(names(-3.0, 3.0), "−3 −2 −1 0 1 2 3");
     assert_eq!(names(-0.02, 0.02), "−0.02 −0.01 0.00 0.01 0.02");
-    assert_eq!(names(0.0, 2.1e6), "0 0.5e6 1.0e6 1.5e6 2.0e6");
-    assert_eq!(names(0.0, 4e-6), "0 1e−6 2e−6 3e−6 4e−6");
+    assert_eq!(names(0.0, 2.1e6), "0 0.5·10⁶ 1.0·10⁶ 1.5·10⁶ 2.0·10⁶");
+    assert_eq!(names(0.0, 4e-6), "0 1·10⁻⁶ 2·10⁻⁶ 3·10⁻⁶ 4·10⁻⁶");
     for (low, high) in [(0.1, 0.9), (-7.3, 1e4), (1e-30, 3e-30), (123.4, 123.5)] {
         let values = legend::ticks(low, high, 5);
         assert!((2..=9).contains(&values.len()), "{low} to {high}: {values:?}");

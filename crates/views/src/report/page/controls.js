@@ -69,7 +69,9 @@ function controls({ m, state, designs, steps, available, names, refresh, viewer,
     section();
   });
   place.forEach(label => form.append(label));
-  box("edges", true, on => { viewer.edges = on; });
+  if (designed) box("smooth", state.smooth, on => { state.smooth = on; });
+  viewer.edges = !(designed && state.smooth);
+  box("edges", viewer.edges, on => { viewer.edges = on; });
   const reset = make("button", { type: "button" }, "Reset view");
   reset.addEventListener("click", () => { viewer.reset(); viewer.draw(); });
   set.append(halves, reset);

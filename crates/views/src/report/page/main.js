@@ -151,7 +151,7 @@ function view() {
   const bodyOfHex = new Uint8Array(hexes.length / 8), bodyOfQuad = new Uint8Array(quads.length / 4);
   m.bodies.forEach((body, b) => { bodyOfHex.fill(b, ...body.hexes); bodyOfQuad.fill(b, ...body.quads); });
   const designs = data.designs, steps = data.steps;
-  const state = { mode: steps.length && !designs.length ? "steps" : "designs", design: designs.length - 1, step: steps.length - 1, threshold: 0.5, scale: 1, field: "density", hidden: new Set(), section: null };
+  const state = { mode: steps.length && !designs.length ? "steps" : "designs", design: designs.length - 1, step: steps.length - 1, threshold: 0.5, scale: 1, field: "density", smooth: true, hidden: new Set(), section: null };
   const designed = m.bodies.some(body => body.designed);
   if (!designs.length && steps.length) state.mode = "steps"; else if (steps.length) state.mode = "steps";
   if (kept.state) {
@@ -215,10 +215,15 @@ function view() {
     state.field = "displacement";
     if (!designed) element("view-title").textContent = "Bodies";
   }
-  function positions() {
-    if (state.mode !== "steps" || state.scale === 0 || !frame().displacement) return points;
+  // Without material that is left out, there is nothing to round, and the colours show the densities.
+  const smooth = () => designed && state.smooth && state.threshold > 0;
+  let rest = { key: null, points };
+  function positions(solid) {
+    const phi = density(), key = smooth() ? [state.threshold, [...state.hidden].sort(), phi && phi.data].join() : null;
+    if (rest.key !== key) rest = { key, points: key === null ? points : smoothed(points, faces, solid) };
+    if (state.mode !== "steps" || state.scale === 0 || !frame().displacement) return rest.points;
     const u = open(frame().displacement);
-    return points.map((x, i) => x + state.scale * u[i]);
+    return rest.points.map((x, i) => x + state.scale * u[i]);
   }
   function refresh() {
     const phi = density() ? open(density()) : new Float32Array(hexes.length / 8).fill(1), solid = e => e >= 0 && phi[e] > state.threshold && !state.hidden.has(bodyOfHex[e]);
@@ -226,9 +231,10 @@ function view() {
     const count = hexes.length / 8;
     let values = cells ? open(state.field === "density" ? density() : frame()[state.field]) : nodal(state.field);
     const unit = v => Number.isNaN(v) ? -1 : Math.max(0, Math.min(1, (v - low) / (high - low)));
-    const ofElement = e => whole || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
+    const material = smooth() && state.field === "density";
+    const ofElement = e => material && m.bodies[bodyOfHex[e]].designed ? -2 : whole || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
     const nodes = [], shown = [], owners = [], inner = new Set();
-    let at = positions();
+    let at = positions(solid);
     for (let f = 0; f < faces.sides.length / 2; f++) {
       const [a, b] = [faces.sides[2 * f], faces.sides[2 * f + 1]];
       if (solid(a) === solid(b)) continue;
@@ -254,15 +260,17 @@ function view() {
     }
     viewer.categories = state.field === "status";
     // Faces with a corner without a value have no colour.
-    for (let i = 0; i < shown.length; i += 4) if (shown.slice(i, i + 4).some(v => v < 0)) shown.fill(-1, i, i + 4);
+    for (let i = 0; i < shown.length; i += 4) if (shown.slice(i, i + 4).some(v => v === -1)) shown.fill(-1, i, i + 4);
     viewer.values = { raw: values, cells };
-    viewer.show(at, Uint32Array.from(nodes), shown, owners, state.section, inner);
-    legend(low, high, owners.length);
+    viewer.show(at, Uint32Array.from(nodes), shown, owners, state.section, inner, smooth());
+    legend(low, high, owners.length, material);
   }
-  function legend(low, high, count) {
+  function legend(low, high, count, material) {
     const box = element("legend"), name = names[state.field] + units[state.field];
     box.replaceChildren();
-    if (state.field === "status") {
+    if (material) {
+      box.append(`material where the density is above ${state.threshold}, its surface rounded`);
+    } else if (state.field === "status") {
       box.append(name);
       [["open", "#9ea8b3"], ["stick", "#2166ab"], ["slip", "#d6611a"]].forEach(([word, colour]) => box.append(make("span", { class: "key", style: `background:${colour}` }), word));
     } else {

@@ -1,4 +1,4 @@
-// Draws the skin of elements with WebGL: colours by a value per corner, flat shading, element edges.
+// Draws the skin of elements with WebGL: colours by a value per corner, flat or smooth shading, element edges.
 function bytesOf(text) {
   const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
@@ -46,8 +46,10 @@ vec3 map(float t) {
 void main() {
   if (beyond > 1e-4) discard;
   if (kind > 1.5) { gl_FragColor = vec4(plain, 1.0); return; }
-  vec3 c = v < -0.5 ? plain : (kind > 0.5 ? (v < .25 ? vec3(.62, .66, .70) : v < .75 ? vec3(.13, .40, .67) : vec3(.84, .38, .10)) : map(clamp(v, 0.0, 1.0)));
-  float light = 0.55 + 0.45 * abs(normalize(n).z);
+  vec3 c = v < -1.5 ? vec3(.85, .81, .745) : v < -0.5 ? plain : (kind > 0.5 ? (v < .25 ? vec3(.62, .66, .70) : v < .75 ? vec3(.13, .40, .67) : vec3(.84, .38, .10)) : map(clamp(v, 0.0, 1.0)));
+  vec3 u = normalize(n); if (u.z < 0.0) u = -u;
+  // of the pictures: from everywhere and above, a key and a fill; the power is that of the display
+  float light = pow(min(1.0, 0.325 + 0.125 * u.y + 0.5 * max(0.0, dot(u, vec3(-.34, .59, .73))) + 0.15 * max(0.0, dot(u, vec3(.84, .11, .53)))), 0.4545);
   gl_FragColor = vec4(c * light, 1.0);
 }`;
 function program(gl) {
@@ -85,17 +87,17 @@ class Viewer {
     this.centre = low.map((l, k) => 0.5 * (l + high[k]));
     this.radius = 0.5 * Math.hypot(...low.map((l, k) => high[k] - l)) || 1;
   }
-  // Positions of the points; per face 4 points, 4 values from 0 to 1 (-1: none) and the element behind it (-1: none).
+  // Positions of the points; per face 4 points, 4 values from 0 to 1 (-1: none, -2: the material of a design) and the element behind it (-1: none).
   // A section removes what lies beyond a plane, { axis, at, side }; `inner` are faces whose last edge is not drawn.
-  show(points, nodes, values, owners, section = null, inner = new Set()) {
+  show(points, nodes, values, owners, section = null, inner = new Set(), smooth = false) {
     const gl = this.gl, count = nodes.length / 4, faces = new Float32Array(count * 42), edges = new Float32Array(count * 56);
     let f = 0, e = 0;
-    const p = n => [points[3 * n], points[3 * n + 1], points[3 * n + 2]];
+    const p = n => [points[3 * n], points[3 * n + 1], points[3 * n + 2]], normal = smooth && rounded(points, nodes);
     for (let i = 0; i < count; i++) {
       const corner = [0, 1, 2, 3].map(k => p(nodes[4 * i + k]));
       const [u, w] = [0, 1].map(k => corner[k + 2].map((c, j) => c - corner[k][j]));
       const n = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
-      const put = (array, at, k) => { array.set(corner[k], at); array.set(n, at + 3); array[at + 6] = values[4 * i + k]; };
+      const put = (array, at, k) => { array.set(corner[k], at); array.set(normal ? normal(i, k) : n, at + 3); array[at + 6] = values[4 * i + k]; };
       for (const k of [0, 1, 2, 0, 2, 3]) { put(faces, f, k); f += 7; }
       for (const k of inner.has(i) ? [0, 1, 1, 2, 2, 3, 3, 3] : [0, 1, 1, 2, 2, 3, 3, 0]) { put(edges, e, k); e += 7; }
     }
