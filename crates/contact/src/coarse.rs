@@ -2,6 +2,7 @@
 //! those that lie on each other.
 
 use crate::ContactInterface;
+use crate::cones::SHARP_KINK;
 use crate::kinematics::frame::RingCorner;
 use crate::kinematics::height::FacetHeight;
 use crate::slave_node::{SAME_COSINE, SlaveNode, normal};
@@ -59,10 +60,11 @@ impl ContactInterface {
 }
 
 impl ContactInterface {
-    /// Whether slave and master lie on each other at the start, as a block on a slab: of the area that faces the master,
-    /// almost half or more belongs to slave nodes at a distance of less than a tenth of the square root of the area around
-    /// them, or below the master, whose averaged normals are opposite to the master's within 5°. `coordinates` are those
-    /// of the start, 3 per node. Surfaces whose rows cannot be evaluated count as seated.
+    /// Whether slave and master lie on each other at the start, as a block on a slab: of the area of some smooth part of
+    /// the slave that faces the master, almost half or more belongs to slave nodes at a distance of less than a tenth of
+    /// the square root of the area around them, or below the master, whose averaged normals are opposite to the master's
+    /// within 5°. Smooth parts are bounded by kinks of 30°. `coordinates` are those of the start, 3 per node. Surfaces
+    /// whose rows cannot be evaluated count as seated.
     ///
     /// Tests: `a_block_that_rests_on_a_slab_is_seated`, `a_bent_arm_whose_end_touches_is_not_seated`.
     pub fn is_seated(&self, coordinates: &[f64]) -> bool {
@@ -73,15 +75,44 @@ impl ContactInterface {
         };
         let [averaged, masters] = [false, true].map(|sharp| rows(&self.clone().with_frames(sharp)));
         let (Ok(averaged), Ok(masters)) = (averaged, masters) else { return true };
-        let (mut seated, mut facing) = (0.0, 0.0);
-        for (own, master) in averaged.iter().zip(&masters).filter(|(own, _)| own.area > 0.0) {
+        let parts = smooth_parts(self.slave_facets(), coordinates);
+        let (mut seated, mut facing) = (vec![0.0; parts.len()], vec![0.0; parts.len()]);
+        for ((own, master), slave) in averaged.iter().zip(&masters).zip(self.slave_nodes()) {
             let parallel = own.frame.vector(0).angle(&master.frame.vector(0)) < PARALLEL;
             let close = own.gap() < SEATED * own.area.sqrt() * own.area;
-            facing += own.area;
-            seated += if parallel && close { own.area } else { 0.0 };
+            let share = own.area / slave.facets.len() as f64;
+            for part in slave.facets.iter().map(|&(facet, _)| parts[facet as usize]).filter(|_| own.area > 0.0) {
+                facing[part] += share;
+                seated[part] += if parallel && close { share } else { 0.0 };
+            }
         }
-        seated > 0.0 && seated >= SEATED_SHARE * facing
+        seated.iter().zip(&facing).any(|(seated, facing)| *seated > 0.0 && *seated >= SEATED_SHARE * facing)
     }
+}
+
+/// The smooth part to which each facet belongs, by the number of one of its facets: facets that share an edge at which
+/// they meet at less than [`SHARP_KINK`].
+fn smooth_parts(facets: &[FacetNodes], x: &[f64]) -> Vec<usize> {
+    let mut parent: Vec<usize> = (0..facets.len()).collect();
+    let root = |parent: &[usize], mut of: usize| {
+        while parent[of] != of {
+            of = parent[of];
+        }
+        of
+    };
+    let normals: Vec<Vector3<f64>> = facets.iter().map(|facet| normal(facet, x)).collect();
+    let mut known: HashMap<[u32; 2], usize> = HashMap::new();
+    for (f, facet) in facets.iter().enumerate() {
+        for (i, &a) in facet.iter().enumerate() {
+            let b = facet[(i + 1) % facet.len()];
+            let Some(other) = known.insert([a.min(b), a.max(b)], f) else { continue };
+            if normals[f].dot(&normals[other]) > SHARP_KINK.cos() {
+                let (one, two) = (root(&parent, f), root(&parent, other));
+                parent[one.max(two)] = one.min(two);
+            }
+        }
+    }
+    (0..facets.len()).map(|f| root(&parent, f)).collect()
 }
 
 /// Share of the facing area that lies on the other surface if the surfaces lie on each other. Not a half, which
