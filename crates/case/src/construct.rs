@@ -10,6 +10,7 @@ mod error;
 mod loads;
 mod maps;
 mod mesh;
+mod motions;
 mod optimization;
 mod quantities;
 mod regions;
@@ -41,7 +42,7 @@ use slipstick_linalg::Ranks;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, Surface, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::LoadTime;
-use slipstick_model::model::prescribed::{Moved, Prescribed};
+use slipstick_model::model::prescribed::Prescribed;
 use slipstick_model::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Method,
     ModelInterface, ModelParts, OffsetPoint, Share, Temperatures, Uzawa, Viscosity, Workspace,
@@ -86,10 +87,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
-        let path = format!("dirichlet[{i}].set");
-        let moved = moved(&mesh, dirichlet, &path)?;
-        check_temporary(&mesh, dirichlet, &moved, &path)?;
-        sets.push(moved);
+        sets.push(motions::moved(&mesh, dirichlet, &format!("dirichlet[{i}].set"))?);
     }
     let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
     let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
@@ -186,27 +184,6 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let mut problem = Problem::new(mesh, analysis, start);
     (problem.load_cases, problem.quantities) = (load_cases, quantities);
     Ok(problem)
-}
-
-/// What a motion moves.
-fn moved(mesh: &Mesh, dirichlet: &file::Dirichlet, path: &str) -> Result<Moved, BuildError> {
-    if let Some(reference) = mesh.reference_of(&dirichlet.set) {
-        return Ok(Moved::Body(reference));
-    }
-    let help = |body: &str| format!("prescribe the motion of the body: set = \"{body}\"");
-    Ok(Moved::Nodes(select::deformable_nodes(mesh, &dirichlet.set, path, help)?))
-}
-
-/// Refuses supports that begin or end within the path on anything but nodes of deformable bodies.
-fn check_temporary(mesh: &Mesh, dirichlet: &file::Dirichlet, moved: &Moved, path: &str) -> Result<(), BuildError> {
-    let of_body = |node: &u32| mesh.bodies.iter().any(|body| body.nodes.contains(&(*node as usize)));
-    let solid = matches!(moved, Moved::Nodes(nodes) if nodes.iter().all(of_body));
-    if dirichlet.is_permanent() || solid {
-        return Ok(());
-    }
-    let message = "only supports of nodes of deformable bodies can begin or end within the path";
-    let help = "tie the rigid body or the point to a deformable body, and hold that one; or omit `from` and `until`";
-    Err(BuildError::new(path.to_owned(), message, help))
 }
 
 /// How the stiffness of an element depends on its density.

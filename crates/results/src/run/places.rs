@@ -8,6 +8,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{StateError, StepFailureKind};
 
 use slipstick_case::check::free_motions;
+use slipstick_case::file::Formulation;
 use slipstick_model::model::{ContactModel, ContactState, PairState, Unknown};
 use slipstick_model::words::{counted, vector};
 
@@ -251,6 +252,10 @@ fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Con
     let free = free_motions(mesh, nodes.iter().copied(), model.prescribed().fixed());
     let Some(motions) = rigid(free) else {
         found.facts.push(format!("supports prevent every rigid motion of {whose}"));
+        if model.solid().sections()[body].formulation == Formulation::Reduced {
+            found.facts.push("elements with `element = \"reduced\"` have a motion without energy, which can spread".into());
+            found.cures.push(format!("`element = \"full\"` of body `{name}`"));
+        }
         return found;
     };
     found.facts.push(format!("no support prevents {motions} of {whose}"));

@@ -89,6 +89,15 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
         false => friction.required(0.0, "the coefficient of friction; 0 is frictionless"),
     };
     let friction_path = friction_path(&table, steps);
+    if friction == 0.0 && table.has("friction") && !friction_path.is_empty() {
+        let message = "factors on a coefficient of friction of 0 have no effect";
+        table.reader.warning(
+            &table.path_of("friction_path"),
+            CaseCode::Friction,
+            message,
+            "give `friction` a value, and begin with `factor = 0` for contact without friction at first",
+        );
+    }
     let shear_limit = positive(&table, "shear_limit").optional();
     if shear_limit.is_some() && friction == 0.0 && !tied {
         let message = "without friction there is no shear stress to limit";
