@@ -205,6 +205,26 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
             });
         }
     }
+    let prescribed = problem.analysis.model().prescribed();
+    if case.dirichlet.iter().any(|of| of.until.is_some()) {
+        let after = self::bodies(&problem.mesh, &prescribed.linear().truly_fixed(prescribed.fixed()));
+        let let_go = bodies
+            .iter()
+            .zip(&after)
+            .enumerate()
+            .filter(|(_, (at_first, then))| at_first.free_motions == 0 && then.free_motions > 0);
+        notices.extend(let_go.map(|(b, (_, body))| Notice {
+            kind: NoticeKind::LooseBody,
+            path: format!("body[{b}]"),
+            message: format!(
+                "without the supports that begin or end, body `{}` is free in {} of its 6 rigid motions; only contact could \
+                 hold it then",
+                body.name, body.free_motions
+            ),
+            help: "make sure that contact holds it when a support ends (`until`), or keep a support that prevents these motions"
+                .into(),
+        }));
+    }
     notices.extend(poor_elements(&problem.mesh));
     notices.extend(straight_middles(case, &problem.mesh));
     notices.extend(connection::notices(case, &problem.mesh, &fixed));

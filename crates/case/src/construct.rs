@@ -103,7 +103,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
     let times = LoadTime::ends(load_cases.len().max(1), case.load_path.steps);
-    let supports = prescribed.fixed().to_vec();
+    let (supports, ever_supported) = (prescribed.fixed().to_vec(), prescribed.ever_supported().into_owned());
     let prescribed = equations::with_equations(prescribed, case, &mesh, &times)?;
     let sections = sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
@@ -137,7 +137,7 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     let largest = prescribed.largest(&times);
     let loads = loads::build_loads(case, &mesh, &load_cases)?;
     let springs = springs::build_springs(case, &mesh, &coordinates)?;
-    let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, &supports);
+    let viscosity = Viscosity::new(case.load_path.viscosity, &mesh, &ever_supported);
     let temperatures = Temperatures::new(case.temperatures.clone(), &mesh, &load_cases);
     bolts::check(case, &mesh)?;
     let bolts = bolts::build_bolts(case, &mesh, &solid);

@@ -70,6 +70,11 @@ pub(crate) struct CoarseSteps {
 }
 
 impl CoarseSteps {
+    /// Estimated error of the friction work of all nodes. \[F L\]
+    pub fn total(&self) -> f64 {
+        self.errors.iter().sum()
+    }
+
     /// Makes room for this many slave nodes.
     pub fn resize(&mut self, nodes: usize) {
         self.errors.resize(nodes, 0.0);

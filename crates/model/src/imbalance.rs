@@ -40,11 +40,7 @@ impl fmt::Display for Imbalance {
             quantity(*balance)
         )?;
         if *accounted != 0.0 {
-            write!(
-                f,
-                "of which the losses and errors that other warnings name account for {}; the rest is ",
-                quantity(*accounted)
-            )?;
+            write!(f, "of which other findings account for {}; the rest is ", quantity(*accounted))?;
         }
         write!(
             f,

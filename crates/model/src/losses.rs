@@ -83,6 +83,11 @@ pub(crate) struct ContactAt<'a> {
 }
 
 impl Losses {
+    /// Lost work of all nodes. \[F L\]
+    pub fn total(&self) -> f64 {
+        self.nodes.iter().sum()
+    }
+
     /// Adds what is lost between two neighbouring states.
     pub fn add(&mut self, model: &ContactModel, before: &ContactAt<'_>, now: &ContactAt<'_>) {
         self.nodes.resize(now.results.nodes.len(), 0.0);

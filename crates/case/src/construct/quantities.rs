@@ -72,7 +72,11 @@ impl Context<'_> {
                 let mut nodes = self.model.slave_nodes();
                 nodes.dedup();
                 let force = ContactForce::new(nodes, self.mesh.nodes.len(), 0.0).map_err(fail)?;
-                Response::of(Arc::new(force.without_reactions(self.model.prescribed().fixed())), steps.clone(), -1.0)
+                Response::of(
+                    Arc::new(force.without_reactions(&self.model.prescribed().ever_supported())),
+                    steps.clone(),
+                    -1.0,
+                )
             }
             file::ObjectiveKind::Minimise(combination) => self.combination(combination, quantities, 1.0)?,
             file::ObjectiveKind::Maximise(combination) => self.combination(combination, quantities, -1.0)?,

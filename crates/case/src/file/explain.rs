@@ -76,7 +76,8 @@ impl CaseCode {
             }
             CellRule => "Use 1, 3, 6, 7 or 12 points. The default of 7 is accurate enough for bilinear facets.",
             MotionTime => {
-                "The times of the waypoints must increase; the first is greater than 0, the last is at most 1."
+                "The times of the waypoints must increase; the first is greater than 0, the last is at most 1. A support \
+                 that begins (`from`) or ends (`until`) within the path has its waypoints after `from`."
             }
             Motion => {
                 "Give each waypoint `u`, or `angle` together with a `rotation`; move only components that are \
@@ -141,7 +142,7 @@ impl CaseCode {
             }
             CornerBetweenSteps => {
                 "Choose `load_path.steps` so that every waypoint falls on a load step, or move the waypoint; between \
-                 load steps, motions are linear."
+                 load steps, motions are linear. `from` and `until` of a support count as the ends of their load steps."
             }
             NoContact => {
                 "Add a [[contact]] pair, or make sure that its surfaces come within the search distance of each other. \

@@ -102,8 +102,8 @@ impl Building<'_> {
         }
         let nodes = self.mesh.set_nodes(set).unwrap_or_default();
         let unknowns = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c));
-        let of_temporary = |unknown: u32| prescribed.temporary().iter().any(|support| support.unknown == unknown);
-        unknowns.filter(|&unknown| prescribed.fixed()[unknown as usize] || of_temporary(unknown)).collect()
+        let supported = prescribed.ever_supported();
+        unknowns.filter(|&unknown| supported[unknown as usize]).collect()
     }
 
     /// Whether the slave surface of a pair is its own master.

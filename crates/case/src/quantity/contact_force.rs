@@ -58,7 +58,7 @@ impl Kind for ContactForce {
                 }
                 let force = quantity::ContactForce::new(nodes, at.mesh.nodes.len(), 0.0);
                 let force = force.map_err(|error| at.error(error))?;
-                return Ok(Arc::new(force.named(name).without_reactions(at.model.prescribed().fixed())));
+                return Ok(Arc::new(force.named(name).without_reactions(&at.model.prescribed().ever_supported())));
             }
         };
         if matches!(part, ForcePart::Resultant(_)) && at.is_with_itself(slave) {

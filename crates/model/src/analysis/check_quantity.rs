@@ -2,11 +2,9 @@
 
 use super::Analysis;
 use crate::equations::ContactModel;
-use crate::equations::prescribed::Temporary;
 use slipstick_design::quantity::{
     ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
 };
-use std::collections::HashSet;
 
 impl Analysis {
     /// Compares a quantity's derivatives with differences of its values, at every load step: at
@@ -26,10 +24,8 @@ impl Analysis {
         // spread by the golden ratio, so that no two entries are alike
         let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() + 0.5;
         let contact = if reads.contact { some_contact(model, spread) } else { Vec::new() };
-        let held = |support: &Temporary| support.unknown as usize;
-        let temporary: HashSet<usize> = model.prescribed().temporary().iter().map(held).collect();
-        let counts = |i: usize| model.prescribed().fixed()[i] || temporary.contains(&i);
-        let reaction = |i: usize| if counts(i) { spread(i) - 1.0 } else { 0.0 };
+        let supported = model.prescribed().ever_supported();
+        let reaction = |i: usize| if supported[i] { spread(i) - 1.0 } else { 0.0 };
         let reaction: Vec<f64> = if reads.reaction { (0..n).map(reaction).collect() } else { Vec::new() };
         let elements = model.solid().elements();
         let points = STRESS_POINTS * if reads.stress { elements } else { 0 };

@@ -56,8 +56,8 @@ pub struct Recording<'a> {
     begun: bool,
     found: Quantities,
     sums: Sums,
-    /// Stored energy that disappears in a step, round-off included, with the number of its load case.
-    released: Vec<(usize, ReleasedEnergy)>,
+    /// Stored energy that disappears in a step, round-off included.
+    released: Vec<Release>,
     /// The part of `energy_balance` that losses and errors of friction work account for in each load case. \[F L\]
     accounted: Vec<f64>,
     pressures: RoughPressures,
@@ -98,8 +98,8 @@ impl<'a> Recording<'a> {
         self.end_case();
         let round_off = self.found.round_off();
         let mut accounted = self.accounted;
-        let released = self.released.into_iter().filter(|(_, released)| released.energy > round_off);
-        let released = released.inspect(|(case, released)| accounted[*case] += released.energy).map(|(_, of)| of);
+        let released = self.released.into_iter().filter(|of| of.released.energy > round_off);
+        let released = released.inspect(|of| accounted[of.case] += of.apart).map(|of| of.released);
         self.found.released = released.max_by(|a, b| a.fraction.total_cmp(&b.fraction));
         let mut found = Quantities { overlaps, rough_pressures: self.pressures.reported(), ..self.found };
         let model = self.recorder.model;
@@ -179,6 +179,7 @@ impl<'a> Recording<'a> {
                 .sum();
             sums.thermal += thermal;
             sums.done += external.abs() + offset.abs() + thermal.abs();
+            let known = sums.lost.total() - sums.coarse.total();
             let before = old.results.as_ref().map_or(&none, |results| &results.contact);
             let friction: f64 = sums.friction.iter().sum();
             sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
@@ -204,7 +205,13 @@ impl<'a> Recording<'a> {
                     contact,
                 )
             });
-            self.released.extend(released.flatten().map(|released| (self.accounted.len(), released)));
+            // what contact loses in this step, and the error of its friction work, count apart
+            let known = sums.lost.total() - sums.coarse.total() - known;
+            self.released.extend(released.flatten().map(|released| Release {
+                case: self.accounted.len(),
+                apart: released.energy - known,
+                released,
+            }));
         }
         if let Some(step) = step {
             self.pressures.add((design.model(), recorder.own), &recorder.mesh.nodes, step, &contact);
@@ -223,6 +230,15 @@ impl<'a> Recording<'a> {
         let results = Some(StateResults { contact, internal_force, energies });
         self.last = Some(Last { time: at.time, state: now, results, pressed, heated, seen });
     }
+}
+
+/// Stored energy that disappears in a step.
+struct Release {
+    /// The load case, from 0.
+    case: usize,
+    released: ReleasedEnergy,
+    /// Without what contact loses in the step. \[F L\]
+    apart: f64,
 }
 
 /// The last state that was added.

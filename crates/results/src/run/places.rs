@@ -253,7 +253,9 @@ fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Con
     let Some(motions) = rigid(free) else {
         found.facts.push(format!("supports prevent every rigid motion of {whose}"));
         if model.solid().sections()[body].formulation == Formulation::Reduced {
-            found.facts.push("elements with `element = \"reduced\"` have a motion without energy, which can spread".into());
+            found
+                .facts
+                .push("elements with `element = \"reduced\"` have a motion without energy, which can spread".into());
             found.cures.push(format!("`element = \"full\"` of body `{name}`"));
         }
         return found;

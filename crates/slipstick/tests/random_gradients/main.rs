@@ -10,6 +10,7 @@ mod curved;
 mod fields;
 mod maps;
 mod problem;
+mod supports;
 #[path = "../common/table.rs"]
 mod table;
 
@@ -30,6 +31,7 @@ use slipstick::verify::{
     DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient, verify_variables,
 };
 use slipstick_path::Silent;
+use supports::FIRST_OF_SUPPORTS;
 
 /// Largest relative error of a directional derivative.
 const BOUND: f64 = 1e-6;
@@ -294,6 +296,12 @@ fn gradients_of_random_equations() {
 #[test]
 fn gradients_of_random_bolts() {
     suite(FIRST_OF_BOLTS..FIRST_OF_BOLTS + 16, With::Densities);
+}
+
+/// The same with supports that begin or end within the load path.
+#[test]
+fn gradients_of_random_temporary_supports() {
+    suite(FIRST_OF_SUPPORTS..FIRST_OF_SUPPORTS + 16, With::Densities);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:

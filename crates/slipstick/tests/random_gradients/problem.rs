@@ -16,6 +16,7 @@ use slipstick_mesh::{BoxShape, box_mesh};
 
 use super::curved::{FIRST_OF_CURVED, curved_problem};
 use super::fields::{has_fields, with_fields};
+use super::supports::{FIRST_OF_SUPPORTS, supports};
 use crate::common::quantities::every_quantity;
 use crate::common::{Random, designed, problem, problem_with};
 
@@ -449,6 +450,11 @@ pub fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
         let along = VectorMeasure::along([1.0, 0.0, 0.0]).expect("a direction");
         all.push(Arc::new(Reaction::new("force of the bolt", vec![bolt.unknown], along).expect("one unknown")));
     }
+    let temporary = problem.analysis.model().prescribed().temporary();
+    if !temporary.is_empty() {
+        let unknowns = temporary.iter().map(|support| support.unknown).collect();
+        all.push(Arc::new(Reaction::new("force of supports", unknowns, VectorMeasure::Norm).expect("unknowns")));
+    }
     let count = one_of(random, &[1, 1, 1, 2, 3]);
     let worst = chance(random, 0.2);
     let steps = problem.analysis.times.len();
@@ -478,6 +484,10 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         return curved_problem(seed);
     }
     let (more, seed) = match seed {
+        FIRST_OF_SUPPORTS.. => {
+            let k = seed - FIRST_OF_SUPPORTS;
+            (supports(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)
+        }
         FIRST_OF_BOLTS.. => {
             let k = seed - FIRST_OF_BOLTS;
             (bolt(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)

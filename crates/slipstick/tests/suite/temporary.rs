@@ -98,10 +98,11 @@ fn a_block_that_is_let_go_rests_on_contact() {
     }
 }
 
-/// Gradients of all quantities by density through supports that begin and end, for all methods.
+/// Gradients of all quantities by density through supports that begin and end, for all methods, and with viscous forces.
 #[test]
 fn gradients_with_temporary_supports() {
-    for enforcement in [LAGRANGE.to_owned(), penalty(4e3), augmented(4e3, 1e-12)] {
+    let methods = [LAGRANGE.to_owned(), penalty(4e3), augmented(4e3, 1e-12)];
+    for (enforcement, viscosity) in methods.into_iter().zip([40, 0, 0]) {
         let side = "[[set]]\nname = 'front'\nwithin = 'slab_zmax'\nboxes = [{ min = [0, 0.5, 0], max = [9, 1, 9] }]\n[[set]]\nname = 'side'\nwithin = 'block_zmin'\nboxes = [{ min = [-9, 0, -9], max = [9, 1.5, 9] }]\n[[dirichlet]]\nset = 'front'\ncomponents = ['z']\nfrom = 0.4\n\
                     motion = [{ t = 0.8, u = [0, 0, 0.03] }]\n\
                     [[dirichlet]]\nset = 'side'\ncomponents = ['x']\nfrom = 0.2\nuntil = 0.6\n";
@@ -109,6 +110,7 @@ fn gradients_with_temporary_supports() {
             slab: [3, 1, 1],
             block: [2, 1, 2],
             enforcement,
+            load_path: format!("tolerance = {{ relative = 1e-12 }}\nviscosity = {viscosity}"),
             friction: 0.35,
             motion: "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.1, -0.12, 0.03] }]".into(),
             steps: 5,
@@ -125,7 +127,8 @@ fn impossible_supports_are_refused() {
     let table = |keys: &str| format!("{BAR}[[dirichlet]]\nset = 'bar_xmax'\n{keys}\n");
     for (keys, key, message) in [
         ("from = 1.0", "from", "between 0 and 1"),
-        ("from = 0.5\nuntil = 0.25", "until", "later than `from`"),
+        ("from = 0.5\nuntil = 0.25", "begin earlier", "acts in no load step"),
+        ("from = 0.9", "begin earlier", "acts in no load step"),
         ("until = 1.0", "until", "between 0 and 1"),
         ("from = 0.5\nmotion = [{ t = 0.25, u = [1, 0, 0] }]", "motion", "before the support begins"),
         (

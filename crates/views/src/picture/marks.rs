@@ -54,6 +54,9 @@ pub(crate) fn named(units: &Units, dimension: Dimension) -> String {
 
 /// A number with three significant digits.
 fn short(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-4 {
+        return format!("{value:.1e}").replace('-', "−");
+    }
     let digits = (2 - value.abs().max(1e-300).log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };

@@ -125,7 +125,7 @@ fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) 
     frame
 }
 
-/// A line of a round length, about a sixth of a metre of 1000 units of text, with its name.
+/// A line of a round length, near 60 units of the text's size, with its name.
 fn scale_bar(pixels: f64, unit: &str, [left, middle]: [f64; 2], text: Type, inks: &mut Vec<Ink>) {
     let length = round_step(60.0 * text.unit / pixels);
     let right = left + length * pixels;

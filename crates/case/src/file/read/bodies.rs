@@ -89,6 +89,29 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         let message = "wedges have no elements of order 2";
         table.reader.error(&table.path_of("order"), CaseCode::OutOfRange, message, help);
     }
+    let second_order = match &shape {
+        Some(Shape::Mesh(file)) => {
+            let hexahedron = |element: &mesh::Element| match element {
+                mesh::Element::Hex8(_) => order == 2,
+                element => matches!(element, mesh::Element::Hex27(_)),
+            };
+            file.mesh.elements.iter().any(hexahedron)
+        }
+        shape => order == 2 || shape.is_none(),
+    };
+    if rigid.is_none() && !second_order {
+        let idle = [("element", element == Formulation::Reduced), ("shape_functions", !shape_functions.are_lagrange())];
+        for (key, _) in idle.into_iter().filter(|(_, given)| *given) {
+            let message = "the key has no effect on this body, which has no hexahedra of second order";
+            table.reader.warning(
+                &table.path_of(key),
+                CaseCode::OutOfRange,
+                message,
+                "add `order = 2`, or omit the key",
+            );
+        }
+    }
+    let element = if second_order || element != Formulation::Reduced { element } else { Formulation::Full };
     if rigid.is_none() {
         warn_of_locking(&table, "material", shape.as_ref(), &material, element, order);
         for (i, section) in sections.iter().enumerate() {

@@ -100,7 +100,8 @@ pub(super) fn dirichlet(
                 &path,
                 CaseCode::ConflictingDirichlet,
                 format!("`dirichlet[{other}]` already prescribes a component of `{}`", condition.set),
-                "merge the two tables, or list different `components` in them",
+                "merge the two tables, or list different `components` in them: a component of a set has one table, also if \
+                 it begins or ends within the path",
             );
         }
         conditions.push(condition);
@@ -137,24 +138,34 @@ fn condition(table: Table<'_>, names: &Names, turning: &[&str], cases: &[LoadCas
     condition
 }
 
-/// When the support begins and ends; it lets go over the load step after its end.
+/// When the support begins and ends, at ends of load steps; it lets go over the load step after its end.
 fn span(table: &Table<'_>, steps: usize) -> (f64, Option<Until>) {
+    let n = steps as f64;
     let outside = "must lie between 0 and 1";
+    let end_of_step = |key: &str, t: f64| {
+        let end = (t * n - 1e-6).ceil().max(0.0) / n;
+        if (end - t).abs() > 1e-9 {
+            let message = format!("t = {t} lies within a load step, and counts as its end, {}", quantity(end));
+            let help = "choose `load_path.steps` so that t × steps is a whole number";
+            table.reader.warning(&table.path_of(key), CaseCode::CornerBetweenSteps, message, help);
+        }
+        // exactly what was given, where this is the end of a step
+        if (end - t).abs() > 1e-9 { end } else { t }
+    };
     let from = table.number("from");
     let from = from.check(CaseCode::MotionTime, |&t| (0.0..1.0).contains(&t), outside, "pseudo-time runs from 0 to 1");
-    let from = from.or(0.0);
+    let from = end_of_step("from", from.or(0.0));
     let until = table
         .number("until")
         .check(CaseCode::MotionTime, |&t| t > 0.0 && t < 1.0, outside, "omit the key for a support that does not end")
-        .check(CaseCode::MotionTime, |&t| t > from, "must be later than `from`", "exchange the two")
-        .optional();
-    for (key, t) in [("from", Some(from)), ("until", until)] {
-        t.into_iter().for_each(|t| warn_corner(table, key, t, steps));
+        .optional()
+        .map(|t| end_of_step("until", t));
+    if from >= 1.0 || until.is_some_and(|t| t <= from) {
+        let key = if until.is_some() { "until" } else { "from" };
+        let message = "the support acts in no load step";
+        table.reader.error(&table.path_of(key), CaseCode::MotionTime, message, "begin earlier, or end later");
     }
-    let until = until.map(|t| {
-        let n = steps as f64;
-        Until { t, released: ((t * n + 1e-6).floor() + 1.0) / n }
-    });
+    let until = until.filter(|t| *t < 1.0).map(|t| Until { t, released: ((t * n).round() + 1.0) / n });
     (from, until)
 }
 

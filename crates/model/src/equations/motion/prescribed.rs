@@ -300,6 +300,15 @@ impl Prescribed {
         supported
     }
 
+    /// Which displacement unknowns supports hold at some time.
+    pub fn ever_supported(&self) -> Cow<'_, [bool]> {
+        let mut supported = Cow::Borrowed(&self.fixed[..]);
+        for support in &self.temporary {
+            supported.to_mut()[support.unknown as usize] = true;
+        }
+        supported
+    }
+
     pub(in crate::equations) fn at_rest(&self, dof: u32) -> f64 {
         self.rest.get(dof as usize).copied().unwrap_or(0.0)
     }

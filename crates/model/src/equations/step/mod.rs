@@ -121,7 +121,7 @@ impl StepProblem for Design {
             model.dependent.gather(y, &mut residual);
         }
         model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
-        let scales = self.scales(y, &internal, squares.sqrt());
+        let scales = self.scales(step, y, &internal, squares.sqrt());
         contact.internal = internal;
         let (unknowns, geometry) = (y.to_vec(), contact.kinematics.clone());
         Ok(Evaluated { unknowns, residual, scales, active_set: status, geometry, state: contact })
@@ -369,7 +369,7 @@ impl Design {
     }
 
     /// Sizes of forces, displacements, tractions and positions at `y`.
-    fn scales(&self, y: &[f64], internal: &[f64], traction: f64) -> Scales {
+    fn scales(&self, step: &Step, y: &[f64], internal: &[f64], traction: f64) -> Scales {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let floors = &self.model.floors;
         let position = norm(&self.model.positions(y));
@@ -378,7 +378,9 @@ impl Design {
             displacement: self.model.distance_from_rest(y).max(floors.displacement),
             multiplier: traction.max(floors.multiplier),
             position,
-            rigidity: floors.stiffness * position + self.model.bolts().rigidity(y) + self.model.temporary_rigidity(y),
+            rigidity: floors.stiffness * position
+                + self.model.bolts().rigidity(y)
+                + self.model.temporary_rigidity(step, y),
         }
     }
 }

@@ -132,10 +132,12 @@ impl ContactModel {
         all.filter(|(_, demand)| demand.share > 0.0).map(|(support, _)| support.unknown as usize)
     }
 
-    /// Norm of k d, whose round-off remains in their equations. \[F\]
-    pub(in crate::equations) fn temporary_rigidity(&self, y: &[f64]) -> f64 {
-        let force = |support: &Temporary| self.temporary_stiffness(support) * y[support.unknown as usize];
-        self.prescribed.temporary().iter().map(|support| force(support).powi(2)).sum::<f64>().sqrt()
+    /// Norm of χ k d in a step, whose round-off remains in their equations. \[F\]
+    pub(in crate::equations) fn temporary_rigidity(&self, step: &Step, y: &[f64]) -> f64 {
+        let square = |(support, _, _, stiffness): (&Temporary, &Demand, f64, f64)| {
+            (stiffness * y[support.unknown as usize]).powi(2)
+        };
+        self.acting(step, y).map(square).sum::<f64>().sqrt()
     }
 
     /// Moves the derivatives of a response with respect to reactions, R_i − (force on R_i), to those with respect to

@@ -7,8 +7,8 @@
 //!
 //! The velocity is a derivative with respect to pseudo-time. While bodies follow their supports, it
 //! is of the order of the supports' velocity; during a snap, only the viscosity limits it. Viscous
-//! forces do not depend on the density and do not act at prescribed displacements, so reactions
-//! keep their meaning.
+//! forces do not depend on the density and do not act at displacements that are prescribed, be it for a part of
+//! the path, so reactions keep their meaning.
 
 use crate::equations::ContactModel;
 use crate::equations::terms::{ForceTerm, TermState};
@@ -25,7 +25,7 @@ pub struct Viscosity {
 }
 
 impl Viscosity {
-    /// Viscosity `coefficient` c ≥ 0 \[F/L⁴\] of a mesh; `fixed` marks the prescribed displacements.
+    /// Viscosity `coefficient` c ≥ 0 \[F/L⁴\] of a mesh; `fixed` marks the displacements that are prescribed at some time.
     pub fn new(coefficient: f64, mesh: &Mesh, fixed: &[bool]) -> Self {
         if coefficient == 0.0 {
             return Self::default();
