@@ -18,6 +18,7 @@ mod volume;
 use crate::construct::Problem;
 use crate::file::Case;
 use serde::Serialize;
+use slipstick_model::words::quantity;
 use slipstick_path::StateError;
 
 use bodies::{bodies, held_by_ties, poor_elements, straight_middles};
@@ -176,6 +177,33 @@ pub struct Inspection {
     pub notices: Vec<Notice>,
 }
 
+/// Notices of bodies that supports hold at first, `at_first`, and not after a support has ended.
+fn let_go(case: &Case, problem: &Problem, at_first: &[BodySummary]) -> Vec<Notice> {
+    let prescribed = problem.analysis.model().prescribed();
+    let ends = case.dirichlet.iter().enumerate().filter_map(|(i, of)| Some((i, of.until?)));
+    let states = ends.map(|(i, until)| {
+        let fixed = prescribed.linear().truly_fixed(&prescribed.supported(until.released));
+        (i, until.t, bodies(&problem.mesh, &fixed))
+    });
+    let states: Vec<(usize, f64, Vec<BodySummary>)> = states.collect();
+    let of = |(b, first): (usize, &BodySummary)| {
+        let (i, t, then) = states.iter().find(|(_, _, then)| then[b].free_motions > 0)?;
+        Some(Notice {
+            kind: NoticeKind::LooseBody,
+            path: format!("dirichlet[{i}].until"),
+            message: format!(
+                "after t = {}, body `{}` is free in {} of its 6 rigid motions; only contact could hold it",
+                quantity(*t),
+                first.name,
+                then[b].free_motions
+            ),
+            help: "make sure that contact holds it when a support ends (`until`), or keep a support that prevents these motions"
+                .into(),
+        })
+    };
+    at_first.iter().enumerate().filter(|(_, first)| first.free_motions == 0).filter_map(of).collect()
+}
+
 /// Inspects a built problem in its reference configuration.
 ///
 /// # Errors
@@ -205,25 +233,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
             });
         }
     }
-    let prescribed = problem.analysis.model().prescribed();
-    if case.dirichlet.iter().any(|of| of.until.is_some()) {
-        let after = self::bodies(&problem.mesh, &prescribed.linear().truly_fixed(prescribed.fixed()));
-        let let_go = bodies
-            .iter()
-            .zip(&after)
-            .enumerate()
-            .filter(|(_, (at_first, then))| at_first.free_motions == 0 && then.free_motions > 0);
-        notices.extend(let_go.map(|(b, (_, body))| Notice {
-            kind: NoticeKind::LooseBody,
-            path: format!("body[{b}]"),
-            message: format!(
-                "without the supports that begin or end, body `{}` is free in {} of its 6 rigid motions; only contact could \
-                 hold it then",
-                body.name, body.free_motions
-            ),
-            help: "make sure that contact holds it when a support ends (`until`), or keep a support that prevents these motions"
-                .into(),
-        }));
+    if !further {
+        notices.extend(let_go(case, problem, &bodies));
     }
     notices.extend(poor_elements(&problem.mesh));
     notices.extend(straight_middles(case, &problem.mesh));

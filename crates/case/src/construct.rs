@@ -91,11 +91,11 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
     }
     let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
     let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
-        BuildError::new(
-            format!("dirichlet[{}].set", e.motion),
-            e,
-            "omit this component in one of the two tables, or give both the same motion over the whole path",
-        )
+        let help = match e.temporary {
+            true => "leave this node out of one of the two sets, or hold it over the whole path, without a motion",
+            false => "omit this component in one of the two tables, or give both the same motion",
+        };
+        BuildError::new(format!("dirichlet[{}].set", e.motion), e, help)
     })?;
     let mirrored = symmetry::mirrored(case, &mesh)?;
     let prescribed = prescribed.with_bodies(&mesh).with_symmetry(&mirrored).map_err(|e| {

@@ -198,8 +198,8 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
                 (false, true) => shown(u),
                 (false, false) => format!("{}, {}°", shown(u), rounded(angle, 12)),
             };
-            let from = (condition.from > 0.0).then(|| format!(", from t = {}", condition.from));
-            let until = condition.until.map(|until| format!(", free after t = {}", until.t));
+            let from = (condition.from > 0.0).then(|| format!(", from t = {}", rounded(condition.from, 6)));
+            let until = condition.until.map(|until| format!(", free after t = {}", rounded(until.t, 6)));
             let motion = format!("{motion}{}{}", from.unwrap_or_default(), until.unwrap_or_default());
             let case = condition.load_case.clone().unwrap_or_else(|| "all".into());
             vec![condition.set.clone(), nodes.to_string(), components, motion, case]

@@ -15,7 +15,7 @@ impl Finder<'_> {
             let cure = "prescribe the same components in all steps";
             if track.returns {
                 let why = "a condition that a step removes and a later one prescribes again is not supported";
-                self.ledger.refuse("BOUNDARY", track.line, why, cure);
+                self.ledger.wrong("BOUNDARY", [track.line, track.line], why, cure);
             }
             let rigid = |body: usize| self.bodies.list[body].rigid.is_some();
             let solid = self.bodies.of(*node).is_some_and(|body| !rigid(body)) && !turned.contains(node);

@@ -7,6 +7,7 @@ use crate::quantity_gradients::check;
 use slipstick::analysis::Forward;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
+use slipstick::check::inspect;
 use slipstick::quantities::quantities;
 
 /// A bar of length 4 and cross-section 1 × 1 without lateral contraction, E A/L = 25, held at x = 0.
@@ -130,7 +131,7 @@ fn impossible_supports_are_refused() {
         ("from = 0.5\nuntil = 0.25", "begin earlier", "acts in no load step"),
         ("from = 0.9", "begin earlier", "acts in no load step"),
         ("until = 1.0", "until", "between 0 and 1"),
-        ("from = 0.5\nmotion = [{ t = 0.25, u = [1, 0, 0] }]", "motion", "before the support begins"),
+        ("from = 0.5\nmotion = [{ t = 0.25, u = [1, 0, 0] }]", "motion", "after the begin of the support"),
         (
             "until = 0.5\nrotation = { point = [0, 0, 0], direction = [1, 0, 0] }\nmotion = [{ t = 1, angle = 5 }]",
             "a rotation",
@@ -146,4 +147,23 @@ fn impossible_supports_are_refused() {
     let error = built("motion = [{ t = 0.5, u = [0, 0.1, 0] }]").err().expect("an error").to_string();
     assert!(error.contains("begins or ends within the path"), "{error}");
     assert!(built("").is_ok(), "both hold these nodes still");
+}
+
+/// `check` says from when on supports do not hold a body; two that take turns do. A motion that the end of its support
+/// cuts is a warning.
+#[test]
+fn bodies_that_are_let_go_are_noticed() {
+    let text = BAR.replace("set = 'bar_xmin'\n", "set = 'bar_xmin'\nuntil = 0.5\n");
+    let found = |text: &str| {
+        let case = parse_case(text, "case.toml").expect("a case").case;
+        let mut problem = build(&case).expect("a problem");
+        inspect(&case, &mut problem).expect("a reference configuration").notices
+    };
+    let notices = found(&text);
+    let [loose] = &notices[..] else { panic!("{notices:?}") };
+    assert!(loose.path == "dirichlet[0].until" && loose.message.starts_with("after t = 0.5, body `bar` is free in 6"));
+    assert!(found(&format!("{text}[[dirichlet]]\nset = 'bar_xmax'\nfrom = 0.5\n")).is_empty());
+    let early = format!("{BAR}[[dirichlet]]\nset = 'bar_xmax'\nuntil = 0.5\nmotion = [{{ t = 1, u = [0.1, 0, 0] }}]\n");
+    let warnings = parse_case(&early, "case.toml").expect("a case").warnings;
+    assert!(warnings.iter().any(|w| format!("{w:?}").contains("before its waypoint at t = 1")), "{warnings:?}");
 }

@@ -157,7 +157,7 @@ impl Writer<'_> {
         if !motion.is_permanent() {
             let key = format!("dirichlet[{i}].{}", if motion.from > 0.0 { "from" } else { "until" });
             let message = "written decks have their supports in all steps";
-            return self.refuse(key, message, "omit the key to write a support that acts over the whole path");
+            self.refuse(key, message, "omit the key to write a support that acts over the whole path");
         }
         let turns = motion.rotation.filter(|_| motion.motion.iter().any(|point| point.angle != 0.0) && factor != 0.0);
         let at = |t: f64| {

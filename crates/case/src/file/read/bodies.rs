@@ -71,7 +71,7 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     let thermal_expansion = if rigid.is_none() { table.number("thermal_expansion").optional() } else { None };
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar), ("reduced", Formulation::Reduced)];
     let element = table.word("element", &formulations).or(Formulation::Full);
-    let shape_functions = shape_functions(&table, rigid.is_some(), element);
+    let shape_functions = shape_functions(&table);
     let order = table
         .integer("order")
         .check(
@@ -99,6 +99,11 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         }
         shape => order == 2 || shape.is_none(),
     };
+    if element == Formulation::Reduced && shape_functions.are_lagrange() && rigid.is_none() && second_order {
+        let message = "eight integration points do not hold all motions of hexahedra of 27 nodes";
+        let help = "add `shape_functions = \"serendipity\"`, or omit `element`";
+        table.reader.error(&table.path_of("element"), CaseCode::OutOfRange, message, help);
+    }
     if rigid.is_none() && !second_order {
         let idle = [("element", element == Formulation::Reduced), ("shape_functions", !shape_functions.are_lagrange())];
         for (key, _) in idle.into_iter().filter(|(_, given)| *given) {
@@ -137,15 +142,9 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
 }
 
 /// The shape functions of hexahedra of second order.
-fn shape_functions(table: &Table<'_>, rigid: bool, element: Formulation) -> ShapeFunctions {
+fn shape_functions(table: &Table<'_>) -> ShapeFunctions {
     let known = [("lagrange", ShapeFunctions::Lagrange), ("serendipity", ShapeFunctions::Serendipity)];
-    let given = table.word("shape_functions", &known).or(ShapeFunctions::Lagrange);
-    if element == Formulation::Reduced && given.are_lagrange() && !rigid {
-        let message = "eight integration points do not hold all motions of hexahedra of 27 nodes";
-        let help = "add `shape_functions = \"serendipity\"`, or omit `element`";
-        table.reader.error(&table.path_of("element"), CaseCode::OutOfRange, message, help);
-    }
-    given
+    table.word("shape_functions", &known).or(ShapeFunctions::Lagrange)
 }
 
 /// The shape; `None` only if it is unknown which shape is meant, or which surfaces it has.

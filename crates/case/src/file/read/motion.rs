@@ -134,6 +134,7 @@ fn condition(table: Table<'_>, names: &Names, turning: &[&str], cases: &[LoadCas
     let (from, until) = span(&table, steps);
     let condition = Dirichlet { set, load_case, components, rotations, motion, rotation, from, until };
     check_span(&table, &condition, rigid);
+    warn_of_end(&table, &condition);
     table.finish();
     condition
 }
@@ -169,6 +170,16 @@ fn span(table: &Table<'_>, steps: usize) -> (f64, Option<Until>) {
     (from, until)
 }
 
+/// A motion that is not finished when the support ends.
+fn warn_of_end(table: &Table<'_>, condition: &Dirichlet) {
+    let Some(until) = condition.until else { return };
+    if let Some(point) = condition.motion.iter().find(|point| point.t > until.t + 1e-9) {
+        let message = format!("the support ends at t = {}, before its waypoint at t = {}", quantity(until.t), point.t);
+        let help = "the nodes are let go on the way there; omit `until`, or move the waypoint";
+        table.reader.warning(&table.path_of("motion"), CaseCode::MotionTime, message, help);
+    }
+}
+
 /// What a support that begins or ends cannot be.
 fn check_span(table: &Table<'_>, condition: &Dirichlet, rigid: bool) {
     if condition.is_permanent() {
@@ -188,7 +199,7 @@ fn check_span(table: &Table<'_>, condition: &Dirichlet, rigid: bool) {
     }
     let early = condition.motion.iter().find(|point| point.t <= condition.from + 1e-9 && condition.from > 0.0);
     if let Some(point) = early {
-        let message = format!("the waypoint at t = {} lies before the support begins", point.t);
+        let message = format!("the waypoint at t = {} does not lie after the begin of the support", point.t);
         let help = "begin with the position that the nodes move to; until then they are free";
         table.reader.error(&table.path_of("motion"), CaseCode::MotionTime, message, help);
     }
