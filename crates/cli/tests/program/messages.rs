@@ -43,7 +43,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("a box inside out", "max = [4, 1, 2]", "max = [4, -1, 2]"),
     ("no elements", "elements = [4, 2, 2]", "elements = [4, 0, 2]"),
     ("negative friction", "friction = 0.3", "friction = -0.1"),
-    ("too few integration points", "name = \"slab\"", "name = \"slab\"\nelement = \"reduced\""),
+    ("too few integration points", "name = \"slab\"", "name = \"slab\"\nelement = \"reduced\"\norder = 2"),
     ("no steps", "steps = 4", "steps = 0"),
     ("two bodies with the same name", "name = \"block\"", "name = \"slab\""),
     ("a name with a blank", "name = \"block\"", "name = \"the block\""),
