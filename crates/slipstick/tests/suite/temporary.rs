@@ -131,7 +131,7 @@ fn impossible_supports_are_refused() {
         ("from = 0.5\nuntil = 0.25", "begin earlier", "acts in no load step"),
         ("from = 0.9", "begin earlier", "acts in no load step"),
         ("until = 1.0", "until", "between 0 and 1"),
-        ("from = 0.5\nmotion = [{ t = 0.25, u = [1, 0, 0] }]", "motion", "after the begin of the support"),
+        ("from = 0.5\nmotion = [{ t = 0.25, u = [1, 0, 0] }]", "motion", "not later than `from`"),
         (
             "until = 0.5\nrotation = { point = [0, 0, 0], direction = [1, 0, 0] }\nmotion = [{ t = 1, angle = 5 }]",
             "a rotation",

@@ -199,7 +199,7 @@ fn check_span(table: &Table<'_>, condition: &Dirichlet, rigid: bool) {
     }
     let early = condition.motion.iter().find(|point| point.t <= condition.from + 1e-9 && condition.from > 0.0);
     if let Some(point) = early {
-        let message = format!("the waypoint at t = {} does not lie after the begin of the support", point.t);
+        let message = format!("the waypoint at t = {} is not later than `from`", point.t);
         let help = "begin with the position that the nodes move to; until then they are free";
         table.reader.error(&table.path_of("motion"), CaseCode::MotionTime, message, help);
     }
