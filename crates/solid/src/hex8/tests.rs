@@ -79,7 +79,8 @@ fn formulations_agree_on_uniform_deformation() {
     let h = [[-0.3, 0.4, 0.1], [0.3, 0.5, -0.2], [0.0, 0.25, 0.2]];
     let (cube, d) = linear(&h);
     let f = std::array::from_fn(|a| std::array::from_fn(|b| h[a][b] + f64::from(a == b)));
-    let sections: Vec<Section> = sections().collect();
+    // linear elements have no reduced integration
+    let sections: Vec<Section> = sections().filter(|section| section.formulation != Formulation::Reduced).collect();
     assert_eq!(sections.len(), 2 * LawKind::ALL.len());
     for pair in sections.chunks(2) {
         let (full, bar) = (pair[0], pair[1]);

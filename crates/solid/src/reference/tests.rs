@@ -41,7 +41,7 @@ fn force(section: &Section, x: &Vectors, u: &Vectors, v: &Vectors, scaling: Elem
     out
 }
 
-/// All laws in both formulations.
+/// All laws in all formulations.
 pub(crate) fn sections() -> impl Iterator<Item = Section> {
     let formulations = [Formulation::Full, Formulation::FBar, Formulation::Reduced];
     let laws = LawKind::ALL.iter().map(|law| law.like(210.0, 0.3).unwrap());
