@@ -1,6 +1,7 @@
 """Compares slipstick with CalculiX on the decks of a folder; see suite.sh.
 
-    python3 suite.py FOLDER [DECK ...]
+    python3 suite.py FOLDER [DECK ...]             decks with contact or ties
+    python3 suite.py FOLDER --without-contact      static decks of solid elements and springs without them
 """
 
 import re
@@ -10,6 +11,15 @@ import sys
 from pathlib import Path
 
 CONTACT = re.compile(r"^\*\s*(contact\s*pair|tie)\b", re.IGNORECASE | re.MULTILINE)
+# analyses that are not static, and other elements than solid ones
+OTHER = re.compile(
+    r"^\*\s*(frequency|buckle|heat transfer|cfd|dynamic|modal dynamic|steady state dynamics|coupled temperature|"
+    r"uncoupled|electromagnetics|visco|shell section|beam section|membrane section|gap|dashpot|user|fluid section|"
+    r"cyclic symmetry|substructure|sensitivity|complex frequency|green|submodel|refine|correlation|network|crack|"
+    r"creep|design)",
+    re.IGNORECASE | re.MULTILINE,
+)
+TYPE = re.compile(r"^\*\s*element.*?type\s*=\s*(\w+)", re.IGNORECASE | re.MULTILINE)
 
 
 def run(words, folder, seconds):
@@ -99,11 +109,21 @@ def row(deck):
     return "solved", "%.2g %% at %d nodes" % (100 * found, nodes)
 
 
+def is_static(text):
+    """Whether a deck without contact is a static one of solid elements and springs."""
+    types = TYPE.findall(text)
+    solid = types and all(name.upper().startswith(("C3D", "SPRING")) for name in types)
+    return bool(solid) and not CONTACT.search(text) and not OTHER.search(text)
+
+
 def main():
     folder = Path(sys.argv[1]).resolve()
-    names = sys.argv[2:] or sorted(path.name for path in folder.glob("*.inp"))
-    decks = [folder / name for name in names]
-    decks = [deck for deck in decks if CONTACT.search(deck.read_text(errors="replace"))]
+    without = "--without-contact" in sys.argv
+    named = [word for word in sys.argv[2:] if not word.startswith("--")]
+    known = sorted(path.name for path in folder.glob("*.inp") if not path.name.startswith("with_output_"))
+    decks = [folder / name for name in named or known]
+    wanted = is_static if without else CONTACT.search
+    decks = [deck for deck in decks if wanted(deck.read_text(errors="replace"))]
     print("| deck | | deviation, or why not |\n|---|---|---|")
     counts = {}
     for deck in decks:

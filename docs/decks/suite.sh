@@ -3,6 +3,7 @@
 # CalculiX and with slipstick, and tabulates the deviation of all displacements at the end, or why a deck is refused.
 #
 #   docs/decks/suite.sh > table.md
+#   docs/decks/suite.sh --without-contact > table.md     its static decks of solid elements without contact
 #
 # needs `ccx`, `slipstick` and `python3` on the path, and Debian's package calculix-ccx-test, which is downloaded to a
 # temporary folder.
@@ -16,4 +17,4 @@ dpkg -x calculix-ccx-test_*.deb package
 mkdir decks
 find package -name '*.inp.gz' -exec sh -c 'gunzip -c "$1" > "decks/$(basename "$1" .gz)"' _ {} \;
 find package -name '*.inp' -exec cp {} decks \;
-python3 "$here/suite.py" decks
+python3 "$here/suite.py" decks "$@"

@@ -14,8 +14,8 @@ use crate::losses::COUNTED_LOSS;
 use crate::quantities::Quantities;
 use crate::words::quantity;
 
-/// `energy_balance` at the end of a load case, if what no other finding accounts for is more than
-/// [a fraction](COUNTED_LOSS) of the work done.
+/// `energy_balance` at the end of a load case, if the part of it for which other findings do not account is more
+/// than [a fraction](COUNTED_LOSS) of the work done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Imbalance {
     /// `energy_balance`: positive if work is missing that was done. \[F L\]

@@ -48,11 +48,10 @@ impl Kind for ExternalWork {
         // a node of a rigid body counts as prescribed, but only loads act on it from outside
         let of_rigid =
             |node: u32| at.mesh.rigid.iter().any(|rigid| bodies(rigid.body).nodes.contains(&(node as usize)));
-        let fixed = at.model.prescribed().fixed();
-        let free_of_these = |unknown: &u32| !fixed[*unknown as usize] && !prescribed.contains(unknown);
-        let driven = prescribed.iter().copied().filter(|unknown| !of_rigid(unknown / 3));
+        let supported = at.model.prescribed().ever_supported();
+        let driven = prescribed.into_iter().filter(|unknown| !of_rigid(unknown / 3));
         let free = nodes.iter().filter(|&&node| !of_rigid(node)).flat_map(|&node| unknowns(node));
-        let free = free.filter(free_of_these);
+        let free = free.filter(|&unknown| !supported[unknown as usize]);
         let loaded = nodes.iter().filter(|&&node| of_rigid(node)).flat_map(|&node| unknowns(node));
         Ok(Arc::new(work.on(driven.chain(free).collect()).of_loads_on(loaded.collect())))
     }

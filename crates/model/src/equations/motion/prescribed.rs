@@ -43,9 +43,9 @@ pub struct Temporary {
     pub component: u8,
     /// Number of its motion.
     pub motion: u32,
-    /// The body of its node, and the mean size of the body's elements. \[L\]
+    /// Number of the body of its node.
     pub body: u32,
-    /// See above.
+    /// Mean size of that body's elements. \[L\]
     pub size: f64,
 }
 
