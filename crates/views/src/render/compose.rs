@@ -327,13 +327,16 @@ impl Brush<'_> {
         }
     }
 
-    /// Texts at the starts of arrows, within the picture; at their ends where a body is behind the start. Arrows that
-    /// a body hides have no text.
+    /// Texts at the starts of arrows, at their ends or beside them, within the picture: where neither another arrow or
+    /// text nor a body is, or at least no other arrow and text, or no text. Arrows that a body hides have no text.
     fn labels(&self, whole: Rectangle, text: Type, sheets: &[Sheet], inks: &mut Vec<Ink>) {
         let faces = || sheets.iter().filter(|sheet| !sheet.behind).flat_map(|sheet| &sheet.faces);
         // farther than the radius of an arrow
         let margin = 0.02 * self.samples * whole.width();
-        for label in &self.scene.labels {
+        let arrows: Vec<[Vector; 2]> =
+            self.scene.labels.iter().map(|label| [label.at, label.from].map(|end| self.camera.project(end))).collect();
+        let mut written: Vec<([f64; 2], f64)> = Vec::new();
+        for (own, label) in self.scene.labels.iter().enumerate() {
             let [at, from] = [label.at, label.from].map(|end| self.camera.project(end));
             let middle: Vector = std::array::from_fn(|c| 0.5 * (at[c] + from[c]));
             let solid = sheets.iter().filter(|sheet| sheet.opacity >= 1.0 && !sheet.behind);
@@ -357,13 +360,37 @@ impl Brush<'_> {
                     y.clamp(whole.top + high, (whole.bottom - high).max(whole.top + high)),
                 ]
             };
-            let places = [place(at, from), place(from, at)];
+            // a point beside the middle of the arrow
+            let beside =
+                |side: f64| [middle[0] + side * (at[1] - from[1]), middle[1] - side * (at[0] - from[0]), middle[2]];
+            let places = [place(at, from), place(from, at), place(middle, beside(1.0)), place(middle, beside(-1.0))];
+            let [width, high] = [half + 6.0 * text.unit, 0.5 * text.height() + 6.0 * text.unit];
+            let apart = |[x, y]: &[f64; 2]| {
+                !written.iter().any(|(at, other)| {
+                    (at[0] - x).abs() < half + other + 2.0 * text.unit && (at[1] - y).abs() < 1.2 * text.height()
+                })
+            };
+            let alone = |place: &[f64; 2]| {
+                let [x, y] = place;
+                let covers = |arrow: &[Vector; 2]| {
+                    (0..=20).any(|k| {
+                        let part = f64::from(k) / 20.0;
+                        let on = [0, 1].map(|c| (arrow[0][c] + part * (arrow[1][c] - arrow[0][c])) / self.samples);
+                        (on[0] - x).abs() < width && (on[1] - y).abs() < high
+                    })
+                };
+                let others = arrows.iter().enumerate().filter(|(other, _)| *other != own);
+                apart(place) && !others.into_iter().any(|(_, arrow)| covers(arrow))
+            };
             let clear = |[x, y]: &[f64; 2]| {
                 let ends = [-1.0, 0.0, 1.0].map(|side| [self.samples * (x + side * half), self.samples * y, 0.0]);
                 !faces().any(|face| ends.iter().any(|end| face.depth(*end).is_some()))
             };
-            let chosen = places.iter().find(|place| clear(place)).unwrap_or(&places[0]);
-            Type { colour: label.colour, ..text }.write(&label.text, *chosen, Align::Centre, inks);
+            let chosen = places.iter().find(|place| alone(place) && clear(place));
+            let chosen = chosen.or_else(|| places.iter().find(|place| alone(place)));
+            let chosen = *chosen.or_else(|| places.iter().find(|place| apart(place))).unwrap_or(&places[0]);
+            written.push((chosen, half));
+            Type { colour: label.colour, ..text }.write(&label.text, chosen, Align::Centre, inks);
         }
     }
 

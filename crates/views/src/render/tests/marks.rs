@@ -32,6 +32,33 @@ fn arrows_are_hidden_by_bodies() {
     assert!(matches!(scene.add_mark(&wrong, 1.0), Err(RenderError::NotFinite { .. })));
 }
 
+/// A motion and a force along the same arrow, and a motion of two legs, whose second begins where the first ends: the
+/// texts change as many pixels together as each alone.
+#[test]
+fn texts_of_arrows_do_not_cover_each_other() {
+    let cube = unit_cube();
+    let draw = |arrows: [([f64; 3], [f64; 3]); 2], labels: [&str; 2]| {
+        let mut scene = bare(&cube);
+        scene.add(plain(vec![0], Colour::GLASS, Style::Solid)).unwrap();
+        scene.view = View::named("front").unwrap();
+        let [first, second] = [0, 1].map(|k| (vec![arrows[k].0, arrows[k].1], labels[k].to_owned()));
+        scene.add_mark(&Mark::Motion { path: first.0, label: first.1 }, 1.7).unwrap();
+        scene.add_mark(&Mark::Force { path: second.0, label: second.1 }, 1.7).unwrap();
+        scene.picture(&canvas(500, 500)).unwrap()
+    };
+    let down = ([-0.9, 1.4, 0.5], [-0.9, 0.9, 0.5]);
+    for arrows in [[down, down], [down, (down.1, [-0.9, 0.4, 0.5])]] {
+        // blanks leave the same margin
+        let base = draw(arrows, [" ", " "]);
+        let changed = |labels: [&str; 2]| {
+            let with = draw(arrows, labels);
+            base.pixels().chunks(3).zip(with.pixels().chunks(3)).filter(|(a, b)| a != b).count()
+        };
+        let [one, two, both] = [["0.568", " "], [" ", "1000"], ["0.568", "1000"]].map(changed);
+        assert!(one > 50 && two > 50 && 20 * both > 19 * (one + two), "{one} and {two}, together {both}");
+    }
+}
+
 /// A cone touches its point: its base is outside of the body.
 #[test]
 fn supports_are_cones() {
