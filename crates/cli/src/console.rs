@@ -17,6 +17,7 @@ use slipstick::overlaps::OpenOverlap;
 use slipstick::pieces::{self, LoosePieces};
 use slipstick::releases::ReleasedEnergy;
 use slipstick::rough_pressure::RoughPressure;
+use slipstick::void_contact::VoidContact;
 use slipstick::words::{is_hidden, visible};
 use slipstick_service::read::object;
 
@@ -224,6 +225,14 @@ impl Console {
         for pressure in found {
             let (message, help) = (pressure.to_string(), pressure.help());
             self.finding(json!({ "code": "rough_pressure", "message": message, "help": help, "pressure": pressure }));
+        }
+    }
+
+    /// Prints which contact forces act on void.
+    pub fn on_void(&self, found: &[VoidContact]) {
+        for contact in found {
+            let (message, help) = (contact.to_string(), contact.help());
+            self.finding(json!({ "code": "contact_on_void", "message": message, "help": help, "contact": contact }));
         }
     }
 

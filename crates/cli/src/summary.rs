@@ -86,6 +86,7 @@ pub(crate) fn print_quantities(context: &Context, quantities: &Quantities, probl
     context.console.losses(&quantities.losses);
     context.console.coarse_friction(&quantities.coarse_friction);
     context.console.rough_pressures(&quantities.rough_pressures);
+    context.console.on_void(&quantities.on_void);
     quantities.released.iter().for_each(|released| context.console.released(released));
     quantities.imbalance.iter().for_each(|found| context.console.imbalance(found));
     if let Some((step, part)) = quantities.holding() {
@@ -138,7 +139,10 @@ fn print_row(context: &Context, quantities: &Quantities, row: &QuantityRow, prob
             }
             pair @ Subject::Pair(slave) if name.what == "normal_force" => {
                 let [friction, pressure] = ["friction_force", "peak_pressure"].map(|what| value(pair, what));
-                let text = format!("normal {}, friction {friction}, peak pressure {pressure}", digits(*found));
+                let mut text = format!("normal {}, friction {friction}, peak pressure {pressure}", digits(*found));
+                if named().any(|(name, _)| name.subject == *pair && name.what == "force_on_void") {
+                    text += &format!(", on void {}", value(pair, "force_on_void"));
+                }
                 lines.push((format!("contact at {slave}"), text));
             }
             bolt @ Subject::Bolt(called) if name.what == "bolt_force" => {

@@ -22,6 +22,7 @@ pub mod releases;
 pub mod rough_pressure;
 mod side_by_side;
 pub mod verify;
+pub mod void_contact;
 pub mod words;
 
 pub use equations as model;

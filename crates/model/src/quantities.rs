@@ -15,6 +15,7 @@
 //! | `SLAVE_contact_area` | a contact pair | L² | covered area of the slave nodes that are in contact |
 //! | `SLAVE_open`, `_stick`, `_slip` | a contact pair | – | numbers of slave nodes |
 //! | `SLAVE_friction_work` | a contact pair | F L | work dissipated by friction since the start of the load case |
+//! | `SLAVE_force_on_void` | a contact pair, with a design | F | contact force on elements with a density below 0.1 ([`crate::void_contact`]) |
 //! | `strain_energy_BODY` | a body | F L | elastic energy |
 //! | `strain_energy`, `friction_work` | everything | F L | sums over bodies and pairs |
 //! | `external_work` | everything | F L | work of loads and supports since the start of the load case |
@@ -55,13 +56,14 @@ use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{LoadTime, Path};
 
 use crate::coarse_friction::CoarseFriction;
-use crate::equations::{ContactModel, NodalContact};
+use crate::equations::{ContactModel, ModelInterface, NodalContact};
 use crate::imbalance::Imbalance;
 use crate::losses::LostWork;
 use crate::overlaps::{OpenOverlap, overlaps};
 use crate::problem::Problem;
 use crate::releases::ReleasedEnergy;
 use crate::rough_pressure::RoughPressure;
+use crate::void_contact::VoidContact;
 
 /// What a quantity belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -144,6 +146,8 @@ pub struct Quantities {
     pub imbalance: Option<Imbalance>,
     /// Contact pairs whose largest pressures the facets do not resolve ([`crate::rough_pressure`]).
     pub rough_pressures: Vec<RoughPressure>,
+    /// Contact pairs whose force acts on void ([`crate::void_contact`]).
+    pub on_void: Vec<VoidContact>,
 }
 
 impl Quantities {
@@ -329,7 +333,8 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
     for pair in model.interfaces() {
         let slave = &pair.surfaces[0];
         let forces = AXES.map(|axis| (format!("force_{axis}"), "F"));
-        for (what, unit) in forces.into_iter().chain(PAIR.map(|(what, unit)| (what.to_owned(), unit))) {
+        let on_void = has_force_on_void(model, pair).then(|| ("force_on_void".to_owned(), "F"));
+        for (what, unit) in forces.into_iter().chain(PAIR.map(|(what, unit)| (what.to_owned(), unit))).chain(on_void) {
             let name = format!("{slave}_{what}");
             push(Subject::Pair(slave.clone()), what, name, unit);
         }
@@ -357,6 +362,11 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
         push(Subject::Whole, name.into(), name.into(), "F L");
     }
     names
+}
+
+/// Whether a pair has a column for its force on void.
+fn has_force_on_void(model: &ContactModel, pair: &ModelInterface) -> bool {
+    model.has_design() && !pair.is_bonded()
 }
 
 fn has_offset(model: &ContactModel) -> bool {

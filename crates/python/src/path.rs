@@ -93,7 +93,8 @@ impl Path {
         let coarse = found.coarse_friction.iter().map(|work| format!("{work}; {}", work.help()));
         let unbalanced = found.imbalance.iter().map(|imbalance| format!("{imbalance}; {}", imbalance.help()));
         let rough = found.rough_pressures.iter().map(|pressure| format!("{pressure}; {}", pressure.help()));
-        for message in losses.chain(coarse).chain(rough).chain(released).chain(unbalanced) {
+        let on_void = found.on_void.iter().map(|contact| format!("{contact}; {}", contact.help()));
+        for message in losses.chain(coarse).chain(rough).chain(on_void).chain(released).chain(unbalanced) {
             let warning = py.import("slipstick")?.getattr("SlipstickWarning")?;
             let message = CString::new(message).unwrap_or_default();
             PyErr::warn(py, &warning, &message, 2)?;

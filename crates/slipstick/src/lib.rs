@@ -22,7 +22,7 @@ pub mod machine;
 pub use slipstick_case::{check, file as case};
 pub use slipstick_model::{
     analysis, coarse_friction, crushed, imbalance, losses, model, optimize, overlaps, pieces, problem, quantities,
-    releases, rough_pressure, verify, words,
+    releases, rough_pressure, verify, void_contact, words,
 };
 pub use slipstick_results::{output, run};
 pub use slipstick_views::{charts, deck, export, part, picture, render, report};

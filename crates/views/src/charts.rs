@@ -103,6 +103,7 @@ fn described(column: &str) -> (String, Option<Dimension>) {
         ("_friction_force", "Friction force", Dimension::FORCE),
         ("_peak_pressure", "Peak pressure", Dimension::STRESS),
         ("_contact_area", "Contact area", Dimension::AREA),
+        ("_force_on_void", "Contact force on void", Dimension::FORCE),
         ("_friction_work", "Friction work", Dimension::WORK),
     ] {
         if let Some(pair) = column.strip_suffix(end) {

@@ -89,6 +89,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         context.console.losses(&found.losses);
         context.console.coarse_friction(&found.coarse_friction);
         context.console.rough_pressures(&found.rough_pressures);
+        context.console.on_void(&found.on_void);
         found.released.iter().for_each(|released| context.console.released(released));
         found.imbalance.iter().for_each(|found| context.console.imbalance(found));
         let values = case_values(&found, problem);

@@ -140,6 +140,11 @@ impl<'a> Designs<'a> {
         self.cases.design_at(self.shared, time)
     }
 
+    /// That of the load cases that do not differ; all have its densities.
+    pub fn shared(self) -> &'a Design {
+        self.shared
+    }
+
     /// The model without what load cases change.
     pub fn model(self) -> &'a ContactModel {
         self.shared.model()

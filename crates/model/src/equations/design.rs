@@ -243,7 +243,7 @@ impl ContactModel {
     }
 
     /// Young's modulus of an element with these scalings; infinite if it is rigid. \[F/L²\]
-    pub(super) fn modulus(&self, element: u32, scalings: &[ElementScaling]) -> f64 {
+    pub(crate) fn modulus(&self, element: u32, scalings: &[ElementScaling]) -> f64 {
         let element = element as usize;
         if self.dependent.rigid.has_element(element) {
             return f64::INFINITY;

@@ -375,6 +375,11 @@ impl ContactModel {
         self.penalization.designed.get(element as usize).copied().unwrap_or(false)
     }
 
+    /// Whether any element is designed.
+    pub fn has_design(&self) -> bool {
+        self.penalization.designed.contains(&true)
+    }
+
     /// Prescribed motion.
     pub fn prescribed(&self) -> &Prescribed {
         &self.prescribed

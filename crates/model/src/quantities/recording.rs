@@ -9,8 +9,8 @@ use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
 
 use super::{
-    Quantities, QuantityName, QuantityRow, Slipped, Subject, Support, built_in, external_work, has_offset,
-    normal_force, supports,
+    Quantities, QuantityName, QuantityRow, Slipped, Subject, Support, built_in, external_work, has_force_on_void,
+    has_offset, normal_force, supports,
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
 use crate::coarse_friction::CoarseSteps;
@@ -23,6 +23,7 @@ use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
 use crate::releases::ReleasedEnergy;
 use crate::rough_pressure::RoughPressures;
+use crate::void_contact::{VoidContacts, VoidSurfaces};
 
 /// Where a state lies on a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +62,7 @@ pub struct Recording<'a> {
     /// The part of `energy_balance` that losses and errors of friction work account for in each load case. \[F L\]
     accounted: Vec<f64>,
     pressures: RoughPressures,
+    on_void: VoidContacts,
     last: Option<Last<'a>>,
 }
 
@@ -77,15 +79,31 @@ impl<'a> Recording<'a> {
         let model = designs.model();
         let external_work = external_work("external_work", mesh);
         let extremes = own.iter().filter_map(|quantity| quantity.extreme()).collect();
-        let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, extremes, external_work };
+        let void = VoidSurfaces::of(mesh, designs.shared());
+        let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, extremes, external_work, void };
         let own_reads = own.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
         let all = Reads { reaction: true, contact: true, energy: true, ..Reads::default() };
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
         let found = Quantities { names: recorder.names(), ..Quantities::default() };
-        let (sums, pressures, last) = (Sums::default(), RoughPressures::default(), None);
+        let (sums, pressures, on_void, last) =
+            (Sums::default(), RoughPressures::default(), VoidContacts::default(), None);
         let (released, accounted) = (Vec::new(), Vec::new());
         let begun = false;
-        Self { designs, recorder, reads, steps, complete: 0, begun, found, sums, released, accounted, pressures, last }
+        Self {
+            designs,
+            recorder,
+            reads,
+            steps,
+            complete: 0,
+            begun,
+            found,
+            sums,
+            released,
+            accounted,
+            pressures,
+            on_void,
+            last,
+        }
     }
 
     /// The quantities so far, without overlaps and losses.
@@ -103,6 +121,7 @@ impl<'a> Recording<'a> {
         self.found.released = released.max_by(|a, b| a.fraction.total_cmp(&b.fraction));
         let mut found = Quantities { overlaps, rough_pressures: self.pressures.reported(), ..self.found };
         let model = self.recorder.model;
+        found.on_void = self.on_void.reported(model, &self.recorder.mesh.nodes);
         // penalties store energy; augmented multipliers leave a part of it
         let exact = model.interfaces().iter().all(|of| of.is_bonded() || of.enforcement.method == Method::Lagrange);
         if exact && model.viscosity().is_none() {
@@ -215,6 +234,7 @@ impl<'a> Recording<'a> {
         }
         if let Some(step) = step {
             self.pressures.add((design.model(), recorder.own), &recorder.mesh.nodes, step, &contact);
+            self.on_void.add(&recorder.void, design.model(), step, &contact);
             self.found.rows.push(QuantityRow {
                 step,
                 time: at.time,
@@ -387,6 +407,7 @@ struct Recorder<'a> {
     /// Extremes for which smooth ones of them stand.
     extremes: Vec<Arc<dyn Quantity>>,
     external_work: ExternalWork,
+    void: VoidSurfaces,
 }
 
 impl Recorder<'_> {
@@ -456,6 +477,7 @@ impl Recorder<'_> {
             values.extend([data.reaction[unknown], state.unknowns[unknown]]);
         }
         let results = pair_results(self.model, contact);
+        let on_void = self.void.forces(self.model, contact);
         for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
             let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
             let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
@@ -467,6 +489,8 @@ impl Recorder<'_> {
             values.push(in_contact().map(|at| at.covered_area).sum());
             values.extend([count(0), count(1), count(2)]);
             values.push(sums.friction.get(i).copied().unwrap_or(0.0));
+            let force = on_void.get(i).copied().unwrap_or(0.0);
+            values.extend(has_force_on_void(self.model, &self.model.interfaces()[i]).then_some(force));
         }
         let energies = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum());
         let energies: Vec<f64> = energies.collect();

@@ -58,3 +58,4 @@ mod tapers;
 mod temperature;
 mod temporary;
 mod void;
+mod void_contact;

@@ -1,0 +1,201 @@
+//! Contact forces on material that a part made from the design will not have.
+//!
+//! Where a contact surface belongs to void elements, contact acts on them as on solid ones, and their small stiffness
+//! carries a part of the force. A part has no such surface. The force of a pair on void is Σ w_k ‖Σ_j b_jk z_j‖ over
+//! the points k of a surface, with the share w_k of void in the stiffness Σ E_e A_f of the facets around the point (a
+//! node at the rim of solid material presses on the solid); of slave and master, the larger sum counts. Test: `contact_on_void_is_told` (slipstick/tests/suite/void_contact.rs).
+
+use std::collections::HashMap;
+use std::fmt;
+
+use serde::Serialize;
+use slipstick_mesh::{ContactMap, FacetNodes, Mesh, facet_area};
+
+use crate::equations::{ContactModel, ContactResults, Design, ModelInterface, NodalContact};
+use crate::words::quantity;
+
+/// Density below which an element is void.
+pub const VOID: f64 = 0.1;
+
+/// Part of a contact force on void above which it is reported.
+const COUNTED: f64 = 0.01;
+
+/// A contact pair whose force acts on void by more than 1 %.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VoidContact {
+    /// Number of the pair.
+    pub pair: usize,
+    /// Names of slave and master.
+    pub surfaces: [String; 2],
+    /// The load step with the largest force on void, counted through all load cases.
+    pub step: usize,
+    /// That force. \[F\]
+    pub force: f64,
+    /// The same as a fraction of the largest contact force on the path.
+    pub fraction: f64,
+    /// Point of the surface with most of it.
+    pub node: u32,
+    /// Its position in the reference configuration. \[L\]
+    pub position: [f64; 3],
+}
+
+impl fmt::Display for VoidContact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.position.map(quantity);
+        write!(
+            f,
+            "contact of `{}` with `{}` acts on void: in load step {}, a force of {} ({:.1} % of the largest contact \
+             force) on elements with a density below {VOID}, most of it at node {}, [{x}, {y}, {z}]",
+            self.surfaces[0],
+            self.surfaces[1],
+            self.step,
+            quantity(self.force),
+            100.0 * self.fraction,
+            self.node,
+        )
+    }
+}
+
+impl VoidContact {
+    /// The remedy.
+    pub fn help(&self) -> String {
+        "a part made from this design has no surface there: keep a solid skin with `design.passive_solid` \
+         (`surface`, `within`), or fill the region"
+            .into()
+    }
+}
+
+/// The void at the points of the surfaces of every pair: slave and master.
+#[derive(Debug, Default)]
+pub(crate) struct VoidSurfaces {
+    /// Share of void in the stiffness around each point that has any.
+    shares: Vec<[HashMap<u32, f64>; 2]>,
+}
+
+/// The force of a pair on void.
+#[derive(Debug, Clone, Copy, Default)]
+struct OnVoid {
+    force: f64,
+    /// All of the surface's. \[F\]
+    whole: f64,
+    /// The largest part of `force`, and its point.
+    worst: (f64, u32),
+}
+
+impl VoidSurfaces {
+    /// Of a design.
+    pub fn of(mesh: &Mesh, design: &Design) -> Self {
+        let (model, density) = (&**design.model(), design.density());
+        if !model.has_design() {
+            return Self::default();
+        }
+        let points = ContactMap::new(mesh).points(&mesh.nodes);
+        let touching = mesh.node_elements();
+        let element = |facet: &FacetNodes| {
+            let mut nodes = facet.iter().map(|&node| touching.of(node as usize));
+            let first = nodes.next().unwrap_or_default();
+            let others: Vec<&[u32]> = nodes.collect();
+            first.iter().copied().find(|element| others.iter().all(|of| of.contains(element)))
+        };
+        let side = |facets: &[FacetNodes]| {
+            let mut around: HashMap<u32, [f64; 2]> = HashMap::new();
+            for (facet, element) in facets.iter().filter_map(|facet| Some((facet, element(facet)?))) {
+                let stiffness = model.modulus(element, design.scalings()) * facet_area(&facet.corners(&points));
+                let void = model.is_designed(element) && density[element as usize] < VOID;
+                for &node in facet.iter() {
+                    let [of_void, all] = around.entry(node).or_default();
+                    (*of_void, *all) = (*of_void + if void { stiffness } else { 0.0 }, *all + stiffness);
+                }
+            }
+            around
+                .into_iter()
+                .filter(|(_, [void, _])| *void > 0.0)
+                .map(|(node, [void, all])| (node, void / all))
+                .collect()
+        };
+        let shares = model.interfaces().iter().map(|pair| {
+            let interface = &pair.interface;
+            if pair.is_bonded() {
+                return <[HashMap<u32, f64>; 2]>::default();
+            }
+            [side(interface.slave_facets()), side(interface.master_facets())]
+        });
+        Self { shares: shares.collect() }
+    }
+
+    /// The force of each pair on void. \[F\]
+    pub fn forces(&self, model: &ContactModel, contact: &ContactResults) -> Vec<f64> {
+        self.on_void(model, contact).into_iter().map(|of| of.force).collect()
+    }
+
+    fn on_void(&self, model: &ContactModel, contact: &ContactResults) -> Vec<OnVoid> {
+        let pairs = model.by_pair(&contact.nodes).zip(model.by_pair(&contact.transfer));
+        let of = |(shares, (nodes, rows)): (&[HashMap<u32, f64>; 2], _)| {
+            let (nodes, rows): (&[NodalContact], &[Vec<(u32, f64)>]) = (nodes, rows);
+            if shares.iter().all(HashMap::is_empty) {
+                return OnVoid::default();
+            }
+            let mut forces: HashMap<u32, [f64; 3]> = HashMap::new();
+            for (at, row) in nodes.iter().zip(rows) {
+                for &(point, b) in row {
+                    let force = forces.entry(point).or_default();
+                    (0..3).for_each(|c| force[c] += b * at.global_multiplier[c]);
+                }
+            }
+            let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            // both surfaces together carry the force twice
+            let whole = 0.5 * forces.values().map(size).sum::<f64>();
+            let side = |shares: &HashMap<u32, f64>| {
+                let mut points: Vec<(f64, u32)> =
+                    shares.iter().filter_map(|(k, share)| Some((share * size(forces.get(k)?), *k))).collect();
+                points.sort_unstable_by_key(|(_, point)| *point);
+                let worst = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+                OnVoid { force: points.iter().map(|(force, _)| force).sum(), whole, worst }
+            };
+            let [slave, master] = [side(&shares[0]), side(&shares[1])];
+            if slave.force >= master.force { slave } else { master }
+        };
+        self.shares.iter().zip(pairs).map(of).collect()
+    }
+}
+
+/// The largest forces on void so far.
+#[derive(Debug, Default)]
+pub(crate) struct VoidContacts {
+    worst: Vec<(OnVoid, usize)>,
+    /// The largest contact force of each pair. \[F\]
+    largest: Vec<f64>,
+}
+
+impl VoidContacts {
+    /// Adds the end of a load step.
+    pub fn add(&mut self, void: &VoidSurfaces, model: &ContactModel, step: usize, contact: &ContactResults) {
+        let found = void.on_void(model, contact);
+        self.worst.resize(found.len(), Default::default());
+        self.largest.resize(found.len(), 0.0);
+        for (i, now) in found.into_iter().enumerate() {
+            self.largest[i] = self.largest[i].max(now.whole);
+            if now.force > self.worst[i].0.force {
+                self.worst[i] = (now, step);
+            }
+        }
+    }
+
+    /// Pairs for which it is more than 1 % of the largest contact force.
+    pub fn reported(self, model: &ContactModel, reference: &[[f64; 3]]) -> Vec<VoidContact> {
+        let found = self.worst.into_iter().zip(self.largest).zip(model.interfaces()).enumerate();
+        let found = found.filter(|(_, (((at, _), largest), _))| at.force > COUNTED * largest);
+        let of = |(pair, (((at, step), largest), interface)): (usize, (((OnVoid, usize), f64), &ModelInterface))| {
+            VoidContact {
+                pair,
+                surfaces: interface.surfaces.clone(),
+                step,
+                force: at.force,
+                fraction: at.force / largest,
+                node: at.worst.1,
+                position: reference.get(at.worst.1 as usize).copied().unwrap_or_default(),
+            }
+        };
+        found.map(of).collect()
+    }
+}
