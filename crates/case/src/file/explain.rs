@@ -184,9 +184,9 @@ impl CaseCode {
                  `ignore` in the key `deck` of a case, leaves it out."
             }
             MeshFile => {
-                "Check the file's name, format and groups; docs/case_file.md lists the supported formats and elements. \
-                 With `first_order = true` in the body's `mesh`, second-order elements are read without their mid-side \
-                 nodes."
+                "Check the file's name, format and groups; docs/case_file/meshes.md lists the supported formats and \
+                 elements. With `first_order = true` in the body's `mesh`, second-order elements are read without their \
+                 mid-side nodes."
             }
             PoorElements => {
                 "Almost degenerate elements are too stiff, turn inside out at small deformations, and slow down iterative \

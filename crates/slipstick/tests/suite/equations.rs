@@ -202,7 +202,7 @@ fn cited_files_exist() {
     }
 }
 
-/// `docs/case_file.md` against the reader of case files: every key and word that the reader
+/// The pages about case files against the reader of case files: every key and word that the reader
 /// requests is explained, and every key in the tables is known to the reader.
 #[test]
 fn every_key_of_a_case_file_is_documented() {
@@ -225,98 +225,75 @@ fn every_key_of_a_case_file_is_documented() {
         .filter(|rest| rest[word(rest)..].starts_with('"'))
         .map(|rest| &rest[..word(rest)])
         .collect();
-    let text = document("docs/case_file.md");
+    let text: String = case_file_pages().iter().map(|page| document(page)).collect();
     let documented: BTreeSet<&str> = quoted(&text).flat_map(|code| code.split(|c| !is_word(c))).collect();
     assert!(read.len() > 60, "only {} keys were found", read.len());
     let laws = slipstick::case::LawKind::ALL.iter();
     let constants: BTreeSet<&str> = laws.flat_map(|law| law.constants()).map(|constant| constant.key).collect();
     let keys: BTreeSet<&str> = read.union(&constants).chain(&kinds).copied().collect();
     let missing: Vec<_> = keys.iter().filter(|key| !documented.contains(*key)).collect();
-    assert!(missing.is_empty(), "docs/case_file.md does not explain {missing:?}");
+    assert!(missing.is_empty(), "the pages in docs/case_file do not explain {missing:?}");
     for (cell, line) in column(&text, "key") {
         for key in quoted(cell) {
             let quoted = format!("\"{key}\"");
             let known =
                 constants.contains(key) || kinds.contains(key) || reader.contains(&quoted) || deck.contains(&quoted);
-            assert!(known, "docs/case_file.md: `{key}` is no key: {line}");
+            assert!(known, "docs/case_file: `{key}` is no key: {line}");
         }
     }
     let laws: Vec<&str> = column(&text, "law").into_iter().flat_map(|(cell, _)| quoted(cell)).collect();
-    assert_eq!(laws, slipstick::case::LawKind::WORDS, "one row per law in docs/case_file.md");
+    assert_eq!(laws, slipstick::case::LawKind::WORDS, "one row per law in docs/case_file/bodies.md");
+}
+
+/// Markdown files in a folder below the root, and in the folders in it if `deep`, by name.
+fn pages(folder: &str, deep: bool) -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(root().join(folder)).unwrap_or_else(|error| panic!("{folder}: {error}")) {
+        let entry = entry.expect("entry");
+        let name = format!("{folder}/{}", entry.file_name().to_string_lossy());
+        if deep && entry.path().is_dir() {
+            found.extend(pages(&name, deep));
+        } else if name.ends_with(".md") {
+            found.push(name);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The page about case files and those of their tables.
+fn case_file_pages() -> Vec<String> {
+    let mut names = vec!["docs/case_file.md".to_owned()];
+    names.extend(pages("docs/case_file", false));
+    names
 }
 
 /// Documents, and the pages of the cases.
-const DOCUMENTS: &[&str] = &[
-    "README.md",
-    "ARCHITECTURE.md",
-    "CONTRIBUTING.md",
-    "CHANGELOG.md",
-    "crates/python/README.md",
-    "cases/bracket/README.md",
-    "cases/buffer/README.md",
-    "cases/clutch/README.md",
-    "cases/cube_on_cuboid/README.md",
-    "cases/detent/README.md",
-    "cases/gripper/README.md",
-    "cases/half_ball_on_plate/README.md",
-    "cases/ironing/README.md",
-    "cases/press_fit/README.md",
-    "cases/roller/README.md",
-    "cases/seal/README.md",
-    "cases/snap/README.md",
-    "docs/SUMMARY.md",
-    "docs/bracket.md",
-    "docs/case_file.md",
-    "docs/cluster.md",
-    "docs/commands.md",
-    "docs/crates.md",
-    "docs/curved.md",
-    "docs/decks.md",
-    "docs/edges.md",
-    "docs/errors.md",
-    "docs/examples.md",
-    "docs/glossary.md",
-    "docs/gpu.md",
-    "docs/how_to.md",
-    "docs/install.md",
-    "docs/introduction.md",
-    "docs/materials.md",
-    "docs/measurements/SUMMARY.md",
-    "docs/measurements/claims.md",
-    "docs/measurements/cluster.md",
-    "docs/measurements/curved.md",
-    "docs/measurements/designs.md",
-    "docs/measurements/edges.md",
-    "docs/measurements/elements.md",
-    "docs/measurements/gpu.md",
-    "docs/measurements/introduction.md",
-    "docs/measurements/optimizers.md",
-    "docs/measurements/parts.md",
-    "docs/measurements/performance.md",
-    "docs/measurements/quantities.md",
-    "docs/measurements/replication.md",
-    "docs/measurements/robustness.md",
-    "docs/measurements/tried.md",
-    "docs/measurements/verification.md",
-    "docs/notation.md",
-    "docs/optimizers.md",
-    "docs/other_codes.md",
-    "docs/python.md",
-    "docs/requirements.md",
-    "docs/results.md",
-    "docs/studies.md",
-    "docs/theory.md",
-    "docs/time.md",
-    "docs/trust.md",
-    "docs/tutorials/first_design.md",
-    "docs/tutorials/from_cad.md",
-    "docs/tutorials/my_mesh.md",
-    "docs/tutorials/own_problem.md",
-    "docs/tutorials/part.md",
-    "docs/tutorials/report.md",
-    "docs/tutorials/verify_gradient.md",
-    "docs/what_it_can_do.md",
-];
+fn documents() -> Vec<String> {
+    let mut names = pages(".", false);
+    names.push("crates/python/README.md".into());
+    for folder in fs::read_dir(root().join("cases")).expect("cases") {
+        let name = folder.expect("entry").file_name().to_string_lossy().into_owned();
+        let page = format!("cases/{name}/README.md");
+        if root().join(&page).exists() {
+            names.push(page);
+        }
+    }
+    names.extend(pages("docs", true));
+    names
+}
+
+/// The table of contents of each book lists all its pages.
+#[test]
+fn every_page_is_in_a_table_of_contents() {
+    for book in ["docs", "docs/measurements"] {
+        let contents = document(&format!("{book}/SUMMARY.md"));
+        for page in documents().iter().filter_map(|name| name.strip_prefix(&format!("{book}/"))) {
+            let other = page == "SUMMARY.md" || page.starts_with("measurements/");
+            assert!(other || contents.contains(&format!("]({page})")), "{book}/SUMMARY.md does not list {page}");
+        }
+    }
+}
 
 /// `docs/crates.md` explains every direct dependency of the default build.
 #[test]
@@ -357,7 +334,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
 #[test]
 fn links_lead_to_files_and_headings() {
     let (mut files, mut headings) = (0, 0);
-    for name in DOCUMENTS {
+    for name in &documents() {
         let text = document(name);
         let folder = root().join(name).parent().expect("a file").to_path_buf();
         for rest in text.split("](").skip(1) {

@@ -6,7 +6,7 @@
 //! `with_stress!` selects the stress of a body.
 //!
 //! **To add a law**, write its file with the list of its constants, declare it below, add a line to
-//! the list and a row to `docs/case_file.md`. Enum, dispatch, the words and keys in case files,
+//! the list and a row to `docs/case_file/bodies.md`. Enum, dispatch, the words and keys in case files,
 //! their checks and their JSON schema follow from the lists. A further form of a law, which shares
 //! its name in case files, goes into the block of other forms and sets `Law::FORM`. The tests also follow from them: they
 //! compare every law, in every element type, with the derivatives of its energy (`reference.rs`).
