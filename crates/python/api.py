@@ -1,7 +1,7 @@
-"""Writes docs/python_api.md, the reference of the Python package, from its docstrings.
+"""Writes the pages in docs/python, the reference of the Python package, from its docstrings.
 
-python crates/python/api.py           writes the page
-python crates/python/api.py --check   fails if the page is not what it would write
+python crates/python/api.py           writes the pages
+python crates/python/api.py --check   fails if the pages are not what it would write
 """
 
 from __future__ import annotations
@@ -15,100 +15,121 @@ from typing import Any
 
 import slipstick as ss
 
-PAGE = Path(__file__).parents[2] / "docs" / "python_api.md"
+FOLDER = Path(__file__).parents[2] / "docs" / "python"
 
-# the names of the package, in the order in which a reader needs them
-GROUPS = {
-    "Cases": ["Case", "templates", "Inspection"],
-    "Problems": ["Problem", "Parameter", "PullBack", "GradientCheck"],
-    "Load paths": ["Path", "Step", "Contact", "Evaluations", "Evaluation"],
-    "Meshes": ["Mesh", "Body"],
-    "Optimizations": ["Result", "Iteration", "Term", "Bound", "resume", "open_run"],
-    "Studies": ["run_study", "Study", "StudyRun"],
-    "Quantities and maps of your own": [
-        "Quantity",
-        "State",
-        "ContactState",
-        "PreviousState",
-        "DesignMap",
-        "MappedProblem",
-    ],
-    "Threads": ["set_threads", "threads"],
-    "Exceptions and warnings": [
-        "SlipstickError",
-        "CaseError",
-        "InputError",
-        "AnalysisError",
-        "StudyError",
-        "InternalError",
-        "Diagnostic",
-        "SlipstickWarning",
-        "CaseWarning",
-    ],
+# the names of the package by page and chapter, in the order in which a reader needs them
+PAGES = {
+    ("cases", "Cases and errors"): {
+        "Cases": ["Case", "templates", "Inspection"],
+        "Threads": ["set_threads", "threads"],
+        "Exceptions and warnings": [
+            "SlipstickError",
+            "CaseError",
+            "InputError",
+            "AnalysisError",
+            "StudyError",
+            "InternalError",
+            "Diagnostic",
+            "SlipstickWarning",
+            "CaseWarning",
+        ],
+    },
+    ("problems", "Problems and gradients"): {
+        "Problems": ["Problem", "Parameter", "PullBack", "GradientCheck"],
+    },
+    ("paths_and_meshes", "Load paths and meshes"): {
+        "Load paths": ["Path", "Step", "Contact", "Evaluations", "Evaluation"],
+        "Meshes": ["Mesh", "Body"],
+    },
+    ("optimizations", "Optimizations and studies"): {
+        "Optimizations": ["Result", "Iteration", "Term", "Bound", "resume", "open_run"],
+        "Studies": ["run_study", "Study", "StudyRun"],
+    },
+    ("own_quantities", "Your own quantities and maps"): {
+        "Quantities": ["Quantity", "State", "ContactState", "PreviousState"],
+        "Maps": ["DesignMap", "MappedProblem"],
+    },
+    ("jax_and_torch", "JAX and PyTorch"): {"JAX": ["jax"], "PyTorch": ["torch"]},
 }
 # classes that users make; the package makes the others
 MADE = ("ss.Mesh", "ss.Term", "ss.Bound")
-MODULES = {"JAX": "jax", "PyTorch": "torch"}
+# what the chapter on Python says once for all functions
+SHARED = (
+    "`density` (shape (elements,), optional)",
+    "`x` (shape (variables,), optional)",
+    "`progress` (bool)",
+    "`overwrite` (bool)",
+    "`AnalysisError`: If a load step does not converge.",
+    "`KeyboardInterrupt`: After Ctrl-C.",
+)
+# lines with which examples begin
+IMPORTS = (">>> import slipstick as ss\n", ">>> import numpy as np\n")
 
 HEAD = """\
-# Python: reference
+# {title}
 
 <!-- written by crates/python/api.py from the docstrings; do not edit -->
 
-Every name of the package `slipstick`, here imported as `ss`. The chapter [Python](python.md) shows
-how they work together. Arrays are numpy arrays of 64-bit floats unless said otherwise; units are in
-force F and length L.
+[Python](../python.md#the-reference) explains what many functions share: `density`, `progress`,
+`overwrite`, units and shapes.
 """
 
 
 def main() -> int:
-    """Write or check the page; returns the exit code."""
-    text = page()
+    """Write or check the pages; returns the exit code."""
+    written = {
+        FOLDER / f"{name}.md": page(title, chapters) for (name, title), chapters in PAGES.items()
+    }
     if sys.argv[1:] == ["--check"]:
-        current = PAGE.exists() and PAGE.read_text(encoding="utf-8") == text
-        if not current:
-            print(f"{PAGE} is not up to date: run python crates/python/api.py", file=sys.stderr)
-        return 0 if current else 1
-    PAGE.write_text(text, encoding="utf-8")
+        current = {path: path.read_text(encoding="utf-8") for path in FOLDER.glob("*.md")}
+        if current != written:
+            print(f"{FOLDER} is not up to date: run python crates/python/api.py", file=sys.stderr)
+        return int(current != written)
+    FOLDER.mkdir(exist_ok=True)
+    for path, text in written.items():
+        path.write_text(text, encoding="utf-8")
     return 0
 
 
-def page() -> str:
-    """The text of the page."""
-    parts = [HEAD]
-    for title, names in GROUPS.items():
-        parts.append(f"## {title}\n")
-        parts += [part for name in names for part in described(f"ss.{name}", getattr(ss, name))]
-    for title, name in MODULES.items():
-        module = getattr(ss, name)
-        parts.append(f"## {title}\n")
-        parts.append(markdown(inspect.getdoc(module) or ""))
-        for inner in module.__all__:
-            parts += described(f"ss.{name}.{inner}", getattr(module, inner))
+def page(title: str, chapters: dict[str, list[str]]) -> str:
+    """The text of a page."""
+    parts = [HEAD.format(title=title)]
+    for chapter, names in chapters.items():
+        parts.append(f"## {chapter}\n")
+        for name in names:
+            thing = getattr(ss, name)
+            if not inspect.ismodule(thing):
+                parts += described(f"ss.{name}", thing)
+                continue
+            parts.append(markdown(inspect.getdoc(thing) or ""))
+            for inner in thing.__all__:
+                parts += described(f"ss.{name}.{inner}", getattr(thing, inner))
     return "\n".join(parts).rstrip() + "\n"
 
 
 def described(name: str, thing: Any) -> list[str]:
-    """The entry of a class or a function."""
+    """The entry of a class or a function; properties of a class are a list before its methods."""
     if not inspect.isclass(thing):
         return [heading(name, thing), markdown(inspect.getdoc(thing) or "")]
-    parts = [heading(name, thing) if name in MADE else f"### `{name}`\n"]
-    parts.append(markdown(inspect.getdoc(thing) or ""))
+    about = inspect.getdoc(thing) or ""
     short = name.split(".")[-1]
+    properties: list[str] = []
+    methods: list[str] = []
     for key, member in vars(thing).items():
         if key.startswith("_") and key != "__call__":
             continue
         plain = member.__func__ if isinstance(member, (classmethod, staticmethod)) else member
         if isinstance(member, property) or type(member).__name__ == "cached_property":
             doc = inspect.getdoc(member)
-            if doc and f"\n{key} : " not in (inspect.getdoc(thing) or ""):
-                parts += [f"#### `{variable(short)}.{key}`\n", markdown(doc)]
+            if doc and f"\n{key} : " not in about:
+                properties.append(item(f"`{key}`", doc))
         elif inspect.isfunction(plain):
             of_class = isinstance(member, (classmethod, staticmethod))
             owner = name if of_class else variable(short)
             call = owner if key == "__call__" else f"{owner}.{key}"
-            parts += [heading(call, plain, "####"), markdown(inspect.getdoc(plain) or "")]
-    return parts
+            methods += [heading(call, plain, "####"), markdown(inspect.getdoc(plain) or "")]
+    first = heading(name, thing) if name in MADE else f"### `{name}`\n"
+    return [first, markdown(about, properties), *methods]
 
 
 def variable(name: str) -> str:
@@ -132,17 +153,23 @@ def heading(name: str, thing: Any, level: str = "###") -> str:
     return f"{level} `{name}({', '.join(parameters)})`\n"
 
 
-def markdown(doc: str) -> str:
-    """A docstring in numpy's style as Markdown."""
+def markdown(doc: str, properties: list[str] | None = None) -> str:
+    """A docstring in numpy's style as Markdown: text, one list with the properties, examples."""
     out: list[str] = []
+    items: list[str] = []
+    shown: list[str] = []
     sections = re.split(r"^(\w[\w ]*)\n-{3,}\n", doc, flags=re.MULTILINE)
     out.append(prose(sections[0]))
     for title, body in zip(sections[1::2], sections[2::2], strict=True):
         if title == "Examples":
-            out.append(examples(body))
+            shown.append(examples(body))
         else:
-            out += [f"*{title}*\n", entries(body)]
-    return "\n".join(part for part in out if part.strip())
+            what = {"Returns": "returns ", "Raises": "raises ", "Warns": "warns "}.get(title, "")
+            items += entries(body, what)
+    items += properties or []
+    if items:
+        out.append("\n".join(items) + "\n")
+    return "\n".join(part for part in out + shown if part.strip())
 
 
 def prose(text: str) -> str:
@@ -159,24 +186,34 @@ def prose(text: str) -> str:
     return "\n\n".join(paragraphs) + "\n" if text else ""
 
 
-def entries(body: str) -> str:
-    """`name : type` with an indented text below, as a list."""
+def entries(body: str, what: str) -> list[str]:
+    """`name : type` with an indented text below, as items of a list; each begins with `what`."""
     lines = []
     for name, text in re.findall(r"^(\S.*)\n?((?:[ \t]+.*\n?|\n(?=[ \t]))*)", body, re.MULTILINE):
         label, _, kind = name.partition(" : ")
-        # without a type, as for what a function returns, the line is the type
         first = f"`{label}`" if label else ""
-        first += f" ({kind})" if kind else ""
-        text = " ".join(prose(textwrap.dedent(text)).split())
-        item = f"* {first}: {text}" if text else f"* {first}"
-        lines.append(textwrap.fill(item, 100, subsequent_indent="  ", break_on_hyphens=False))
-    return "\n".join(lines) + "\n"
+        # without a name, as for what a function returns, the line is the type
+        # arrays are arrays of numbers unless the type says otherwise
+        kind = re.sub(r"^(ndarray|array_like)( of |, )(?=int|shape)", "", kind)
+        first += (f" ({kind})" if label else kind) if kind else ""
+        if not item(first, textwrap.dedent(text)).removeprefix("* ").startswith(SHARED):
+            lines.append(item(what + first, textwrap.dedent(text)))
+    return lines
+
+
+def item(name: str, text: str) -> str:
+    """An item of a list."""
+    text = " ".join(prose(text).split())
+    text = f"* {name}: {text}" if text else f"* {name}"
+    return textwrap.fill(text, 100, subsequent_indent="  ", break_on_hyphens=False)
 
 
 def examples(body: str) -> str:
     """Examples as blocks of a session."""
     parts = []
     for block in re.split(r"\n\s*\n", body.strip()):
+        for line in IMPORTS:
+            block = block.replace(line, "")
         parts.append(
             f"```python\n{block}\n```" if block.startswith(">>>") else prose(block).strip()
         )

@@ -127,6 +127,9 @@ class Mesh:
     order. If bodies differ, so that one array holds hexahedra or tetrahedra of both orders, linear
     ones have -1 for the nodes that they lack.
 
+    Arguments are attributes, too. Then `surfaces` have four columns, which for ``problem.mesh`` are
+    counter-clockwise seen from outside, and `sets` contain the nodes of surfaces.
+
     Parameters
     ----------
     nodes : array_like, shape (nodes, 3)
@@ -152,25 +155,8 @@ class Mesh:
 
     Attributes
     ----------
-    nodes : ndarray, shape (nodes, 3)
-        Coordinates, in units of length.
-    hexahedra : ndarray of int, shape (k, 8) or (k, 27)
-        Nodes of the hexahedra.
-    wedges : ndarray of int, shape (k, 6)
-        Nodes of the wedges.
-    tetrahedra : ndarray of int, shape (k, 4) or (k, 10)
-        Nodes of the tetrahedra.
-    hexahedron_numbers, wedge_numbers, tetrahedron_numbers : ndarray of int, shape (k,)
-        Numbers of these elements.
     volumes : ndarray, shape (elements,)
         Volumes of all elements, exact for curved ones too. [L³]
-    bodies : mapping of str to Body
-        The bodies by name, in the order of their elements.
-    sets : mapping of str to ndarray of int
-        Nodes of every node set and surface, ascending, with mid-side nodes.
-    surfaces : mapping of str to ndarray of int, shape (facets, 4)
-        Corners of the facets of every surface; the fourth corner of a triangle is -1. Those of
-        ``problem.mesh`` are counter-clockwise seen from outside.
 
     Raises
     ------
