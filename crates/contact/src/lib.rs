@@ -1,8 +1,8 @@
 //! Mortar contact between deformable bodies: kinematics, Coulomb friction and its enforcement.
 //!
 //! The discrete contact conditions are those of Rinderer, Popp and Gee (2025), sections 2.2–2.5,
-//! with the signs of `docs/notation.md`. Everything is based on one object per slave node j, its
-//! **mortar row**: signed coefficients `b_js` over the nodes s of both surfaces,
+//! with the signs of `docs/developers/notation.md`. Everything is based on one object per slave
+//! node j, its **mortar row**: signed coefficients `b_js` over the nodes s of both surfaces,
 //!
 //! ```text
 //! b_js = +D_jk  for a slave node s = k,      b_js = −M_jl  for a master node s = l,      Σ_s b_js = 0

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! [`Slider`] states its equations in about forty lines (`crates/path/src/slider.rs`). The tutorial
-//! `docs/tutorials/own_problem.md` explains it; `tests/suite/examples.rs` compares the page with the output
+//! `docs/developers/own_problem.md` explains it; `tests/suite/examples.rs` compares the page with the output
 //! of this program.
 
 use std::error::Error;

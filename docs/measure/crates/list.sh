@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes docs/crates.md: the crates of the default build, counted by `cargo tree`, and the purpose of each.
+# Writes docs/developers/crates.md: the crates of the default build, counted by `cargo tree`, and the purpose of each.
 #
 #   docs/measure/crates/list.sh
 set -euo pipefail
@@ -91,5 +91,5 @@ only the code that draws glyphs, and would add about half a minute to the first 
 TEXT
     printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"
-} > docs/crates.md.new
-mv docs/crates.md.new docs/crates.md
+} > docs/developers/crates.md.new
+mv docs/developers/crates.md.new docs/developers/crates.md

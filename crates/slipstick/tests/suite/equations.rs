@@ -121,13 +121,13 @@ fn implemented_equations_are_referenced() {
 /// The table from equations to code lists what is implemented and nothing else.
 #[test]
 fn the_table_of_equations_is_complete() {
-    let text = document("docs/notation.md");
+    let text = document("docs/developers/notation.md");
     let (_, section) = text.split_once("\n## 8 ").expect("section 8");
     let listed: BTreeSet<u32> = column(section, "equations").iter().flat_map(|(cell, _)| numbers(cell)).collect();
     assert_eq!(listed, implemented());
 }
 
-/// The column headed "Rust" of each table in `docs/notation.md`: every name of every path in it is
+/// The column headed "Rust" of each table in `docs/developers/notation.md`: every name of every path in it is
 /// a word of the sources.
 #[test]
 fn names_in_the_notation_exist() {
@@ -135,9 +135,9 @@ fn names_in_the_notation_exist() {
     let text = library(&sources);
     let words: BTreeSet<&str> = text.split(|c| !is_word(c)).collect();
     let mut checked = 0;
-    for (cell, line) in column(&document("docs/notation.md"), "Rust") {
+    for (cell, line) in column(&document("docs/developers/notation.md"), "Rust") {
         for name in quoted(cell).flat_map(|path| path.split("::")) {
-            assert!(words.contains(name), "docs/notation.md: `{name}` is in no source: {line}");
+            assert!(words.contains(name), "docs/developers/notation.md: `{name}` is in no source: {line}");
             checked += 1;
         }
     }
@@ -176,7 +176,7 @@ fn cited_tests_exist() {
         let joined: Vec<&str> = source.text.lines().map(|l| l.trim_start().trim_start_matches(['/', '!'])).collect();
         cited(&joined.join("\n")).iter().for_each(|name| check(name, &source.path));
     }
-    for (file, heading) in [("docs/notation.md", "pinned by"), ("docs/measurements/claims.md", "test")] {
+    for (file, heading) in [("docs/developers/notation.md", "pinned by"), ("docs/measurements/claims.md", "test")] {
         for (cell, line) in column(&document(file), heading) {
             quoted(cell).for_each(|name| check(name, line));
         }
@@ -189,7 +189,7 @@ fn cited_tests_exist() {
 fn cited_files_exist() {
     let sources = sources();
     for (file, heading) in [
-        ("docs/notation.md", "where"),
+        ("docs/developers/notation.md", "where"),
         ("docs/measurements/claims.md", "code"),
         ("docs/measurements/performance.md", "code"),
     ] {
@@ -286,19 +286,20 @@ fn documents() -> Vec<String> {
 /// The table of contents of each book lists all its pages.
 #[test]
 fn every_page_is_in_a_table_of_contents() {
-    for book in ["docs", "docs/measurements"] {
+    let others = ["developers/", "measurements/"];
+    for book in ["docs", "docs/developers", "docs/measurements"] {
         let contents = document(&format!("{book}/SUMMARY.md"));
         for page in documents().iter().filter_map(|name| name.strip_prefix(&format!("{book}/"))) {
-            let other = page == "SUMMARY.md" || page.starts_with("measurements/");
+            let other = page == "SUMMARY.md" || others.iter().any(|folder| page.starts_with(folder));
             assert!(other || contents.contains(&format!("]({page})")), "{book}/SUMMARY.md does not list {page}");
         }
     }
 }
 
-/// `docs/crates.md` explains every direct dependency of the default build.
+/// `docs/developers/crates.md` explains every direct dependency of the default build.
 #[test]
 fn every_crate_of_the_build_is_explained() {
-    let text = document("docs/crates.md");
+    let text = document("docs/developers/crates.md");
     let mut counted = 0;
     for folder in fs::read_dir(root().join("crates")).expect("readable") {
         let manifest = fs::read_to_string(folder.expect("readable").path().join("Cargo.toml")).expect("a manifest");
@@ -306,7 +307,10 @@ fn every_crate_of_the_build_is_explained() {
         for (name, value) in manifest.get("dependencies").and_then(toml::Value::as_table).into_iter().flatten() {
             let optional = value.get("optional").is_some() && name != "metis-sys";
             if !optional && !name.starts_with("slipstick") {
-                assert!(text.contains(&format!("| `{name}` |")), "docs/crates.md does not say why `{name}` is there");
+                assert!(
+                    text.contains(&format!("| `{name}` |")),
+                    "docs/developers/crates.md does not say why `{name}` is there"
+                );
                 counted += 1;
             }
         }

@@ -45,7 +45,7 @@ fn the_tutorial_of_ones_own_problem_quotes_its_example() {
 
 /// Asserts that the tutorial has this text between the marks of this name.
 fn quotes(mark: &str, quotation: &str) {
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/tutorials/own_problem.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/developers/own_problem.md");
     let text = std::fs::read_to_string(page).expect("there");
     let begin = format!("<!-- {mark} -->\n");
     let (before, rest) = text.split_once(&begin).expect("marked");
