@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Solves cases of the project, with all bodies solid, in CalculiX and in slipstick, and puts the table into
-# docs/decks.md.
+# docs/measurements/decks.md.
 #
 #   docs/decks/cases.sh          a quarter of an hour; the bracket with 40 steps takes half of it
 #
@@ -50,4 +50,4 @@ steps="--set load_path.steps=40"
 rows "bracket, 40 steps" cases/bracket/case.toml "pad_sole_resultant_x pad_sole_resultant_y" $both $steps
 rows "half-ball, 40 steps" cases/half_ball_on_plate/coarse.toml "ball_dome_resultant_x ball_dome_resultant_y" $both \
     $steps
-put docs/decks.md cases "$work/rows"
+put docs/measurements/decks.md cases "$work/rows"
