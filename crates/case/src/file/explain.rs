@@ -13,12 +13,11 @@ impl CaseCode {
                  TOML (https://toml.io); `slipstick new half-ball` writes an example."
             }
             UnknownKey => {
-                "Unknown keys are errors, so that misspelt keys are not silently ignored. Use the suggestion, or look \
-                 up the key in docs/case_file.md; it may belong in another table."
+                "Use the suggestion, or look up the key in docs/case_file.md; it may belong in another table. Unknown \
+                 keys are errors, so that misspelt keys are not silently ignored."
             }
             MissingKey => {
-                "Add the key. It has no default, because any default would be a guess about your problem. \
-                 docs/case_file.md explains it."
+                "Add the key, which docs/case_file.md explains. A default would be a guess about your problem."
             }
             MissingSection => {
                 "Add the section: `optimize` needs [design], [objective] and [optimizer]; every analysis needs \
@@ -61,9 +60,9 @@ impl CaseCode {
                 "Give a ratio above -1 and below 1/2. Above about 0.45 use `element = \"f_bar\"`, which does not lock."
             }
             MaterialConstants => {
-                "Each constant may be possible alone, but not with the others. Check units and signs: the shear modulus \
-                 of the undeformed solid must be positive, lists must be equally long, and the stiffness of an \
-                 orthotropic solid must be positive for every strain. The message says which condition is violated."
+                "Check units and signs; the message says which condition is violated: the shear modulus of the \
+                 undeformed solid must be positive, lists must be equally long, and the stiffness of an orthotropic \
+                 solid must be positive for every strain."
             }
             Friction => "Give Coulomb's coefficient, 0 or more; 0 is frictionless.",
             SameSurface => {
@@ -96,26 +95,23 @@ impl CaseCode {
                 "Change the regions so that no element's centroid lies both in `passive_solid` and in `passive_void`."
             }
             AsymmetricMesh => {
-                "Elements share a variable if a symmetry, pattern or column maps the centroid of one to within 10 % of \
-                 an element size of the centroid of the other. The message says which element is farthest from that, \
-                 and by how much. Correct the plane, axis or step, design only bodies that have the symmetry, or mesh \
-                 them symmetrically: with the boxes of a case file, or by copying the mesh of one part."
+                "Correct the plane, axis or step, design only bodies that have the symmetry, or mesh them \
+                 symmetrically: with the boxes of a case file, or by copying the mesh of one part. Images of centroids \
+                 must be within 10 % of an element size of a centroid; the message names the worst element."
             }
             InitialVolume => {
                 "Start with a density of at most `volume_fraction`, or omit `initial`. Passive solid elements count \
-                 too: with them, use the lower density that the message suggests. The optimizer will reach the bound, \
-                 but its first designs violate it."
+                 too: with them, use the lower density that the message suggests. Otherwise the first designs violate \
+                 the bound."
             }
             EmptyPassiveRegion => {
                 "An element is passive if its centroid lies in one of the regions. Enlarge or move the region; it refers to \
                  coordinates after `place`."
             }
             FilteredGradients => {
-                "GCMMA shortens an update until its approximations, which are built from the gradients, lie above the \
-                 functions. With exact gradients this succeeds after a few marches, and the objective never rises. \
-                 Filtered sensitivities are not the gradient of any function: an update may use up all its \
-                 `inner_iterations` and then be accepted as it is. Use `density_filter` instead of \
-                 `sensitivity_filter`, or `method = \"mma\"`."
+                "Use `density_filter` instead of `sensitivity_filter`, or `method = \"mma\"`. GCMMA shortens an update \
+                 until its approximations lie above the functions. With filtered gradients, it may use up all \
+                 `inner_iterations` and accept the update as it is."
             }
             LateSchedule => {
                 "Iterations count from 0, the start design; the last update follows iteration `iterations - 1`. Raise \
@@ -126,15 +122,13 @@ impl CaseCode {
                  3 times the element size, or omit the filter."
             }
             StiffVoid => {
-                "Void has the stiffness `simp.min` times that of the solid. Where a much softer body, such as rubber, \
-                 touches the design, void can then carry its pressure, and the optimizer need not place material \
-                 there. Lower `simp.min` to a hundredth of the ratio of the two Young's moduli."
+                "Lower `simp.min` to a hundredth of the ratio of the two Young's moduli. Void can otherwise carry the \
+                 pressure of a much softer body, such as rubber, and the optimizer need not place material there."
             }
             HeatedCompliance => {
-                "The work of the loads measures stiffness if nothing but the loads moves them. Temperatures move them \
-                 as well, with or against the loads, so the smallest work is that of a layout whose expansion opposes \
-                 the loads, not of the stiffest one. Bound or minimise a displacement instead, or take temperatures \
-                 and loads to load cases of their own."
+                "Bound or minimise a displacement instead, or take temperatures and loads to load cases of their own. \
+                 The smallest work is otherwise that of a layout whose expansion opposes the loads, not of the stiffest \
+                 one."
             }
             UnsupportedBody => {
                 "Support the body with a [[dirichlet]] table, or make sure that contact holds it from the start. If \
@@ -146,34 +140,27 @@ impl CaseCode {
             }
             NoContact => {
                 "Add a [[contact]] pair, or make sure that its surfaces come within the search distance of each other. \
-                 Tied surfaces should lie on each other from the start, and the slave should not be larger than the \
-                 master: nodes without a master opposite stay free."
+                 Tied surfaces should lie on each other from the start, with the smaller one as the slave: nodes \
+                 without a master opposite stay free."
             }
             NeverCloses => {
                 "Move a body with its `place.translate`, make the motion longer or change its direction, or omit the \
-                 pair. The distance is exact because it is only computed for bodies that move rigidly until they \
-                 touch; loaded, free or otherwise deforming bodies are not checked."
+                 pair. The distance is exact: it is only computed for bodies that move rigidly until they touch."
             }
             AveragedNormals => {
-                "Contact acts along the normal of each slave node, which is averaged over the facets around it. Refine \
-                 the mesh where a curved slave surface is coarse; set `feature_angle` below the angle of an edge, so \
-                 that each side of the edge has its own normals; or exchange slave and master. Ignore the warning if \
-                 the surfaces never touch at these nodes."
+                "Refine the mesh where a curved slave surface is coarse; set `feature_angle` below the angle of an \
+                 edge, so that each side of the edge has its own normals; or swap slave and master. Contact acts along \
+                 these normals; ignore the warning if the surfaces never touch there."
             }
-            CoarseSlave => {
-                "Contact conditions are enforced at slave nodes, so master nodes between them can penetrate. Exchange \
-                 slave and master, or refine the slave; the finer side should be the slave."
-            }
+            CoarseSlave => "Swap slave and master, or refine the slave: master nodes between its nodes can penetrate.",
             HeldTwice => {
-                "The slave nodes on the plane cannot move along its normal, and neither can the master nodes there, so \
-                 no displacement follows from the traction along the normal: friction or a tie can transmit any force, \
-                 and the supports react to it. At a symmetry plane this traction is zero; `[[symmetry]]` accounts for \
-                 that, and holds the nodes as well."
+                "At a symmetry plane, use `[[symmetry]]` instead, which holds the nodes as well. Otherwise friction or \
+                 a tie can transmit any force along the normal of the plane, since neither side can move along it, and \
+                 the supports react to it."
             }
             RigidSlave => {
-                "Each slave node has multipliers, but the nodes of a rigid body cannot move relative to each other. If \
-                 the master surface has fewer nodes, several multipliers act on the same displacements, and nothing \
-                 determines them. Exchange slave and master, or use the penalty method."
+                "Swap slave and master, or use the penalty method. The nodes of a rigid body cannot move relative to \
+                 each other, so nothing determines the multipliers if the master has fewer nodes."
             }
             Mesh => {
                 "Change the shape, its numbers of elements or its placement; the message describes the defect of the \
@@ -189,14 +176,14 @@ impl CaseCode {
                  mid-side nodes."
             }
             PoorElements => {
-                "Almost degenerate elements are too stiff, turn inside out at small deformations, and slow down iterative \
-                 solvers. Improve the mesh (in Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and \
-                 faces of the model; `slipstick check` names the worst element."
+                "Improve the mesh (in Gmsh: `Mesh.Optimize`, `Mesh.OptimizeNetgen`), or remove small edges and faces of \
+                 the model; `slipstick check` names the worst element. Almost degenerate elements are too stiff, turn \
+                 inside out early, and slow down iterative solvers."
             }
             StraightMiddles => {
-                "With `order = 2`, new nodes on curved faces lie on the smooth surface for which the facets of the mesh \
-                 file stand, unless elements would fold. Refine the mesh where the surface bends too much within an \
-                 element, or let the mesher make quadratic elements; `slipstick check` names the first node."
+                "Refine the mesh where the surface bends too much within an element, or let the mesher make quadratic \
+                 elements; `slipstick check` names the first node. With `order = 2`, new nodes lie on the smooth \
+                 surface of curved faces unless elements would fold."
             }
             Disconnected => {
                 "Merge coincident nodes in the mesher. Join parts that lie apart in the geometry, or define each as a \
