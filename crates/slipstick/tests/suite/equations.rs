@@ -276,6 +276,7 @@ const DOCUMENTS: &[&str] = &[
     "docs/errors.md",
     "docs/examples.md",
     "docs/glossary.md",
+    "docs/from_other_programs.md",
     "docs/gpu.md",
     "docs/how_to.md",
     "docs/install.md",
