@@ -32,6 +32,7 @@ pub(crate) use regions::Regions;
 pub use sections::sections;
 pub use springs::springs_of;
 pub use surfaces::smooth_faces;
+pub use variation::moved_mesh;
 
 use crate::file::{self, Case, CaseCode};
 use quantities::Requested;

@@ -53,6 +53,9 @@ pub struct Track {
     pub ended: Option<usize>,
     /// Whether it ended before, and a later step names it again.
     pub returns: bool,
+    /// Whether it keeps what it finds (`FIXED`), and whether a later step moves it all the same.
+    pub stays: bool,
+    pub moves_on: bool,
     /// The set that the deck names.
     pub set: Option<String>,
     /// At the end of the last step that named it.
@@ -64,6 +67,8 @@ struct Said<'a> {
     terms: Vec<(f64, Option<&'a Amplitude>)>,
     line: usize,
     set: Option<String>,
+    /// Whether it keeps what it has (`FIXED`).
+    stays: bool,
 }
 
 /// Values by what they belong to, over the steps.
@@ -83,12 +88,18 @@ impl<'a, K: Ord + Clone> Tracks<'a, K> {
 
     /// Records what the current step says of `key`.
     pub fn say(&mut self, key: K, value: f64, amplitude: Option<&'a Amplitude>, line: usize, set: Option<&str>) {
-        let said = self.said.entry(key).or_insert_with(|| Said { terms: vec![], line, set: None });
+        let said = self.said.entry(key).or_insert_with(|| Said { terms: vec![], line, set: None, stays: false });
         if !self.adds {
             said.terms.clear();
         }
         said.terms.push((value, amplitude));
-        (said.line, said.set) = (line, set.map(str::to_owned));
+        (said.line, said.set, said.stays) = (line, set.map(str::to_owned), false);
+    }
+
+    /// Records that the current step keeps what `key` has.
+    pub fn keep(&mut self, key: K, line: usize, set: Option<&str>) {
+        let said = Said { terms: vec![], line, set: set.map(str::to_owned), stays: true };
+        self.said.insert(key, said);
     }
 
     /// Ends a step. If it `replaces` earlier ones (`OP=NEW`), what it does not name ends.
@@ -110,13 +121,22 @@ impl<'a, K: Ord + Clone> Tracks<'a, K> {
                 line: said.line,
                 ended: None,
                 returns: false,
+                stays: said.stays,
+                moves_on: false,
                 set: None,
                 current: 0.0,
             };
             let track = self.tracks.entry(key).or_insert_with(new);
             track.returns |= track.ended.is_some();
-            (track.set, track.ended) = (said.set, None);
+            track.ended = None;
+            if !said.stays || track.first == k {
+                track.set = said.set;
+            }
             let start = track.current;
+            track.moves_on |= track.stays && !said.stays;
+            if said.stays {
+                continue;
+            }
             track.hold(self.timeline.at(k, 0));
             if said.terms.iter().all(|(_, amplitude)| amplitude.is_none()) {
                 let end = said.terms.iter().map(|(value, _)| value).sum();

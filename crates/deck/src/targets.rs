@@ -187,10 +187,12 @@ impl Finder<'_> {
         let mut kept = BTreeSet::new();
         for (k, step) in deck.steps.iter().enumerate() {
             let initial = if k == 0 { &deck.conditions[..] } else { &[] };
-            kept.extend(initial.iter().filter(|condition| condition.fixed).map(|condition| condition.lines[0]));
+            kept.extend(initial.iter().filter(|of| of.fixed).map(|of| of.lines[0]));
+            let first = step.conditions.items.iter().filter(|of| k == 0 && of.fixed && !self.is_of_sections(of));
+            kept.extend(first.map(|of| of.lines[0]));
             for condition in initial.iter().chain(&step.conditions.items) {
-                if condition.fixed {
-                    kept.extend((!self.is_of_sections(condition)).then_some(condition.lines[0]));
+                let of_section = condition.fixed && self.is_of_sections(condition);
+                if of_section || (condition.fixed && kept.contains(&condition.lines[0])) {
                     continue;
                 }
                 let amplitude = self.amplitude(deck, &condition.amplitude, "BOUNDARY", condition.lines);
@@ -200,14 +202,18 @@ impl Finder<'_> {
                 };
                 for node in self.nodes(&condition.target, "BOUNDARY", condition.lines) {
                     let key = (node, condition.component);
+                    if condition.fixed {
+                        tracks.keep(key, condition.lines[0], set.as_deref());
+                        continue;
+                    }
                     tracks.say(key, condition.value, amplitude, condition.lines[0], set.as_deref());
                 }
             }
             tracks.step(k, step.conditions.replaces);
         }
         for line in kept {
-            let why = "FIXED is supported in steps, at the nodes of *PRE-TENSION SECTION only";
-            self.ledger.refuse("BOUNDARY", line, why, "prescribe the displacement that the step before reaches");
+            let why = "FIXED keeps what the step before has reached: before and in the first step, there is nothing";
+            self.ledger.refuse("BOUNDARY", line, why, "prescribe zero, or write it in a later step");
         }
         let mut tracks = self.with_rotations(tracks.tracks);
         self.check_temporary(&tracks);

@@ -93,6 +93,25 @@ fn check_shared(
     Ok(())
 }
 
+/// The mesh at the start of a load case; `None` if no body is moved.
+///
+/// # Errors
+/// [`BuildError`] at a rotation of a body that must not turn.
+pub fn moved_mesh(case: &Case, mesh: &Mesh, number: usize) -> Result<Option<Mesh>, BuildError> {
+    let Some(load_case) = case.load_cases.get(number) else { return Ok(None) };
+    let rest = rest(case, mesh, (number, load_case), &vec![[false; 3]; mesh.nodes.len()])?;
+    if rest.is_empty() {
+        return Ok(None);
+    }
+    let mut moved = mesh.clone();
+    moved.nodes.as_flattened_mut().iter_mut().zip(&rest).for_each(|(x, u)| *x += u);
+    for rigid in &mesh.rigid {
+        // the node with the rotations is where the reference node is
+        moved.nodes[rigid.rotation() as usize] = moved.nodes[rigid.reference as usize];
+    }
+    Ok(Some(moved))
+}
+
 /// Displacements of all nodes at the start of a load case; empty if no body is moved.
 fn rest(
     case: &Case,

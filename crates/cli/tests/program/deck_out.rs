@@ -79,7 +79,7 @@ fn laws_survive_as_a_deck() {
 }
 
 /// Whether CalculiX is installed.
-fn has_ccx() -> bool {
+pub(crate) fn has_ccx() -> bool {
     let found = Command::new("ccx").arg("-v").output().is_ok();
     if !found {
         println!("skipped: CalculiX (ccx) is not installed");
@@ -88,7 +88,7 @@ fn has_ccx() -> bool {
 }
 
 /// The numbers of a deck in both programs.
-fn verified(place: &Place, folder: &str, tolerance: &str) -> Value {
+pub(crate) fn verified(place: &Place, folder: &str, tolerance: &str) -> Value {
     place.good(&format!("verify deck {folder} --json --tolerance {tolerance}")).event("deck")
 }
 
@@ -326,7 +326,10 @@ fn what_a_deck_cannot_hold() {
     place.good("export case.toml --deck deck");
     assert!(place.read("deck/model_a.inp").contains("*FRICTION\n0.1, "));
     assert!(place.read("deck/model_b.inp").contains("block_ymax_nodes, 2, 2, -0.05"));
-    let place = Place::with("friction = 0.3", "friction = 0.3\noffset = 0.01");
+    let place = Place::with(
+        "friction = 0.3",
+        "friction = 0.3\noffset = [{ t = 0.5, offset = 0.01 }, { t = 1, offset = 0.03 }]",
+    );
     place.bad("export case.toml --deck deck", 2, &["`contact[0].offset`", "--ignore contact.offset"]);
     place.good("export case.toml --deck deck --ignore contact.offset");
     place.bad("export case.toml", 2, &["is a file", "--deck DIR"]);

@@ -8,6 +8,7 @@ mod browser;
 mod commands;
 mod curve;
 mod deck_out;
+mod deck_path;
 mod designs;
 mod export;
 #[cfg(unix)]

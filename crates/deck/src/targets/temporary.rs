@@ -17,6 +17,10 @@ impl Finder<'_> {
                 let why = "a condition that a step removes and a later one prescribes again is not supported";
                 self.ledger.wrong("BOUNDARY", [track.line, track.line], why, cure);
             }
+            if track.moves_on {
+                let why = "a condition that FIXED begins and a later step moves is not supported";
+                self.ledger.wrong("BOUNDARY", [track.line, track.line], why, "let the motion begin in the later step");
+            }
             let rigid = |body: usize| self.bodies.list[body].rigid.is_some();
             let solid = self.bodies.of(*node).is_some_and(|body| !rigid(body)) && !turned.contains(node);
             if solid {
@@ -37,12 +41,12 @@ impl Finder<'_> {
 
     /// Groups nodes with the same motion, which begins and ends with the same steps.
     pub(super) fn held_in_their_steps(&mut self, timeline: &Timeline, tracks: BTreeMap<OfNode, Track>) -> Vec<Held> {
-        let mut classes: BTreeMap<(usize, Option<usize>), BTreeMap<OfNode, Track>> = BTreeMap::new();
+        let mut classes: BTreeMap<(usize, Option<usize>, bool), BTreeMap<OfNode, Track>> = BTreeMap::new();
         for (key, track) in tracks {
-            classes.entry((track.first, track.ended)).or_default().insert(key, track);
+            classes.entry((track.first, track.ended, track.stays)).or_default().insert(key, track);
         }
         let mut all = Vec::new();
-        for ((first, ended), class) in classes {
+        for ((first, ended, _), class) in classes {
             let from = timeline.at(first, 0);
             let until = ended.map(|step| timeline.at(step, 0));
             all.extend(self.held(class).into_iter().map(|held| Held { from, until, ..held }));

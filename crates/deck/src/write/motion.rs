@@ -38,8 +38,8 @@ impl Writer<'_> {
     /// The motion and, of a rigid body, its rotation about one axis.
     fn motion(&mut self, held: &Held, body: usize) {
         let moves = |curve: &Curve| curve.iter().any(|point| point[1] != 0.0);
-        // without a motion, a support that begins late would stay where it is
-        let counts = |(_, curve): &&(u8, Curve)| moves(curve) || held.from > 0.0;
+        // without a motion, a support that begins late stays where it is
+        let counts = |(_, curve): &&(u8, Curve)| moves(curve) || (held.from > 0.0 && !curve.is_empty());
         let moving: Vec<&(u8, Curve)> = held.components.iter().filter(counts).collect();
         if moving.is_empty() {
             return;

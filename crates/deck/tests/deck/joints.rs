@@ -203,11 +203,11 @@ fn sections_are_pulled_together() {
         ("NODE=99\n", "NODE=99\n0., 0., -1.\n", "the force of a section pushes its parts apart"),
         ("NODE=99\n", "NODE=99\n0., 0.6, 0.8\n", "the direction is oblique to the faces"),
         ("*STEP", "*PRE-TENSION SECTION, SURFACE=CUT, NODE=99\n*STEP", "node 99 belongs to another section"),
-        ("*STEP", "*BOUNDARY, FIXED\nPULL, 1, 1\n*STEP", "FIXED is supported in steps"),
+        ("*STEP", "*BOUNDARY, FIXED\nPULL, 1, 1\n*STEP", "before and in the first step, there is nothing"),
         ("PULL, 1, 30", "PULL, 2, 30", "the section has no force"),
         ("PULL, 1, 30", "PULL, 1, -30", "the force of a section pushes its parts apart"),
         ("BASE, 1, 3", "BASE, 1, 3\nPULL, 1, 1, 0.1", "a prescribed displacement of the section is not supported"),
-        ("*BOUNDARY\n", "*BOUNDARY, FIXED\nBASE, 1, 1\n*BOUNDARY\n", "FIXED is supported in steps, at the nodes of"),
+        ("*BOUNDARY\n", "*BOUNDARY, FIXED\nBASE, 1, 1\n*BOUNDARY\n", "before and in the first step, there is nothing"),
     ] {
         let found = refused(&column.replace(from, to)).join("\n");
         assert!(found.contains(message), "{message}: {found}");

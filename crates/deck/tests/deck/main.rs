@@ -231,7 +231,7 @@ fn what_is_not_supported_is_refused() {
         ("*ELASTIC\n", "*ELASTIC, TYPE=ANISO\n", "*ELASTIC: TYPE=ANISO", "isotropic"),
         ("*STEP", "*ORIENTATION, NAME=R, SYSTEM=CYLINDRICAL\n0,0,0, 0,0,1\n*STEP", "*ORIENTATION: SYSTEM=CYL", "RECT"),
         ("=HARD", "=EXPONENTIAL\n1e-3, 10.", "PRESSURE-OVERCLOSURE=EXPONENTIAL", "LINEAR"),
-        ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: FIXED is supported", "prescribe the displacement"),
+        ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: FIXED keeps what the step before has reached", "prescribe zero"),
         ("*STEP", "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n*STEP", "*INITIAL CONDITIONS", "unstressed"),
         ("*FRICTION\n0.3\n", "*FRICTION, ROUGH\n", "*FRICTION: rough", "*TIE"),
     ] {

@@ -49,3 +49,30 @@ fn steps_change_laws_of_surfaces() {
         assert!(found[0].contains(why), "{found:?}");
     }
 }
+
+/// `FIXED` in a later step keeps nodes where they are: a support without motion that begins then. What moves already
+/// stays, and `OP=NEW` ends the support.
+#[test]
+fn fixed_keeps_what_a_step_has_reached() {
+    let with = |later: &str| CUBES.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "TOP, 3, 3, -0.1\n") + later;
+    let step = "*STEP\n*STATIC\n0.5, 1\n";
+    let supports = |deck: &str| {
+        let all = tables(deck);
+        all.into_iter().filter(|table| table.starts_with("[[dirichlet]]")).collect::<Vec<_>>()
+    };
+    let kept = with(&format!("{step}*BOUNDARY, FIXED\nTOP, 1, 3\n*END STEP\n"));
+    assert_eq!(
+        supports(&kept)[1..],
+        [
+            "[[dirichlet]]; set = \"HIGH_TOP\"; components = [\"z\"]; motion = [{ t = 0.5, u = [0.0, 0.0, -0.1] }]",
+            "[[dirichlet]]; set = \"HIGH_TOP\"; components = [\"x\", \"y\"]; from = 0.5",
+        ]
+    );
+    let ended = kept.clone() + step + "*BOUNDARY, OP=NEW\nBASE, 1, 3\nTOP, 3, 3, -0.1\n*END STEP\n";
+    let last = supports(&ended).pop().expect("a support");
+    assert!(last.contains("from = 0.3333333333333333; until = 0.6666666666666666"), "{last}");
+    let first = CUBES.replace("*BOUNDARY\nBASE", "*BOUNDARY, FIXED\nBASE");
+    assert!(refused(&first)[0].contains("before and in the first step, there is nothing"), "{:?}", refused(&first));
+    let moved = kept + step + "*BOUNDARY\nTOP, 1, 1, 0.2\n*END STEP\n";
+    assert!(refused(&moved)[0].contains("FIXED begins and a later step moves"), "{:?}", refused(&moved));
+}

@@ -7,13 +7,14 @@
 //! |---|---|---|
 //! | `DISP` | `D1`, `D2`, `D3` | `displacement` |
 //! | `STRESS` | `SXX`, `SYY`, `SZZ`, `SXY`, `SYZ`, `SZX` | `cauchy_stress`, the mean over the elements of a node |
-//! | `FORC` | `F1`, `F2`, `F3` | `reaction`; those at the centres of faces of hexahedra with 27 nodes are left out |
+//! | `FORC` | `F1`, `F2`, `F3` | `reaction`; those at the centres of hexahedra of second order act on the other nodes, with the weights of the 20 shape functions |
 //! | `CONTACT` | `COPEN`, `CPRESS` | `contact_gap`, `contact_pressure`; 0 away from contact surfaces; only with contact |
 //! | `DENSITY` | `RHO` | `density`, the mean over the elements of a node; only if it is not 1 everywhere |
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 
-use slipstick_mesh::{Element, Mesh};
+use slipstick_mesh::{Element, Mesh, SerendipityCentre};
 
 use super::StoredField;
 
@@ -23,6 +24,8 @@ pub struct Frd<'a> {
     writer: &'a mut dyn Write,
     /// The nodes of the mesh that the file has.
     nodes: Vec<u32>,
+    /// The nodes that it leaves out, as combinations of others.
+    centres: Vec<SerendipityCentre>,
     blocks: usize,
 }
 
@@ -72,7 +75,8 @@ impl<'a> Frd<'a> {
             }
         }
         writeln!(writer, " -3")?;
-        Ok(Self { mesh, writer, nodes, blocks: 0 })
+        let centres = mesh.serendipity_centres(0..mesh.elements.len(), &BTreeSet::new());
+        Ok(Self { mesh, writer, nodes, centres, blocks: 0 })
     }
 
     /// Adds the state at the end of a load step, from 1, at a pseudo-time. Fields that it does not have
@@ -95,7 +99,13 @@ impl<'a> Frd<'a> {
             self.block(step, time, &STRESS, &self.nodal_means(values, 6))?;
         }
         if let Some(values) = find("reaction", 3 * nodes) {
-            self.block(step, time, &FORC, values)?;
+            let mut forces = values.to_vec();
+            for SerendipityCentre { node, terms } in &self.centres {
+                for &(other, weight) in terms {
+                    (0..3).for_each(|c| forces[3 * other as usize + c] += weight * values[3 * *node as usize + c]);
+                }
+            }
+            self.block(step, time, &FORC, &forces)?;
         }
         let slaves = find("contact_status", nodes).is_some_and(|status| status.iter().any(|status| *status >= 0.0));
         let contact = (find("contact_gap", nodes), find("contact_pressure", nodes));

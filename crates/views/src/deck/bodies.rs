@@ -248,7 +248,7 @@ impl Writer<'_> {
             let _ = writeln!(text, "*ELEMENT, TYPE={kind}, ELSET={name}");
             for e in elements {
                 let nodes = self.mesh.elements[e].nodes();
-                let nodes = &nodes[..if kind == "C3D20" { 20 } else { nodes.len() }];
+                let nodes = &nodes[..nodes.len().min(20)];
                 let fields: Vec<String> = nodes.iter().map(|node| (node + 1).to_string()).collect();
                 let _ = write!(text, "{}, {}", e + 1, fields[..fields.len().min(10)].join(", "));
                 if fields.len() > 10 {

@@ -74,6 +74,9 @@ const FLAT: f64 = 1e-6;
 /// Why normal forces on curved slaves are not compared.
 const CURVED: &str = "the surface is curved: CalculiX reports the resultant, not the sum of normal forces";
 
+/// Why forces that drive tied rigid bodies are not compared.
+const TIED: &str = "CalculiX reports other forces at the nodes of a rigid body that is tied";
+
 /// Name of the quantity for a component of the resultant on a curved slave.
 fn resultant(slave: &str, axis: &str) -> String {
     format!("{slave}_resultant_{axis}")
@@ -114,6 +117,10 @@ impl Writer<'_> {
             for (set, unknowns) in self.held(&motion.set) {
                 // as in the columns of slipstick, a component that several supports prescribe belongs to the first
                 let rigid = self.mesh.rigid.iter().any(|rigid| self.names.bodies[rigid.body] == set);
+                if rigid && self.is_tied(&motion.set) {
+                    record.left_out.push((format!("reaction_{set}"), TIED.to_owned()));
+                    continue;
+                }
                 let unknowns = if rigid { unknowns } else { self.owned(&set, unknowns) };
                 for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
                     let own: Vec<(u32, u8)> =
@@ -153,6 +160,18 @@ impl Writer<'_> {
             }
         }
         record
+    }
+
+    /// Whether this is a rigid body with a tie.
+    fn is_tied(&self, name: &str) -> bool {
+        let Some(b) = self.mesh.rigid.iter().map(|of| of.body).find(|&b| self.mesh.bodies[b].name == name) else {
+            return false;
+        };
+        let on = |surface: &String| {
+            let facets = self.mesh.surfaces.get(surface).map_or(&[][..], |of| &of.facets[..]);
+            facets.first().is_some_and(|facet| self.mesh.body_of_element(facet.element as usize) == Some(b))
+        };
+        self.case.contacts.iter().any(|pair| pair.tied && (on(&pair.slave) || on(&pair.master)))
     }
 
     /// Whether all facets of a surface have the same normal.
@@ -204,7 +223,7 @@ impl Writer<'_> {
     fn held(&mut self, set: &str) -> Vec<(String, Vec<(u32, u8)>)> {
         let prescribed = |nodes: &[u32], writer: &Self| -> Vec<(u32, u8)> {
             let all = nodes.iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
-            let own = all.filter(|key| writer.history.holds(key));
+            let own = all.filter(|key| writer.history.supports.hold_at_end(key));
             own.map(|(node, c)| (node + 1, c)).collect()
         };
         if let Some(reference) = self.mesh.reference_of(set) {
@@ -231,12 +250,13 @@ impl Writer<'_> {
 
     /// Those of the unknowns, numbered from 1, that belong to a set of the deck and to none that it prescribes earlier.
     fn owned(&self, set: &str, unknowns: Vec<(u32, u8)>) -> Vec<(u32, u8)> {
-        unknowns.into_iter().filter(|&(node, c)| self.history.owns(set, &(node - 1, c))).collect()
+        unknowns.into_iter().filter(|&(node, c)| self.history.supports.owns(set, &(node - 1, c))).collect()
     }
 
     /// How a quantity follows from the results of CalculiX, or why not.
     fn source(&mut self, quantity: &Quantity) -> Result<Source, &'static str> {
         Ok(match &quantity.kind {
+            QuantityKind::Reaction(of) if self.is_tied(&of.set) => return Err(TIED),
             QuantityKind::Reaction(of) => {
                 let held = self.held(&of.set);
                 let own: Vec<(u32, u8)> =

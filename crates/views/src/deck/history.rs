@@ -1,14 +1,15 @@
-//! Motions, loads and temperatures over pseudo-time, and the steps in which they are written.
+//! Loads and temperatures over pseudo-time, and the steps in which they and the supports are written.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::ops::Range;
 
-use nalgebra::{Rotation3, Unit, Vector3};
-use slipstick_case::file::{Bolt, Dirichlet, Keeps, LoadKind};
+use slipstick_case::file::{Bolt, Keeps, LoadKind};
 use slipstick_model::model::preload_at;
 use slipstick_solid::load::{add_pressure, nodal_areas};
 use slipstick_solid::{Acceleration, MassiveElements};
 
+use super::supports::Supports;
 use super::text::{number, numbers};
 use super::{DeckRecord, Source, Writer};
 
@@ -33,10 +34,8 @@ pub(super) struct History {
     lines: Vec<Line>,
     /// Text at the start of the step that begins after this load step.
     changes: BTreeMap<usize, String>,
-    /// Prescribed components of nodes, each with the position in `owners` of what prescribes it.
-    prescribed: BTreeMap<(u32, u8), u32>,
-    /// Sets and nodes in the order in which the deck first prescribes a component of them.
-    owners: Vec<String>,
+    /// What holds nodes.
+    pub supports: Supports,
     /// Conditions before the first step.
     pub initial: String,
 }
@@ -46,29 +45,8 @@ const STRAIGHT: f64 = 1e-10;
 
 impl History {
     pub fn new(steps: usize) -> Self {
-        let (prescribed, changes) = (BTreeMap::new(), BTreeMap::new());
-        Self { steps, lines: vec![], changes, prescribed, owners: vec![], initial: String::new() }
-    }
-
-    /// Whether a component of a node is prescribed.
-    pub fn holds(&self, key: &(u32, u8)) -> bool {
-        self.prescribed.contains_key(key)
-    }
-
-    /// Whether a component of a node belongs to a set: of all sets of the deck that prescribe it, to the first.
-    pub fn owns(&self, set: &str, key: &(u32, u8)) -> bool {
-        self.prescribed.get(key).is_some_and(|owner| self.owners[*owner as usize] == set)
-    }
-
-    fn own(&mut self, target: &str, keys: impl IntoIterator<Item = (u32, u8)>) {
-        let owner = self.owners.iter().position(|known| known == target).unwrap_or_else(|| {
-            self.owners.push(target.to_owned());
-            self.owners.len() - 1
-        });
-        for key in keys {
-            let first = self.prescribed.entry(key).or_insert(owner as u32);
-            *first = (*first).min(owner as u32);
-        }
+        let supports = Supports::new(steps);
+        Self { steps, lines: vec![], changes: BTreeMap::new(), supports, initial: String::new() }
     }
 
     /// Writes a text at the start of the step after load step `at`.
@@ -77,18 +55,16 @@ impl History {
     }
 
     /// Values at the ends of load steps.
-    fn sampled(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
+    pub fn sampled(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
         (0..=self.steps).map(|n| value(n as f64 / self.steps as f64)).collect()
     }
 
     /// Adds a line; one with the same fields gets the sum.
     fn add(&mut self, keyword: &'static str, head: String, tail: String, curve: Vec<f64>) {
-        if keyword != "BOUNDARY" {
-            let same = |line: &&mut Line| line.keyword == keyword && line.head == head && line.tail == tail;
-            if let Some(line) = self.lines.iter_mut().find(same) {
-                line.curve.iter_mut().zip(curve).for_each(|(sum, value)| *sum += value);
-                return;
-            }
+        let same = |line: &&mut Line| line.keyword == keyword && line.head == head && line.tail == tail;
+        if let Some(line) = self.lines.iter_mut().find(same) {
+            line.curve.iter_mut().zip(curve).for_each(|(sum, value)| *sum += value);
+            return;
         }
         self.lines.push(Line { keyword, head, tail, curve });
     }
@@ -101,139 +77,31 @@ impl History {
         let last = bolt.force.last().map_or(0.0, |point| point.t);
         let step = (last * self.steps as f64 - 1e-6).ceil() as usize;
         if bolt.keeps == Keeps::Length && step < self.steps {
-            self.change(step, format!("*BOUNDARY, FIXED\n{node}, 1, 1\n"));
+            self.supports.keep(node, step);
         }
     }
 
     /// Load steps at which steps end.
-    fn ends(&self) -> Vec<usize> {
+    pub fn ends(&self) -> Vec<usize> {
         let mut ends: BTreeSet<usize> = self.changes.keys().copied().filter(|&n| n > 0 && n < self.steps).collect();
-        for line in &self.lines {
-            let largest = line.curve.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-            let bend =
-                |n: &usize| (line.curve[n + 1] - 2.0 * line.curve[*n] + line.curve[n - 1]).abs() > STRAIGHT * largest;
-            ends.extend((1..self.steps).filter(bend));
-        }
+        self.lines.iter().for_each(|line| ends.extend(bends(&line.curve, 0..self.steps)));
+        ends.extend(self.supports.ends());
         ends.into_iter().chain([self.steps]).collect()
     }
 }
 
+/// Load steps inside of a range at which a curve is not straight.
+pub(super) fn bends(curve: &[f64], within: Range<usize>) -> Vec<usize> {
+    let largest = curve.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let bend = |n: &usize| (curve[n + 1] - 2.0 * curve[*n] + curve[n - 1]).abs() > STRAIGHT * largest;
+    (within.start + 1..within.end).filter(bend).collect()
+}
+
 impl Writer<'_> {
     /// The factor of the load case on a motion or a load.
-    fn acts(&self, load_case: Option<&String>) -> bool {
+    pub(super) fn acts(&self, load_case: Option<&String>) -> bool {
         let own = self.case.load_cases.get(self.options.load_case).map(|of| &of.name);
         load_case.is_none() || load_case == own
-    }
-
-    /// Supports, motions and symmetry planes.
-    pub(super) fn motions(&mut self) {
-        let load_case = self.case.load_cases.get(self.options.load_case).cloned().unwrap_or_default();
-        for of in &load_case.bodies {
-            if of.offset.is_some() || of.rotation.is_some() {
-                let key = format!("load_case[{}].bodies", self.options.load_case);
-                self.refuse(
-                    key,
-                    format!("the load case moves `{}` at its start", of.body),
-                    "place the body there in a case of its own",
-                );
-            }
-        }
-        // what acts comes first, and other load cases hold what it leaves
-        let (acting, resting): (Vec<_>, Vec<_>) =
-            self.case.dirichlet.iter().enumerate().partition(|(_, of)| self.acts(of.load_case.as_ref()));
-        for (i, motion) in acting {
-            let own = load_case.motions.iter().find(|of| of.set == motion.set).map_or(1.0, |of| of.factor);
-            let factor = own * load_case.motion_factor.unwrap_or(1.0);
-            self.motion(i, motion, factor);
-        }
-        for (i, motion) in resting {
-            self.motion(i, motion, 0.0);
-        }
-        // as in the case, nodes that a support and a plane share belong to the support
-        self.symmetries();
-    }
-
-    fn motion(&mut self, i: usize, motion: &Dirichlet, factor: f64) {
-        if !motion.is_permanent() {
-            let key = format!("dirichlet[{i}].{}", if motion.from > 0.0 { "from" } else { "until" });
-            let message = "written decks have their supports in all steps";
-            self.refuse(key, message, "omit the key to write a support that acts over the whole path");
-        }
-        let turns = motion.rotation.filter(|_| motion.motion.iter().any(|point| point.angle != 0.0) && factor != 0.0);
-        let at = |t: f64| {
-            let (u, angle) = motion.at(t);
-            (u.map(|x| factor * x), (factor * angle).to_radians())
-        };
-        let components: Vec<usize> = motion.components.iter().map(|c| c.index()).collect();
-        let rotations: Vec<usize> = motion.rotations.iter().map(|c| c.index()).collect();
-        // displacement of a point at load step n
-        let steps = self.case.load_path.steps;
-        let displacement = |x: [f64; 3], n: usize| -> [f64; 3] {
-            let (u, angle) = at(n as f64 / steps as f64);
-            let Some(axis) = turns else { return u };
-            let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(Vector3::from(axis.direction)), angle);
-            let arm = Vector3::from(x) - Vector3::from(axis.point);
-            let moved = rotation * arm - arm;
-            std::array::from_fn(|c| u[c] + moved[c])
-        };
-        let curve = |x: [f64; 3], c: usize| (0..=steps).map(|n| displacement(x, n)[c]).collect::<Vec<f64>>();
-        if let Some(reference) = self.mesh.reference_of(&motion.set) {
-            let coupled = self.mesh.couplings.iter().any(|of| of.name == motion.set);
-            let (node, x) = (reference.node, self.mesh.nodes[reference.node as usize]);
-            for &c in &components {
-                self.prescribe(&[node], (node + 1).to_string(), c, c + 1, curve(x, c));
-            }
-            let direction = turns.map_or([0.0; 3], |axis| {
-                let v = Vector3::from(axis.direction);
-                (v / v.norm()).into()
-            });
-            for &c in &rotations {
-                let angles = self.history.sampled(|t| at(t).1 * direction[c]);
-                match coupled {
-                    true => self.prescribe(&[node], (node + 1).to_string(), c + 3, c + 4, angles),
-                    false => self.prescribe(&[node + 1], (node + 2).to_string(), c, c + 1, angles),
-                }
-            }
-            return;
-        }
-        let nodes = self.mesh.set_nodes(&motion.set).unwrap_or_default().into_owned();
-        if nodes.is_empty() {
-            let message = format!("nothing is left of `{}`", motion.set);
-            return self.refuse(
-                format!("dirichlet[{i}].set"),
-                message,
-                "choose a lower --threshold, or a solid skin there",
-            );
-        }
-        let point = self.case.points.iter().any(|point| point.name == motion.set);
-        if turns.is_some() || point {
-            for &node in &nodes {
-                for &c in &components {
-                    self.prescribe(&[node], (node + 1).to_string(), c, c + 1, curve(self.mesh.nodes[node as usize], c));
-                }
-            }
-            return;
-        }
-        for set in self.node_sets(&motion.set) {
-            for &c in &components {
-                self.prescribe(&nodes, set.clone(), c, c + 1, curve([0.0; 3], c));
-            }
-        }
-    }
-
-    /// Prescribes a component (`key` from 0, `component` as in a deck) of a set, unless all of it is.
-    pub(super) fn prescribe(&mut self, nodes: &[u32], target: String, key: usize, component: usize, curve: Vec<f64>) {
-        let keys: Vec<(u32, u8)> = nodes.iter().map(|&node| (node, key as u8)).collect();
-        let rests = curve.iter().all(|value| *value == 0.0);
-        if rests && keys.iter().all(|key| self.history.holds(key)) {
-            return;
-        }
-        self.history.own(&target, keys);
-        let _ = writeln!(self.history.initial, "*BOUNDARY\n{target}, {component}, {component}");
-        if !rests {
-            let head = format!("{target}, {component}, {component}");
-            self.history.add("BOUNDARY", head, String::new(), curve);
-        }
     }
 
     pub(super) fn loads(&mut self, masses: &[f64]) {
@@ -422,7 +290,8 @@ impl Writer<'_> {
 
     /// The steps, with requests for what is compared.
     pub(super) fn steps(&mut self, record: &DeckRecord) -> String {
-        let mut text = std::mem::take(&mut self.history.initial);
+        let mut text = self.history.supports.before_the_steps();
+        text.push_str(&std::mem::take(&mut self.history.initial));
         let count = self.case.load_path.steps;
         let nlgeom = if self.small() { "" } else { ", NLGEOM" };
         let mut start = 0;
@@ -433,6 +302,7 @@ impl Writer<'_> {
             if let Some(change) = self.history.changes.get(&start) {
                 text.push_str(change);
             }
+            text.push_str(&self.history.supports.in_step(start, end));
             let mut keyword = "";
             for line in &self.history.lines {
                 if line.curve[end] == line.curve[start] {

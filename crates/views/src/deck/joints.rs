@@ -61,11 +61,11 @@ impl Writer<'_> {
                     }
                     None => self.model.push_str("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n"),
                 }
+                let limit = contact.shear_limit.map_or(String::new(), |limit| format!(", TAUMAX={}", number(limit)));
+                let slope = tangential.unwrap_or(automatic);
+                let first = self.friction_over_path(contact, friction, (&name, slope, &limit));
                 if friction > 0.0 {
-                    let limit =
-                        contact.shear_limit.map_or(String::new(), |limit| format!(", TAUMAX={}", number(limit)));
-                    let slope = tangential.unwrap_or(automatic);
-                    let _ = writeln!(self.model, "*FRICTION{limit}\n{}", numbers(&[friction, slope]));
+                    let _ = writeln!(self.model, "*FRICTION{limit}\n{}", numbers(&[first, slope]));
                     if !limit.is_empty() {
                         self.warn(
                             at("shear_limit"),
@@ -83,6 +83,14 @@ impl Writer<'_> {
                     if adjust.distance().is_finite() {
                         let message = "in a deck, a clearance holds for all nodes, at any distance";
                         self.warn(at("adjust.distance"), message, "omit it to compare the same gaps");
+                    }
+                    if adjust.gap() < 0.0 {
+                        let message = "CalculiX 2.20 lets a clearance below 0 grow anew in every step";
+                        self.warn(
+                            at("adjust.gap"),
+                            message,
+                            "use an `offset`, which is written as an overlap of the meshes",
+                        );
                     }
                     (String::new(), Some(adjust.gap()))
                 }
@@ -116,14 +124,7 @@ impl Writer<'_> {
             if let Some(gap) = clearance {
                 let _ = writeln!(self.model, "*CLEARANCE, MASTER={master}, SLAVE={slave}, VALUE={}", number(gap));
             }
-            if !contact.friction_path.is_empty() {
-                let message = "a coefficient of friction that changes over the path is not written";
-                self.refuse(at("friction_path"), message, "omit it, and compare with one coefficient");
-            }
-            if !contact.offset.is_empty() {
-                let message = "a deck has no distance at which meshes touch that changes over the path";
-                self.refuse(at("offset"), message, "move the surfaces in the mesh, or press them together by a motion");
-            }
+            self.offset(contact, &at);
             // facets of second-order elements are curved in a deck, those of linear ones flat
             let curved = self.is_curved(contact);
             if contact.surfaces == Surfaces::Smooth && !curved && !contact.tied {
@@ -302,7 +303,7 @@ impl Writer<'_> {
     pub(super) fn held_couplings(&mut self) {
         for (k, coupling) in self.case.couplings.iter().enumerate() {
             let nodes = self.mesh.set_nodes(&coupling.set).unwrap_or_default();
-            let held = |node: &u32| (0..3).any(|c| self.history.holds(&(*node, c)));
+            let held = |node: &u32| (0..3).any(|c| self.history.supports.hold(&(*node, c)));
             if nodes.iter().any(held) {
                 let message = "nodes of the face are held: CalculiX has no kinematic coupling of these, and counts the part \
                                of a force on them in no reaction";
@@ -336,7 +337,8 @@ impl Writer<'_> {
                     let ground: [f64; 3] = std::array::from_fn(|c| x[c] - r[c]);
                     self.next_node += 1;
                     let node = self.next_node;
-                    let _ = writeln!(self.model, "*NODE\n{node}, {}\n*BOUNDARY\n{node}, 1, 3", numbers(&ground));
+                    let _ = writeln!(self.model, "*NODE\n{node}, {}", numbers(&ground));
+                    self.history.supports.ground(node);
                     to = Some(node - 1);
                 }
                 for component in components.drain(..) {
@@ -395,7 +397,7 @@ impl Writer<'_> {
                 merged.retain(|(_, factor)| *factor != 0.0);
                 let free = |&(unknown, _): &(u32, f64)| {
                     let key = (unknown / 3, (unknown % 3) as u8);
-                    !self.history.holds(&key) && !dependent.contains(&unknown) && !used.contains(&unknown)
+                    !self.history.supports.hold(&key) && !dependent.contains(&unknown) && !used.contains(&unknown)
                 };
                 let reference = |node: u32| {
                     self.mesh.rigid.iter().any(|rigid| rigid.reference == node) || rotations.contains(&node)
@@ -405,7 +407,10 @@ impl Writer<'_> {
                     .position(|term| free(term) && !reference(term.0 / 3))
                     .or_else(|| merged.iter().position(free));
                 let Some(first) = first else {
-                    if merged.iter().any(|(unknown, _)| !self.history.holds(&(unknown / 3, (unknown % 3) as u8))) {
+                    if merged
+                        .iter()
+                        .any(|(unknown, _)| !self.history.supports.hold(&(unknown / 3, (unknown % 3) as u8)))
+                    {
                         let message = "no term is left that the equation could determine in CalculiX";
                         self.refuse(
                             format!("equation[{i}]"),

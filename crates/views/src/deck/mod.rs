@@ -15,13 +15,15 @@ mod compare;
 mod hardness;
 mod history;
 mod joints;
+mod press;
 mod reduce;
 mod results;
+mod supports;
 mod symmetry;
 mod text;
 
 use serde::{Deserialize, Serialize};
-use slipstick_case::construct::BuildError;
+use slipstick_case::construct::{BuildError, moved_mesh};
 use slipstick_case::file::{Case, Promise};
 use slipstick_mesh::Mesh;
 
@@ -111,6 +113,10 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         uncut = mesh.uncut();
         &uncut
     };
+    let moved = moved_mesh(case, mesh, options.load_case)?;
+    let mesh = moved.as_ref().unwrap_or(mesh);
+    let pressed = press::pressed(case, mesh);
+    let mesh = pressed.as_ref().unwrap_or(mesh);
     let (deck_file, case_file) = (file("model", "inp"), file("case", "toml"));
     let mut writer = Writer {
         case,
@@ -136,6 +142,8 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
     writer.loads(&writer.masses()?);
     writer.temperatures();
     writer.settings();
+    writer.interrupted_supports();
+    writer.early_fits();
     let record = writer.compared(&deck_file, &case_file);
     let steps = writer.steps(&record);
     let (case, left_out) = writer.case_text(&deck_file);
