@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Takes four designs to parts, compares what they promised with what the parts do, and puts the table between the marks of
+# Takes six designs to parts, compares what they promised with what the parts do, and puts the table between the marks of
 # docs/measurements/parts.md; seven minutes on two cores.
 #
 #   cases/parts.sh
@@ -38,6 +38,8 @@ print(f"| {label} | {quantity} | {grey:.3f} | {found['promised']:.4g} | {solid:.
 PYTHON
 }
 
+for template in gripper press-fit; do slipstick new "$template" --out "$work/$template.toml" -q; done
+
 # With a density filter of the same radius and a projection.
 sed "/^sensitivity_filter/d; s|file = \"|&$PWD/cases/bracket/|" cases/bracket/case.toml > "$work/projected.toml"
 projection=(
@@ -51,5 +53,7 @@ projection=(
     part 'gripper, 60 iterations' gripper cases/gripper/case.toml 60 grip
     part 'bracket, 20 iterations' bracket cases/bracket/case.toml 20 pad_sole_normal_force
     part 'bracket, projection, 60 iterations' projected "$work/projected.toml" 60 pad_sole_normal_force "${projection[@]}"
+    part 'gripper of the template' template_gripper "$work/gripper.toml" 120 grip
+    part 'press fit of the template' template_press_fit "$work/press-fit.toml" 60 torque
 } > "$work/parts.md"
 put docs/measurements/parts.md parts "$work/parts.md"

@@ -5,7 +5,7 @@
 //! the points k of a surface, with the share w_k of void in the stiffness Σ E_e A_f of the facets around the point (a
 //! node at the rim of solid material presses on the solid); of slave and master, the larger sum counts. Test: `contact_on_void_is_told` (slipstick/tests/suite/void_contact.rs).
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
@@ -68,9 +68,12 @@ impl VoidContact {
 /// The void at the points of the surfaces of every pair: slave and master.
 #[derive(Debug, Default)]
 pub(crate) struct VoidSurfaces {
-    /// Share of void in the stiffness around each point that has any.
-    shares: Vec<[HashMap<u32, f64>; 2]>,
+    /// Of each pair.
+    shares: Vec<Shares>,
 }
+
+/// Of slave and master: by point, the share of void in the stiffness around it, if there is any.
+type Shares = [BTreeMap<u32, f64>; 2];
 
 /// The force of a pair on void.
 #[derive(Debug, Clone, Copy, Default)]
@@ -98,7 +101,7 @@ impl VoidSurfaces {
             first.iter().copied().find(|element| others.iter().all(|of| of.contains(element)))
         };
         let side = |facets: &[FacetNodes]| {
-            let mut around: HashMap<u32, [f64; 2]> = HashMap::new();
+            let mut around: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
             for (facet, element) in facets.iter().filter_map(|facet| Some((facet, element(facet)?))) {
                 let stiffness = model.modulus(element, design.scalings()) * facet_area(&facet.corners(&points));
                 let void = model.is_designed(element) && density[element as usize] < VOID;
@@ -116,7 +119,7 @@ impl VoidSurfaces {
         let shares = model.interfaces().iter().map(|pair| {
             let interface = &pair.interface;
             if pair.is_bonded() {
-                return <[HashMap<u32, f64>; 2]>::default();
+                return Shares::default();
             }
             [side(interface.slave_facets()), side(interface.master_facets())]
         });
@@ -129,13 +132,11 @@ impl VoidSurfaces {
     }
 
     fn on_void(&self, model: &ContactModel, contact: &ContactResults) -> Vec<OnVoid> {
-        let pairs = model.by_pair(&contact.nodes).zip(model.by_pair(&contact.transfer));
-        let of = |(shares, (nodes, rows)): (&[HashMap<u32, f64>; 2], _)| {
-            let (nodes, rows): (&[NodalContact], &[Vec<(u32, f64)>]) = (nodes, rows);
-            if shares.iter().all(HashMap::is_empty) {
+        let of = |shares: &Shares, nodes: &[NodalContact], rows: &[Vec<(u32, f64)>]| {
+            if shares.iter().all(BTreeMap::is_empty) {
                 return OnVoid::default();
             }
-            let mut forces: HashMap<u32, [f64; 3]> = HashMap::new();
+            let mut forces: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
             for (at, row) in nodes.iter().zip(rows) {
                 for &(point, b) in row {
                     let force = forces.entry(point).or_default();
@@ -145,17 +146,17 @@ impl VoidSurfaces {
             let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             // both surfaces together carry the force twice
             let whole = 0.5 * forces.values().map(size).sum::<f64>();
-            let side = |shares: &HashMap<u32, f64>| {
-                let mut points: Vec<(f64, u32)> =
+            let side = |shares: &BTreeMap<u32, f64>| {
+                let points: Vec<(f64, u32)> =
                     shares.iter().filter_map(|(k, share)| Some((share * size(forces.get(k)?), *k))).collect();
-                points.sort_unstable_by_key(|(_, point)| *point);
                 let worst = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
                 OnVoid { force: points.iter().map(|(force, _)| force).sum(), whole, worst }
             };
             let [slave, master] = [side(&shares[0]), side(&shares[1])];
             if slave.force >= master.force { slave } else { master }
         };
-        self.shares.iter().zip(pairs).map(of).collect()
+        let pairs = model.by_pair(&contact.nodes).zip(model.by_pair(&contact.transfer));
+        self.shares.iter().zip(pairs).map(|(shares, (nodes, rows))| of(shares, nodes, rows)).collect()
     }
 }
 
@@ -183,19 +184,15 @@ impl VoidContacts {
 
     /// Pairs for which it is more than 1 % of the largest contact force.
     pub fn reported(self, model: &ContactModel, reference: &[[f64; 3]]) -> Vec<VoidContact> {
-        let found = self.worst.into_iter().zip(self.largest).zip(model.interfaces()).enumerate();
-        let found = found.filter(|(_, (((at, _), largest), _))| at.force > COUNTED * largest);
-        let of = |(pair, (((at, step), largest), interface)): (usize, (((OnVoid, usize), f64), &ModelInterface))| {
-            VoidContact {
-                pair,
-                surfaces: interface.surfaces.clone(),
-                step,
-                force: at.force,
-                fraction: at.force / largest,
-                node: at.worst.1,
-                position: reference.get(at.worst.1 as usize).copied().unwrap_or_default(),
-            }
-        };
-        found.map(of).collect()
+        let pairs = model.interfaces().iter().zip(self.worst.into_iter().zip(self.largest)).enumerate();
+        let found = pairs.filter(|(_, (_, ((at, _), largest)))| at.force > COUNTED * largest);
+        found
+            .map(|(pair, (interface, ((at, step), largest)))| {
+                let OnVoid { force, worst: (_, node), .. } = at;
+                let (surfaces, fraction) = (interface.surfaces.clone(), force / largest);
+                let position = reference.get(node as usize).copied().unwrap_or_default();
+                VoidContact { pair, surfaces, step, force, fraction, node, position }
+            })
+            .collect()
     }
 }

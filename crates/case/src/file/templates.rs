@@ -29,6 +29,16 @@ pub const TEMPLATES: &[Template] = &[
         text: include_str!("templates/clutch.toml"),
     },
     Template {
+        name: "press-fit",
+        about: "a hub pressed onto a shaft that turns; the hub is designed for the largest torque",
+        text: include_str!("templates/press_fit.toml"),
+    },
+    Template {
+        name: "gripper",
+        about: "a finger of a gripper, designed for the strongest grip with bounded force and stress",
+        text: include_str!("templates/gripper.toml"),
+    },
+    Template {
         name: "cube-on-cuboid",
         about: "five elements, for studying forces and gradients",
         text: include_str!("templates/cube_on_cuboid.toml"),

@@ -17,11 +17,14 @@ fn every_template_parses_without_warning() {
         let resolved = parse(template.text);
         assert!(resolved.warnings.is_empty(), "{}: {:?}", template.name, resolved.warnings);
         let elements: usize = resolved.case.bodies.iter().filter_map(|body| body.shape.element_count()).sum();
-        // By hand: 14·3·14 + (10²·2 + 1·(10² + 4·10·2)); 18·6·8 + 24·1·10; 3·34·6 + 3·38·6; 4 + 1.
+        // By hand: 14·3·14 + (10²·2 + 1·(10² + 4·10·2)); 18·6·8 + 24·1·10; 3·34·6 + 3·38·6;
+        // 3·36·2 + 10·48·2; 50·30 + 64·4; 4 + 1.
         let expected = match template.name {
             "half-ball" => 968,
             "ironing" => 1104,
             "clutch" => 1296,
+            "press-fit" => 1176,
+            "gripper" => 1756,
             _ => 5,
         };
         assert_eq!(elements, expected, "{}", template.name);
@@ -229,7 +232,7 @@ fn a_resolved_case_is_a_case_file() {
         case.units = Units { length: Some("mm".into()), force: None };
         let body = case.bodies[0].name.clone();
         let normal = Some(NormalCone { direction: [0.0, 1.0, 0.0], degrees: 30.0 });
-        case.surfaces = vec![SurfaceSet { name: "up".into(), body: Some(body), normal, ..SurfaceSet::default() }];
+        case.surfaces.push(SurfaceSet { name: "up".into(), body: Some(body), normal, ..SurfaceSet::default() });
         let plane = Some(Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0], tolerance: None });
         let cylinder = Some(Cylinder { start: [0.0; 3], end: [1.0, 0.0, 0.0], radius: 2.0, tolerance: None });
         let (name, within, nearest) = ("one".into(), Some("up".into()), Some([1.0, 2.0, 3.0]));
@@ -237,8 +240,10 @@ fn a_resolved_case_is_a_case_file() {
         if let Some(Objective { kind: ObjectiveKind::ContactForce { steps }, .. }) = &mut case.objective {
             *steps = ObservedSteps::Only(vec![1, 4]);
         }
-        case.dirichlet[1].rotation = Some(RotationAxis { point: [0.1, 0.2, 0.3], direction: [0.0, 1.0, 0.0] });
-        case.dirichlet[1].motion[0].angle = 12.5;
+        let moved = case.dirichlet.iter_mut().find(|of| !of.motion.is_empty()).expect("a motion");
+        moved.components = vec![Component::X, Component::Y, Component::Z];
+        moved.rotation = Some(RotationAxis { point: [0.1, 0.2, 0.3], direction: [0.0, 1.0, 0.0] });
+        moved.motion[0].angle = 12.5;
         let text = toml::to_string(&case).expect("writable");
         assert_eq!(parse(&text).case, case, "{text}");
         assert!(!serde_json::to_string(&case).expect("writable").contains("null"));
