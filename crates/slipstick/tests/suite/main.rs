@@ -50,6 +50,7 @@ mod serendipity;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]
 mod solved;
+mod soft_contact;
 mod springs;
 mod symmetry;
 #[path = "../common/table.rs"]
@@ -58,3 +59,4 @@ mod tapers;
 mod temperature;
 mod temporary;
 mod void;
+mod wound;
