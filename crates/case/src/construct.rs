@@ -483,7 +483,9 @@ fn given(enforcement: &file::Enforcement) -> Enforcement {
             let factor = complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY);
             (Method::Lagrange, stiffness, scaling, factor)
         }
-        file::Enforcement::Penalty { stiffness, scaling, .. } => (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS),
+        file::Enforcement::Penalty { stiffness, scaling, .. } => {
+            (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS)
+        }
         file::Enforcement::Augmented { stiffness, scaling, .. } => {
             (Method::Augmented, stiffness, scaling, DEFAULT_STIFFNESS)
         }

@@ -2,8 +2,8 @@
 
 use super::{BuildError, Regions, centres};
 use crate::file::{self, Case};
-use slipstick_mesh::Mesh;
 use nalgebra::{Matrix3, Vector3};
+use slipstick_mesh::Mesh;
 use slipstick_solid::{Constant, Form, Formulation, Material, Section, Sections, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -78,7 +78,10 @@ fn turn(
         if across.norm() <= 1e-9 * arm.norm().max(mesh.element_volume(element as usize).cbrt()) {
             return Err(BuildError::new(
                 format!("body[{body}].axes_about"),
-                format!("the line goes through the centroid {:?} of an element, where no direction is radial", mesh.centroid(element as usize)),
+                format!(
+                    "the line goes through the centroid {:?} of an element, where no direction is radial",
+                    mesh.centroid(element as usize)
+                ),
                 "move the line, or mesh the body so that nodes or edges lie on it",
             ));
         }
@@ -89,10 +92,11 @@ fn turn(
         let radial = Vector3::from(radial.map(|x| x as f64)).normalize();
         let frame = Matrix3::from_columns(&[radial, axial.cross(&radial), axial]);
         let turned = |material: &Material| {
-            let value = |(constant, value): (&Constant, Value)| match (constant.form, <[f64; 3]>::try_from(value.numbers())) {
-                (Form::Direction(_), Ok(axis)) => Value::from((frame * Vector3::from(axis)).as_slice()),
-                _ => value,
-            };
+            let value =
+                |(constant, value): (&Constant, Value)| match (constant.form, <[f64; 3]>::try_from(value.numbers())) {
+                    (Form::Direction(_), Ok(axis)) => Value::from((frame * Vector3::from(axis)).as_slice()),
+                    _ => value,
+                };
             let values: Vec<Value> = material.constants().map(value).collect();
             material.kind().with_values(&values).expect("turned axes remain at an angle")
         };

@@ -259,9 +259,10 @@ mod tests {
             PressureLaw::Exponential { contact_pressure: 0.3, clearance: 0.2 },
             PressureLaw::Table(vec![[-0.5, 0.0], [0.0, 0.2], [0.3, 2.0]]),
         ];
-        for (law, scaling) in laws.iter().flat_map(|law| {
-            [StiffnessScaling::Area, StiffnessScaling::ReferenceArea].map(|scaling| (law, scaling))
-        }) {
+        for (law, scaling) in laws
+            .iter()
+            .flat_map(|law| [StiffnessScaling::Area, StiffnessScaling::ReferenceArea].map(|scaling| (law, scaling)))
+        {
             let stiffness = Stiffness { normal: 1.0, tangential: 20.0, scaling };
             for (slip, gap, status) in [
                 ([0.001, 0.004], -0.1, Status::Stick),

@@ -188,14 +188,16 @@ impl Reader<'_> {
             }
             "EXPONENTIAL" => {
                 let rows = self.numbers(card);
-                let (Some(&[clearance, pressure, ..]), true) = (rows.first().map(Vec::as_slice), rows.len() == 1) else {
+                let (Some(&[clearance, pressure, ..]), true) = (rows.first().map(Vec::as_slice), rows.len() == 1)
+                else {
                     let why = "it needs the gap at which the pressure is 1 % of that without a gap, and this pressure";
                     return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], why, DAMAGED);
                 };
                 if !(clearance > 0.0 && pressure > 0.0) {
                     return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], "both numbers must be positive", DAMAGED);
                 }
-                let how = "`penalty` with an `exponential` pressure, as in CalculiX; that of Abaqus ends at the first number";
+                let how =
+                    "`penalty` with an `exponential` pressure, as in CalculiX; that of Abaqus ends at the first number";
                 self.ledger.translated("SURFACE BEHAVIOR", line, how);
                 Behavior::Exponential([clearance, pressure])
             }
@@ -331,18 +333,27 @@ impl Reader<'_> {
             let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
             if !(value > 0.0) || fields.len() > 3 {
                 let why = "a line has slave, master and the penetration that the step allows at its start, above 0";
-                self.ledger.refuse_at("CONTACT INTERFERENCE", [line, data], why, "give the deepest penetration of the meshes");
+                self.ledger.refuse_at(
+                    "CONTACT INTERFERENCE",
+                    [line, data],
+                    why,
+                    "give the deepest penetration of the meshes",
+                );
                 continue;
             }
             let (slave, master) = (plain(fields[0]), plain(fields.get(1).copied().unwrap_or_default()));
-            let is = |pair: &&mut Pair| {
-                pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master)
-            };
+            let is =
+                |pair: &&mut Pair| pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master);
             match self.deck.pairs.iter_mut().find(is) {
                 Some(pair) => pair.interferences.push((step, value)),
                 None => {
                     let why = format!("there is no *CONTACT PAIR of `{slave}` and `{master}` before it");
-                    self.ledger.wrong("CONTACT INTERFERENCE", [line, data], why, "name slave and master of a pair above");
+                    self.ledger.wrong(
+                        "CONTACT INTERFERENCE",
+                        [line, data],
+                        why,
+                        "name slave and master of a pair above",
+                    );
                 }
             }
         }

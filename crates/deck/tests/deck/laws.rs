@@ -47,7 +47,8 @@ fn interferences() {
         contact(&second),
         "; offset = [{ t = 0.5, offset = 0.0 }, { t = 0.75, offset = -0.05 }, { t = 1.0, offset = 0.0 }]"
     );
-    for (line, why) in [("DOWN, UP", "above 0"), ("DOWN, UP, -0.1", "above 0"), ("DOWN, OVER, 0.1", "no *CONTACT PAIR")] {
+    for (line, why) in [("DOWN, UP", "above 0"), ("DOWN, UP, -0.1", "above 0"), ("DOWN, OVER, 0.1", "no *CONTACT PAIR")]
+    {
         let found = refused(&first.replace("DOWN, UP, 0.1", line));
         assert!(found.len() == 1 && found[0].contains(why), "{line}: {found:?}");
     }
@@ -69,19 +70,19 @@ fn multi_point_constraints() {
         format!("[[equation]]; terms = [{}]", list.iter().map(term).collect::<Vec<_>>().join(", "))
     };
     // the fourth corner of the upper face: u₈ = u₅ + (u₇ − u₆)
-    assert_eq!(equations("PLANE, 5, 6, 7, 8"), [terms(&[(8, 'z', 1.0), (5, 'z', -1.0), (6, 'z', 1.0), (7, 'z', -1.0)])]);
+    assert_eq!(
+        equations("PLANE, 5, 6, 7, 8"),
+        [terms(&[(8, 'z', 1.0), (5, 'z', -1.0), (6, 'z', 1.0), (7, 'z', -1.0)])]
+    );
     // across the diagonal from 1 to 7, at two thirds of which is the foot of 8
     let (near, far) = (0.333_333_333_333_333_37, 0.666_666_666_666_666_6);
-    let across = |c: char| {
-        terms(&[(8, 'x', -1.0), (8, c, 1.0), (1, 'x', near), (1, c, -near), (7, 'x', far), (7, c, -far)])
-    };
+    let across =
+        |c: char| terms(&[(8, 'x', -1.0), (8, c, 1.0), (1, 'x', near), (1, c, -near), (7, 'x', far), (7, c, -far)]);
     assert_eq!(equations("STRAIGHT, 1, 7, 8"), [across('y'), across('z')]);
     assert_eq!(equations("SLIDER, 8, 1, 7"), equations("STRAIGHT, 1, 7, 8"));
     assert_eq!(
         equations("PIN, 5, 15"),
-        ['x', 'y', 'z'].map(|c| {
-            terms(&[(5, c, 1.0), (15, c, -1.0)]).replace("LOW_node_15", "HIGH_node_15")
-        })
+        ['x', 'y', 'z'].map(|c| { terms(&[(5, c, 1.0), (15, c, -1.0)]).replace("LOW_node_15", "HIGH_node_15") })
     );
     assert_eq!(equations("TIE, 5, 15"), equations("PIN, 5, 15"));
     assert_eq!(equations("LINK, 5, 1"), [terms(&[(5, 'z', 1.0), (1, 'z', -1.0)])]);
@@ -105,7 +106,8 @@ fn multi_point_constraints() {
     let beam = beam.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "99, 1, 2\n99, 3, 3, -0.1\n");
     assert!(
         new_tables(&beam).contains(
-            &"[[coupling]]; name = \"beams_99\"; set = \"HIGH_beams_99\"; at = [0.5, 0.5, 2.01]; kind = \"kinematic\"".into()
+            &"[[coupling]]; name = \"beams_99\"; set = \"HIGH_beams_99\"; at = [0.5, 0.5, 2.01]; kind = \"kinematic\""
+                .into()
         ),
         "{:?}",
         new_tables(&beam)

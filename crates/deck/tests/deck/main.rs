@@ -233,7 +233,12 @@ fn what_is_not_supported_is_refused() {
         ("*ELASTIC\n", "*ELASTIC, TYPE=ANISO\n", "*ELASTIC: TYPE=ANISO", "isotropic"),
         ("*STEP", "*ORIENTATION, NAME=R, SYSTEM=SPHERICAL\n0,0,0, 0,0,1\n*STEP", "*ORIENTATION: SYSTEM=SPH", "RECT"),
         ("=HARD", "=SCALE FACTOR\n2", "PRESSURE-OVERCLOSURE=SCALE FACTOR", "LINEAR"),
-        ("*STATIC\n0.5, 1", "*STATIC\n0.5, 1\n*CONTACT INTERFERENCE, SHRINK\nDOWN, UP", "*CONTACT INTERFERENCE: SHRINK", "deepest"),
+        (
+            "*STATIC\n0.5, 1",
+            "*STATIC\n0.5, 1\n*CONTACT INTERFERENCE, SHRINK\nDOWN, UP",
+            "*CONTACT INTERFERENCE: SHRINK",
+            "deepest",
+        ),
         ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: FIXED is supported", "prescribe the displacement"),
         ("*STEP", "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n*STEP", "*INITIAL CONDITIONS", "unstressed"),
         ("*FRICTION\n0.3\n", "*FRICTION, ROUGH\n", "*FRICTION: rough", "*TIE"),

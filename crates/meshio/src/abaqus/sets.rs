@@ -328,9 +328,9 @@ impl FileMesh {
         touched.flat_map(|cell| free.of(self, cell).filter(at).collect::<Vec<_>>()).collect()
     }
 
-    /// The area of a face between its corners, along its normal. \[L²\]
+    /// The area of a face between its corners, along its outward normal. \[L²\]
     pub fn area_vector(&self, face: ElementFace) -> [f64; 3] {
-        let corners = &FreeFaces::corners(self, face.cell)[usize::from(face.side)];
+        let corners = self.corners_of(&[face]).pop().unwrap_or_default();
         let point = |at: usize| self.points[corners[at % corners.len()] as usize];
         let mut area = [0.0; 3];
         for at in 0..corners.len() {

@@ -47,10 +47,10 @@ mod scenarios;
 mod schwarz;
 mod sections;
 mod serendipity;
+mod soft_contact;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]
 mod solved;
-mod soft_contact;
 mod springs;
 mod symmetry;
 #[path = "../common/table.rs"]

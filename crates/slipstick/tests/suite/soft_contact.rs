@@ -47,7 +47,8 @@ fn soft_contact_between_cubes() {
     for (law, keys) in laws {
         for (gap, pressed) in [(0.0, 0.03), (0.01, 0.012), (0.01, 0.2)] {
             for scaling in ["area", "reference_area"] {
-                let contact = format!("enforcement = {{ penalty = {{ pressure = {{ {keys} }}, scaling = '{scaling}' }} }}");
+                let contact =
+                    format!("enforcement = {{ penalty = {{ pressure = {{ {keys} }}, scaling = '{scaling}' }} }}");
                 let found = *forces(&cubes(gap, pressed, &contact)).last().expect("a step");
                 let excess = |g: f64| 500.0 * (pressed - gap + g) - law(g);
                 let (mut low, mut high) = (-1.0, 1.0);
@@ -79,7 +80,10 @@ fn an_interference_is_resolved_along_the_path() {
 fn gradients_of_soft_contact() {
     let motions = [
         (3.0, "[{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [0.03, -0.1, 0.01] }]"),
-        (0.3, "[{ t = 0.3, u = [0.02, -0.08, 0.01] }, { t = 0.5, u = [0.05, 0.04, 0] }, { t = 1.0, u = [0.2, -0.1, 0.05] }]"),
+        (
+            0.3,
+            "[{ t = 0.3, u = [0.02, -0.08, 0.01] }, { t = 0.5, u = [0.05, 0.04, 0] }, { t = 1.0, u = [0.2, -0.1, 0.05] }]",
+        ),
     ];
     let laws = [
         "exponential = { contact_pressure = 20, clearance = 0.03 }",

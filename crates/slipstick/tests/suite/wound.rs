@@ -61,7 +61,8 @@ fn a_wound_ring_under_pressure() {
 #[test]
 fn gradients_of_wound_bodies() {
     let text = of_law(&Scene::default().text(), LawKind::Orthotropic);
-    let turned = text.replace("\nplace = ", "\naxes_about = { point = [0.3, -1, 0.2], direction = [0.2, 1, 0.1] }\nplace = ");
+    let turned =
+        text.replace("\nplace = ", "\naxes_about = { point = [0.3, -1, 0.2], direction = [0.2, 1, 0.1] }\nplace = ");
     assert_ne!(turned, text);
     check("wound", &mut problem(&turned), 7);
 }
@@ -69,12 +70,14 @@ fn gradients_of_wound_bodies() {
 #[test]
 fn a_line_through_a_centroid_is_refused() {
     let text = of_law(&Scene::default().text(), LawKind::Orthotropic);
-    let text = text.replacen("\nplace = ", "\naxes_about = { point = [0.5, 0.5, 0.5], direction = [0, 0, 1] }\nplace = ", 1);
+    let text =
+        text.replacen("\nplace = ", "\naxes_about = { point = [0.5, 0.5, 0.5], direction = [0, 0, 1] }\nplace = ", 1);
     let case = parse_case(&text, "case.toml").expect("a case").case;
     if let Err(error) = build(&case) {
         assert!(error.to_string().contains("no direction is radial"), "{error}");
     }
-    let isotropic = Scene::default().text().replacen("\nplace = ", "\naxes_about = { direction = [0, 0, 1] }\nplace = ", 1);
+    let isotropic =
+        Scene::default().text().replacen("\nplace = ", "\naxes_about = { direction = [0, 0, 1] }\nplace = ", 1);
     let errors = parse_case(&isotropic, "case.toml").expect_err("one law for all directions").to_string();
     assert!(errors.contains("the same stiffness in all directions"), "{errors}");
 }

@@ -72,7 +72,8 @@ impl Serialize for Body {
             shape_functions: ShapeFunctions,
             order: u8,
         }
-        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, axes_about, .. } = self;
+        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, axes_about, .. } =
+            self;
         let Self { element, shape_functions, order, .. } = self;
         let deforms = rigid.is_none();
         let (material, element) = (deforms.then_some(*material), deforms.then_some(*element));
