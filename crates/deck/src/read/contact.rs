@@ -107,7 +107,8 @@ impl Reader<'_> {
             "CLEARANCE" => self.clearance(card),
             "CONTACT INTERFERENCE" if card.keyword.has("SHRINK") => {
                 let (why, line) = ("SHRINK, with the penetration of each node, is not supported", card.keyword.line);
-                let cure = "omit SHRINK and give the deepest penetration: the state at the end of the step is the same";
+                let cure =
+                    "omit SHRINK and give the deepest penetration: without friction, the step ends in the same state";
                 self.ledger.refuse("CONTACT INTERFERENCE", line, why, cure);
             }
             "CONTACT INTERFERENCE" => self.interference(card),

@@ -17,7 +17,7 @@ pub struct Mpc {
 /// What a constraint keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MpcKind {
-    /// All nodes in the plane of the first three.
+    /// All nodes in the plane of the first three that are not on one line.
     Plane,
     /// All nodes on the line through the first two.
     Straight,

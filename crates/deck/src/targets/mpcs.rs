@@ -9,6 +9,9 @@ use crate::vector::{cross, dot, sub, unit};
 /// Components of directions below this are zero.
 const NOTHING: f64 = 1e-9;
 
+/// Sine of the angle below which three nodes lie on one line.
+const LINE: f64 = 1e-6;
+
 /// Nodes with weights of their displacements.
 type Weighted<'a> = &'a [(u32, f64)];
 
@@ -68,19 +71,24 @@ impl Finder<'_> {
         self.mesh.points[node as usize]
     }
 
-    /// All nodes remain in the plane of the first three.
+    /// All nodes remain in the plane of the first two and the first that is not on a line with them.
     fn plane(&mut self, mpc: &Mpc, nodes: &[u32], found: &mut Vec<Equation>) {
-        let &[a, b, c, ref rest @ ..] = nodes else {
+        let &[a, b, ref rest @ ..] = nodes else {
             return self.miscounted(mpc, "it needs three nodes that define the plane, and others");
         };
-        let [x, y, z] = [a, b, c].map(|node| self.point_of(node));
-        let (first, second) = (sub(y, x), sub(z, x));
-        let across = cross(first, second);
-        let size = dot(first, first).sqrt() * dot(second, second).sqrt();
-        let Some(normal) = unit(across).filter(|_| dot(across, across).sqrt() > 1e-6 * size) else {
-            return self.miscounted(mpc, "its first three nodes lie on one line: name others first");
+        let x = self.point_of(a);
+        let first = sub(self.point_of(b), x);
+        let beside = |&node: &u32| {
+            let second = sub(self.point_of(node), x);
+            let across = cross(first, second);
+            let size = dot(first, first).sqrt() * dot(second, second).sqrt();
+            let normal = unit(across).filter(|_| dot(across, across).sqrt() > LINE * size)?;
+            Some((node, second, across, normal))
         };
-        for &node in rest {
+        let Some((c, second, across, normal)) = rest.iter().find_map(beside) else {
+            return self.miscounted(mpc, "its nodes lie on one line and define no plane: name others first");
+        };
+        for &node in rest.iter().filter(|node| ![a, b, c].contains(node)) {
             let arm = sub(self.point_of(node), x);
             let area = dot(across, normal);
             let (eta, zeta) = (dot(cross(arm, second), normal) / area, dot(cross(first, arm), normal) / area);
@@ -99,7 +107,7 @@ impl Finder<'_> {
             return self.miscounted(mpc, "its first two nodes coincide: name others first");
         };
         let main = (0..3).fold(0, |main, c| if unit[c].abs() > unit[main].abs() { c } else { main });
-        for &node in rest {
+        for &node in rest.iter().filter(|node| ![a, b].contains(node)) {
             let share = dot(sub(self.point_of(node), self.point_of(a)), along) / dot(along, along);
             let weights = [(node, 1.0), (a, share - 1.0), (b, -share)];
             // two directions across the line, each with a component of its own that the equation determines

@@ -74,6 +74,8 @@ fn multi_point_constraints() {
         equations("PLANE, 5, 6, 7, 8"),
         [terms(&[(8, 'z', 1.0), (5, 'z', -1.0), (6, 'z', 1.0), (7, 'z', -1.0)])]
     );
+    // 6 twice: the plane is that of 5, 6 and 8
+    assert_eq!(equations("PLANE, 5, 6, 6, 8, 7").len(), 1);
     // across the diagonal from 1 to 7, at two thirds of which is the foot of 8
     let (near, far) = (0.333_333_333_333_333_37, 0.666_666_666_666_666_6);
     let across =
@@ -90,7 +92,7 @@ fn multi_point_constraints() {
     assert!(refused(&large)[0].contains("LINK keeps no distance at large rotations"));
     for (mpc, why) in [
         ("PLANE, 5, 6", "three nodes that define"),
-        ("PLANE, 5, 6, 6, 7", "on one line"),
+        ("PLANE, 5, 6, 6, 5", "on one line"),
         ("SLIDER, 5, 6", "three nodes"),
         ("STRAIGHT, 5, 5, 6", "coincide"),
         ("LINK, 5", "two nodes"),
