@@ -74,7 +74,7 @@ fn a_line_through_a_centroid_is_refused() {
                 axes_about = { point = [0.5, 0.5, 7], direction = [0, 0, 3] }\n[[dirichlet]]\nset = 'cube_ymin'\n\
                 [load_path]\nsteps = 1\n";
     let case = parse_case(cube, "case.toml").expect("a case").case;
-    let error = build(&case).expect_err("no direction is radial");
+    let error = build(&case).err().expect("no direction is radial");
     assert!(error.message.contains("no direction is radial") && error.path == "body[0].axes_about", "{error:?}");
     let isotropic =
         Scene::default().text().replacen("\nplace = ", "\naxes_about = { direction = [0, 0, 1] }\nplace = ", 1);
