@@ -13,9 +13,9 @@ use slipstick_mesh::{BoxShape, box_mesh};
 /// Reference: Lekhnitskii, Theory of Elasticity of an Anisotropic Body (1963), section 26.
 #[test]
 fn a_wound_ring_under_pressure() {
-    let (radial, tangential, ratio) = (2000.0, 30000.0, 0.02);
+    let (radial, tangential, ratio) = (2000.0_f64, 30000.0_f64, 0.02);
     let (a, b, pressure) = (10.0_f64, 14.0_f64, 0.5);
-    let k = (tangential / radial as f64).sqrt();
+    let k = (tangential / radial).sqrt();
     // σ_r = c (u′ + ν_tr u/r), ν_tr = ν_rt E_t/E_r
     let turned = ratio * tangential / radial;
     let c = radial / (1.0 - ratio * turned);
