@@ -11,6 +11,7 @@ mod loads;
 mod maps;
 mod mesh;
 mod motions;
+mod names;
 mod optimization;
 mod quantities;
 mod regions;
@@ -35,6 +36,7 @@ pub use surfaces::smooth_faces;
 pub use variation::moved_mesh;
 
 use crate::file::{self, Case, CaseCode};
+use names::NodeNames;
 use quantities::Requested;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics};
@@ -85,6 +87,12 @@ pub fn build_on(case: &Case, platform: &dyn Platform) -> Result<Problem, BuildEr
         return Err(BuildError::new("output.vtkhdf", message, help));
     }
     let (mesh, ties) = mesh::mesh_with_ties(case)?;
+    let names = NodeNames::new(case, &mesh);
+    assembled(case, platform, mesh, ties).map_err(|error| names.in_files(error))
+}
+
+/// The problem on the mesh of a case.
+fn assembled(case: &Case, platform: &dyn Platform, mesh: Mesh, ties: ties::Rows) -> Result<Problem, BuildError> {
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
@@ -365,6 +373,7 @@ fn build_interfaces(
             bond: tie.map(Arc::new),
             edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
+            pressure: contact.enforcement.pressure_law(),
             interface,
         });
     }
@@ -475,7 +484,9 @@ fn given(enforcement: &file::Enforcement) -> Enforcement {
             let factor = complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY);
             (Method::Lagrange, stiffness, scaling, factor)
         }
-        file::Enforcement::Penalty { stiffness, scaling } => (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS),
+        file::Enforcement::Penalty { stiffness, scaling, .. } => {
+            (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS)
+        }
         file::Enforcement::Augmented { stiffness, scaling, .. } => {
             (Method::Augmented, stiffness, scaling, DEFAULT_STIFFNESS)
         }

@@ -5,6 +5,7 @@ mod centres;
 mod equations;
 mod heat;
 mod mass;
+mod mpcs;
 mod rigid;
 mod springs;
 mod surfaces;
@@ -18,7 +19,7 @@ use slipstick_meshio::{CellKind, Centre, ElementFace, FileMesh};
 use crate::bodies::{Bodies, find};
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::ledger::Ledger;
-use crate::read::{Deck, On, Target};
+use crate::read::{Deck, Equation, On, Target};
 pub use bolts::Tightened;
 pub use equations::{CoupledFace, EquationOfSets, Joined};
 pub use heat::Heated;
@@ -87,6 +88,8 @@ struct Finder<'a> {
     ledger: &'a mut Ledger,
     points: Vec<(u32, String)>,
     couplings: Vec<CoupledFace>,
+    /// Equations of multi-point constraints.
+    constraints: Vec<Equation>,
 }
 
 /// In place of a body: a point.
@@ -105,7 +108,8 @@ impl Targets {
     pub fn new(mesh: &mut FileMesh, centres: &[Centre], deck: &Deck, bodies: &Bodies, ledger: &mut Ledger) -> Self {
         let timeline = Timeline::new(deck);
         let (points, couplings) = (Vec::new(), Vec::new());
-        let mut finder = Finder { mesh, centres, deck, bodies, ledger, points, couplings };
+        let constraints = Vec::new();
+        let mut finder = Finder { mesh, centres, deck, bodies, ledger, points, couplings, constraints };
         finder.faces_of_nodes();
         let mut targets = Self { load_steps: timeline.total(), counts: timeline.counts.clone(), ..Self::default() };
         if deck.steps.is_empty() {
@@ -114,6 +118,7 @@ impl Targets {
         }
         finder.find_couplings();
         finder.couple_rigid_faces();
+        finder.constraints = finder.multi_point();
         finder.find_points();
         targets.equations = finder.equations();
         let mut motions = finder.motions(&timeline);

@@ -15,6 +15,8 @@ use extraction::Extraction;
 pub struct ReadBody {
     /// The mesh of only this body, as from a generator of [`slipstick_mesh`].
     pub mesh: Mesh,
+    /// The file's numbers of the nodes. Nodes that the file does not have come last, without numbers.
+    pub numbers: Vec<u64>,
     /// Repairs and omissions, for the user's information.
     pub notices: Vec<String>,
     /// Surfaces of the file, by their names in the mesh, that cannot be surfaces of the body, and why.
@@ -117,7 +119,7 @@ impl FileMesh {
                 None => {}
             }
         }
-        Ok(ReadBody { mesh, notices, unusable })
+        Ok(ReadBody { mesh, numbers: extraction.numbers(), notices, unusable })
     }
 }
 

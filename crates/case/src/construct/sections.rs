@@ -2,14 +2,15 @@
 
 use super::{BuildError, Regions, centres};
 use crate::file::{self, Case};
+use nalgebra::{Matrix3, Vector3};
 use slipstick_mesh::Mesh;
-use slipstick_solid::{Formulation, Section, Sections};
-use std::collections::BTreeSet;
+use slipstick_solid::{Constant, Form, Formulation, Material, Section, Sections, Value};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Materials and element formulations of the bodies, and of their regions.
 ///
 /// # Errors
-/// [`BuildError`] at a region without elements.
+/// [`BuildError`] at a region without elements, and where axes turn about a line through an element's centroid.
 pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
     let section = |material, of: [Option<f64>; 2], body: &file::Body| Section {
         mass_density: of[0].or(body.mass_density).unwrap_or(0.0),
@@ -18,6 +19,10 @@ pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
     };
     let own = |body: &file::Body| section(body.material, [None; 2], body);
     let mut all = Sections::from(case.bodies.iter().map(own).collect::<Vec<_>>());
+    for (b, body) in case.bodies.iter().enumerate() {
+        let elements = mesh.bodies[b].elements.clone().map(|e| e as u32);
+        turn(&mut all, mesh, (b, b), elements.collect(), body.axes_about.as_ref())?;
+    }
     for (b, body) in case.bodies.iter().enumerate().filter(|(_, body)| !body.sections.is_empty()) {
         let elements: Vec<u32> = mesh.bodies[b].elements.clone().map(|e| e as u32).collect();
         let regions = Regions::new(mesh, &elements);
@@ -43,11 +48,62 @@ pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
                 return Err(BuildError::new(format!("body[{b}].section[{i}]"), message, help));
             }
             all.list.push(section(of.material, [of.mass_density, of.thermal_expansion], body));
-            all.regions.push((b, inside));
+            all.regions.push((b, inside.clone()));
+            let own = all.list.len() - 1;
+            turn(&mut all, mesh, (own, b), inside, of.axes_about.as_ref())?;
         }
     }
     integrate_enriched(case, mesh, &mut all)?;
     Ok(all)
+}
+
+/// Radial directions that differ by less in each component are one.
+const SAME_DIRECTION: f64 = 1e-9;
+
+/// Adds regions for the elements of a section, one for each direction of the material axes, if these turn about a
+/// line.
+fn turn(
+    all: &mut Sections,
+    mesh: &Mesh,
+    (section, body): (usize, usize),
+    elements: Vec<u32>,
+    about: Option<&file::AxesAbout>,
+) -> Result<(), BuildError> {
+    let Some(file::AxesAbout { point, direction }) = about else { return Ok(()) };
+    let axial = Vector3::from(*direction).normalize();
+    let mut regions: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
+    for element in elements {
+        let arm = Vector3::from(mesh.centroid(element as usize)) - Vector3::from(*point);
+        let across = arm - axial * axial.dot(&arm);
+        if across.norm() <= 1e-9 * arm.norm().max(mesh.element_volume(element as usize).cbrt()) {
+            return Err(BuildError::new(
+                format!("body[{body}].axes_about"),
+                format!(
+                    "the line goes through the centroid {:?} of an element, where no direction is radial",
+                    mesh.centroid(element as usize)
+                ),
+                "move the line, or mesh the body so that nodes or edges lie on it",
+            ));
+        }
+        let key = (across / across.norm()).map(|x| (x / SAME_DIRECTION).round() as i64);
+        regions.entry(key.into()).or_default().push(element);
+    }
+    for (radial, elements) in regions {
+        let radial = Vector3::from(radial.map(|x| x as f64)).normalize();
+        let frame = Matrix3::from_columns(&[radial, axial.cross(&radial), axial]);
+        let turned = |material: &Material| {
+            let value =
+                |(constant, value): (&Constant, Value)| match (constant.form, <[f64; 3]>::try_from(value.numbers())) {
+                    (Form::Direction(_), Ok(axis)) => Value::from((frame * Vector3::from(axis)).as_slice()),
+                    _ => value,
+                };
+            let values: Vec<Value> = material.constants().map(value).collect();
+            material.kind().with_values(&values).expect("turned axes remain at an angle")
+        };
+        all.list.push(Section { material: turned(&all.list[section].material), ..all.list[section] });
+        all.regions.push((body, elements));
+    }
+    Ok(())
 }
 
 /// Integrates hexahedra with free centres of faces fully: eight points do not hold these.

@@ -181,7 +181,7 @@ fn all_enforcements_and_shapes_are_read() {
     let text = template("cube-on-cuboid").expect("a template").text;
     let with = |enforcement: &str| {
         let text = text.replace("{ lagrange = {} }", enforcement);
-        parse(&text).case.contacts[0].enforcement
+        parse(&text).case.contacts[0].enforcement.clone()
     };
     let both = |value| Some(Stiffness { normal: value, tangential: value });
     let paper = "{ lagrange = { stiffness = { normal = 2.0, tangential = 1.0 }, scaling = \"weighted\" } }";
@@ -191,18 +191,25 @@ fn all_enforcements_and_shapes_are_read() {
         with("{ lagrange = { complementarity_parameter = 3 } }"),
         lagrange(Some(3.0), None, StiffnessScaling::Area)
     );
-    assert_eq!(with("{ penalty = {} }"), Enforcement::Penalty { stiffness: None, scaling: StiffnessScaling::Area });
+    assert_eq!(
+        with("{ penalty = {} }"),
+        Enforcement::Penalty { pressure: None, stiffness: None, scaling: StiffnessScaling::Area }
+    );
     assert_eq!(
         with("{ penalty = { stiffness = 1000, scaling = \"weighted\" } }"),
-        Enforcement::Penalty { stiffness: both(1000.0), scaling: StiffnessScaling::Weighted }
+        Enforcement::Penalty { pressure: None, stiffness: both(1000.0), scaling: StiffnessScaling::Weighted }
     );
     assert_eq!(
         with("{ penalty = { stiffness = { normal = 2.0, tangential = 1.0 } } }"),
         Enforcement::Penalty {
+            pressure: None,
             stiffness: Some(Stiffness { normal: 2.0, tangential: 1.0 }),
             scaling: StiffnessScaling::Area
         }
     );
+    let soft = "{ penalty = { pressure = { exponential = { contact_pressure = 3, clearance = 0.02 } } } }";
+    let pressure = Some(Pressure::Exponential { contact_pressure: 3.0, clearance: 0.02 });
+    assert_eq!(with(soft), Enforcement::Penalty { pressure, stiffness: None, scaling: StiffnessScaling::Area });
     assert_eq!(
         with("{ augmented = { stiffness = 100, tolerance = 1e-9, max_uzawa = 50 } }"),
         Enforcement::Augmented {

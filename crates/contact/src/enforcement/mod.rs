@@ -7,6 +7,7 @@
 pub mod bonded;
 pub mod lagrange;
 pub mod regularised;
+pub mod soft;
 mod tangential;
 
 use nalgebra::Vector2;

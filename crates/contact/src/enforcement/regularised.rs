@@ -9,6 +9,7 @@
 //! [`NodeMeasures::compliance`]. The penalty method, which is compliant in any case, uses ẑ = (0,
 //! h) with the history h of the last step; the augmented Lagrangian iterates ẑ ← ζ.
 
+use super::soft::PressureLaw;
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness, StiffnessScaling};
 use crate::friction::{Friction, Status};
@@ -58,50 +59,107 @@ impl Traction {
     }
 }
 
+/// The pressure of a node and its partial derivatives.
+#[derive(Debug, Clone, Copy)]
+struct Pressure {
+    value: f64,
+    by_gap: f64,
+    by_area: f64,
+    by_stiffness: f64,
+    by_multiplier: f64,
+}
+
 /// Evaluates the traction of one node around the multiplier ẑ.
 ///
 /// Paper: (37)–(41) and (46)–(50) with the signs of docs/theory.md, section 4. Test:
 /// `traction_matches_finite_differences`.
 pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: Friction, stiffness: &Stiffness) -> Traction {
-    let open = Traction::open();
     if !at.covered() || at.freedom == Freedom::None {
-        return open;
+        return Traction::open();
     }
-    let divisor = stiffness.scaling.divisor(at);
-    let area_slope = match stiffness.scaling {
-        StiffnessScaling::Area => 1.0 / at.area,
-        StiffnessScaling::ReferenceArea | StiffnessScaling::Weighted => 0.0,
-    };
-    let (normal, tangential_stiffness) = (stiffness.normal / divisor, stiffness.tangential / divisor);
+    let normal = stiffness.normal / stiffness.scaling.divisor(at);
     let (compliance, compliance_slope) = at.compliance();
     // ∂ζ_n/∂ẑ_n
     let share = 1.0 / (1.0 + normal * compliance);
-    let pressure = share * (multiplier[0] - normal * at.gap);
-    if pressure <= 0.0 {
-        return open;
+    let value = share * (multiplier[0] - normal * at.gap);
+    let softening = (at.gap + compliance * value) * area_slope(at, stiffness.scaling) - compliance_slope * value;
+    let pressure = Pressure {
+        value,
+        by_gap: -normal * share,
+        by_area: normal * share * softening,
+        by_stiffness: -normal * share * (at.gap + compliance * value),
+        by_multiplier: share,
+    };
+    with_friction(pressure, multiplier, at, friction, stiffness)
+}
+
+/// Evaluates the traction of one node whose pressure follows a law of its mean gap, the gap divided by the
+/// area of the scaling; only sticking has a stiffness, and [`by_stiffness`](Traction::by_stiffness) is that of sticking.
+///
+/// Test: `soft_traction_matches_finite_differences`.
+pub fn soft_traction(
+    history: Vector3<f64>,
+    at: &NodeMeasures,
+    friction: Friction,
+    stiffness: &Stiffness,
+    law: &PressureLaw,
+) -> Traction {
+    if !at.covered() || at.freedom == Freedom::None {
+        return Traction::open();
     }
-    let law = tangential(pressure, multiplier.fixed_rows::<2>(1).into(), at, friction, tangential_stiffness);
-    let mut out = open;
+    let divisor = stiffness.scaling.divisor(at);
+    let gap = at.gap / divisor;
+    let (value, slope) = law.at(gap);
+    let pressure = Pressure {
+        value,
+        by_gap: slope / divisor,
+        by_area: -slope * gap * area_slope(at, stiffness.scaling),
+        by_stiffness: 0.0,
+        by_multiplier: 0.0,
+    };
+    with_friction(pressure, history, at, friction, stiffness)
+}
+
+/// The derivative of the logarithm of a scaling's divisor with respect to the node's area.
+fn area_slope(at: &NodeMeasures, scaling: StiffnessScaling) -> f64 {
+    match scaling {
+        StiffnessScaling::Area => 1.0 / at.area,
+        StiffnessScaling::ReferenceArea | StiffnessScaling::Weighted => 0.0,
+    }
+}
+
+/// The traction with the tangential part that belongs to a pressure; none if the surfaces are open.
+fn with_friction(
+    pressure: Pressure,
+    multiplier: Vector3<f64>,
+    at: &NodeMeasures,
+    friction: Friction,
+    stiffness: &Stiffness,
+) -> Traction {
+    let mut out = Traction::open();
+    if pressure.value <= 0.0 {
+        return out;
+    }
+    let area_slope = area_slope(at, stiffness.scaling);
+    let tangential_stiffness = stiffness.tangential / stiffness.scaling.divisor(at);
+    let law = tangential(pressure.value, multiplier.fixed_rows::<2>(1).into(), at, friction, tangential_stiffness);
     out.status = law.status;
-    out.value = Vector3::new(pressure, law.traction[0], law.traction[1]);
-    out.by_gap[0] = -normal * share;
-    out.by_multiplier[(0, 0)] = share;
-    let softening = (at.gap + compliance * pressure) * area_slope - compliance_slope * pressure;
-    let pressure_by_area = normal * share * softening;
-    out.by_area[0] = pressure_by_area;
-    let pressure_by_stiffness = -normal * share * (at.gap + compliance * pressure);
-    out.by_stiffness[0] = pressure_by_stiffness;
+    out.value = Vector3::new(pressure.value, law.traction[0], law.traction[1]);
+    out.by_gap[0] = pressure.by_gap;
+    out.by_multiplier[(0, 0)] = pressure.by_multiplier;
+    out.by_area[0] = pressure.by_area;
+    out.by_stiffness[0] = pressure.by_stiffness;
     // k = ε_τ over the divisor
-    let tangential_by_stiffness = law.by_stiffness * tangential_stiffness + law.by_pressure * pressure_by_stiffness;
+    let tangential_by_stiffness = law.by_stiffness * tangential_stiffness + law.by_pressure * pressure.by_stiffness;
     let tangential_by_area =
-        law.by_pressure * pressure_by_area - law.by_stiffness * (tangential_stiffness * area_slope);
+        law.by_pressure * pressure.by_area - law.by_stiffness * (tangential_stiffness * area_slope);
     for a in 0..2 {
-        out.by_gap[1 + a] = out.by_gap[0] * law.by_pressure[a];
+        out.by_gap[1 + a] = pressure.by_gap * law.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
         out.by_friction[1 + a] = law.by_friction[a];
         out.by_shear_limit[1 + a] = law.by_shear_limit[a];
         out.by_stiffness[1 + a] = tangential_by_stiffness[a];
-        out.by_multiplier[(1 + a, 0)] = share * law.by_pressure[a];
+        out.by_multiplier[(1 + a, 0)] = pressure.by_multiplier * law.by_pressure[a];
         for b in 0..2 {
             out.by_slip[(1 + a, b)] = law.by_slip[(a, b)];
             out.by_multiplier[(1 + a, 1 + b)] = law.by_multiplier[(a, b)];
@@ -189,6 +247,66 @@ mod tests {
                         f(z, NodeMeasures { slip, ..m })
                     };
                     check(slip(h), slip(-h), base.by_slip.column(a).into());
+                }
+            }
+        }
+    }
+
+    /// For both laws and scalings, sticking and slipping, with a history.
+    #[test]
+    fn soft_traction_matches_finite_differences() {
+        let laws = [
+            PressureLaw::Exponential { contact_pressure: 0.3, clearance: 0.2 },
+            PressureLaw::Table(vec![[-0.5, 0.0], [0.0, 0.2], [0.3, 2.0]]),
+        ];
+        for (law, scaling) in laws
+            .iter()
+            .flat_map(|law| [StiffnessScaling::Area, StiffnessScaling::ReferenceArea].map(|scaling| (law, scaling)))
+        {
+            let stiffness = Stiffness { normal: 1.0, tangential: 20.0, scaling };
+            for (slip, gap, status) in [
+                ([0.001, 0.004], -0.1, Status::Stick),
+                ([0.2, 0.1], -0.1, Status::Slip),
+                ([0.2, 0.1], 0.05, Status::Slip),
+                ([0.2, 0.1], 4.0, Status::Inactive),
+            ] {
+                let m = NodeMeasures {
+                    gap,
+                    slip: Vector2::new(slip[0], slip[1]),
+                    area: 0.7,
+                    reference_area: 1.0,
+                    edge_stiffness: 25.0,
+                    edge_cover: 0.05,
+                    freedom: Freedom::Full,
+                };
+                let z = Vector3::new(0.0, 0.02, 0.01);
+                let of = |z: Vector3<f64>, m: NodeMeasures, mu: f64, factor: f64| {
+                    soft_traction(z, &m, Friction::coulomb(mu), &stiffness.times(factor), law)
+                };
+                let base = of(z, m, 0.4, 1.0);
+                assert_eq!(base.status, status, "{law:?} {scaling:?}");
+                let h = 1e-7;
+                let check = |name: &str, of: &dyn Fn(f64) -> Traction, exact: Vector3<f64>| {
+                    let difference = (of(h).value - of(-h).value) / (2.0 * h);
+                    assert!((difference - exact).norm() < 1e-6, "{name} {law:?} {scaling:?} {status:?}");
+                };
+                check("gap", &|d| of(z, NodeMeasures { gap: gap + d, ..m }, 0.4, 1.0), base.by_gap);
+                check("area", &|d| of(z, NodeMeasures { area: 0.7 + d, ..m }, 0.4, 1.0), base.by_area);
+                check("friction", &|d| of(z, m, 0.4 + d, 1.0), base.by_friction);
+                check("stiffness", &|d| of(z, m, 0.4, d.exp()), base.by_stiffness);
+                for a in 0..2 {
+                    let slipped = |d: f64| {
+                        let mut slip = m.slip;
+                        slip[a] += d;
+                        of(z, NodeMeasures { slip, ..m }, 0.4, 1.0)
+                    };
+                    check("slip", &slipped, base.by_slip.column(a).into());
+                    let held = |d: f64| {
+                        let mut z = z;
+                        z[1 + a] += d;
+                        of(z, m, 0.4, 1.0)
+                    };
+                    check("history", &held, base.by_multiplier.column(1 + a).into());
                 }
             }
         }

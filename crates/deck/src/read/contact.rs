@@ -17,7 +17,7 @@ pub struct Interaction {
 impl Interaction {
     /// The laws of pressure between steps `active[0]` and `active[1]`, each with its steps.
     pub fn phases(&self, active: [usize; 2]) -> Vec<([usize; 2], Behavior)> {
-        let starts = [(0, self.behavior)].into_iter().chain(self.behaviors.iter().copied());
+        let starts = [(0, self.behavior.clone())].into_iter().chain(self.behaviors.iter().cloned());
         let ends = self.behaviors.iter().map(|(step, _)| *step).chain([usize::MAX]);
         let phases =
             starts.zip(ends).map(|((from, behavior), to)| ([from.max(active[0]), to.min(active[1])], behavior));
@@ -35,12 +35,16 @@ pub struct Friction {
 }
 
 /// `*SURFACE BEHAVIOR`.
-#[derive(Debug, Default, Clone, Copy, PartialEq)]
+#[derive(Debug, Default, Clone, PartialEq)]
 pub enum Behavior {
     #[default]
     Hard,
     /// Pressure per penetration.
     Linear(f64),
+    /// The gap at which the pressure is 1 % of that without a gap, and this pressure.
+    Exponential([f64; 2]),
+    /// Pressures and penetrations.
+    Tabular(Vec<[f64; 2]>),
     Tied,
 }
 
@@ -64,6 +68,8 @@ pub struct Pair {
     pub adjust: Option<Adjust>,
     /// Steps between which it acts, counted from 0, as `*MODEL CHANGE` says.
     pub active: [usize; 2],
+    /// Steps with the penetration that they allow at their start and resolve: `*CONTACT INTERFERENCE`.
+    pub interferences: Vec<(usize, f64)>,
     pub line: usize,
 }
 
@@ -85,7 +91,7 @@ pub struct Rigid {
     pub line: usize,
 }
 
-const LINEAR: &str = "use HARD, or LINEAR with the slope";
+const LAWS: &str = "use HARD, LINEAR with the slope, EXPONENTIAL, or TABULAR";
 
 impl Reader<'_> {
     /// Reads a keyword of contact.
@@ -99,6 +105,13 @@ impl Reader<'_> {
             "RIGID BODY" => self.rigid_body(card),
             "MODEL CHANGE" => self.model_change(card),
             "CLEARANCE" => self.clearance(card),
+            "CONTACT INTERFERENCE" if card.keyword.has("SHRINK") => {
+                let (why, line) = ("SHRINK, with the penetration of each node, is not supported", card.keyword.line);
+                let cure =
+                    "omit SHRINK and give the deepest penetration: without friction, the step ends in the same state";
+                self.ledger.refuse("CONTACT INTERFERENCE", line, why, cure);
+            }
+            "CONTACT INTERFERENCE" => self.interference(card),
             "CHANGE FRICTION" | "CHANGE SURFACE BEHAVIOR" => self.change(card),
             _ => return false,
         }
@@ -174,13 +187,40 @@ impl Reader<'_> {
                 self.ledger.translated("SURFACE BEHAVIOR", line, "`penalty` with this pressure per penetration");
                 Behavior::Linear(slope)
             }
+            "EXPONENTIAL" => {
+                let rows = self.numbers(card);
+                let (Some(&[clearance, pressure, ..]), true) = (rows.first().map(Vec::as_slice), rows.len() == 1)
+                else {
+                    let why = "it needs the gap at which the pressure is 1 % of that without a gap, and this pressure";
+                    return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], why, DAMAGED);
+                };
+                if !(clearance > 0.0 && pressure > 0.0) {
+                    return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], "both numbers must be positive", DAMAGED);
+                }
+                let how =
+                    "`penalty` with an `exponential` pressure, as in CalculiX; that of Abaqus ends at the first number";
+                self.ledger.translated("SURFACE BEHAVIOR", line, how);
+                Behavior::Exponential([clearance, pressure])
+            }
+            "TABULAR" => {
+                let rows = self.numbers(card);
+                let table: Vec<[f64; 2]> = rows.iter().filter_map(|row| Some([*row.first()?, *row.get(1)?])).collect();
+                let rises = table.windows(2).all(|two| two[1][0] >= two[0][0] && two[1][1] > two[0][1]);
+                if table.is_empty() || table.len() < rows.len() || !rises || table[0][0] < 0.0 {
+                    let why = "a line has a pressure and a penetration; penetrations rise, and pressures do not fall";
+                    return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], why, DAMAGED);
+                }
+                let how = "`penalty` with a `table` of pressures, constant beyond its ends, as in CalculiX";
+                self.ledger.translated("SURFACE BEHAVIOR", line, how);
+                Behavior::Tabular(table)
+            }
             "TIED" => {
                 self.ledger.translated("SURFACE BEHAVIOR", line, "`tied`: rigid, whatever the stiffness");
                 Behavior::Tied
             }
             _ => {
                 let why = format!("PRESSURE-OVERCLOSURE={law} is not supported; ignored, contact is hard");
-                return self.ledger.refuse("SURFACE BEHAVIOR", line, why, LINEAR);
+                return self.ledger.refuse("SURFACE BEHAVIOR", line, why, LAWS);
             }
         };
         match (self.own_interaction(keyword), step) {
@@ -253,7 +293,8 @@ impl Reader<'_> {
             };
             let (slave, master) = (plain(slave), plain(master));
             let (interaction, adjust) = (interaction.clone(), adjust.clone());
-            self.deck.pairs.push(Pair { slave, master, interaction, adjust, active: [0, usize::MAX], line });
+            let (active, interferences) = ([0, usize::MAX], Vec::new());
+            self.deck.pairs.push(Pair { slave, master, interaction, adjust, active, interferences, line });
         }
     }
 
@@ -277,6 +318,48 @@ impl Reader<'_> {
             }
             _ => self.ledger.wrong("CLEARANCE", [line; 2], "it needs a VALUE", DAMAGED),
         }
+    }
+
+    /// `*CONTACT INTERFERENCE`: the penetration that a pair is allowed at the start of a step.
+    fn interference(&mut self, card: &Card<'_>) {
+        self.allow(card, &["TYPE"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let pairs = keyword.parameter("TYPE").is_none_or(|of| of.eq_ignore_ascii_case("CONTACT PAIR"));
+        if !pairs || !self.in_step {
+            let cure = "write it within a step, with slave, master and interference of a *CONTACT PAIR";
+            return self.ledger.refuse("CONTACT INTERFERENCE", line, "only pairs in a step are supported", cure);
+        }
+        let step = self.deck.steps.len() - 1;
+        for (data, fields) in card.data() {
+            let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
+            if !(value > 0.0) || fields.len() > 3 {
+                let why = "a line has slave, master and the penetration that the step allows at its start, above 0";
+                self.ledger.refuse_at(
+                    "CONTACT INTERFERENCE",
+                    [line, data],
+                    why,
+                    "give the deepest penetration of the meshes",
+                );
+                continue;
+            }
+            let (slave, master) = (plain(fields[0]), plain(fields.get(1).copied().unwrap_or_default()));
+            let is =
+                |pair: &&mut Pair| pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master);
+            match self.deck.pairs.iter_mut().find(is) {
+                Some(pair) => pair.interferences.push((step, value)),
+                None => {
+                    let why = format!("there is no *CONTACT PAIR of `{slave}` and `{master}` before it");
+                    self.ledger.wrong(
+                        "CONTACT INTERFERENCE",
+                        [line, data],
+                        why,
+                        "name slave and master of a pair above",
+                    );
+                }
+            }
+        }
+        let how = "`offset`: the allowed penetration falls to zero over the step";
+        self.ledger.translated("CONTACT INTERFERENCE", line, how);
     }
 
     fn tie(&mut self, card: &Card<'_>) {

@@ -5,6 +5,7 @@ mod contact;
 mod coupling;
 mod equation;
 mod material;
+mod mpc;
 mod orientation;
 mod refused;
 mod spring;
@@ -21,8 +22,9 @@ use crate::ledger::Ledger;
 pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Friction, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
-pub use equation::Equation;
+pub use equation::{Equation, EquationTerm};
 pub use material::{Elastic, Hyperelastic, Material};
+pub use mpc::{Mpc, MpcKind};
 pub use orientation::Orientation;
 pub use spring::{SpringElement, SpringSection};
 #[cfg(test)]
@@ -46,6 +48,7 @@ pub struct Deck {
     pub spring_elements: Vec<SpringElement>,
     pub springs: Vec<SpringSection>,
     pub equations: Vec<Equation>,
+    pub mpcs: Vec<Mpc>,
     pub couplings: Vec<Coupling>,
     pub pretensions: Vec<Pretension>,
     pub transforms: Vec<Transform>,
@@ -158,6 +161,7 @@ impl Reader<'_> {
             }
             "SPRING" => self.spring(card),
             "EQUATION" => self.equations(card),
+            "MPC" => self.mpc(card),
             "PRE-TENSION SECTION" => self.pretension(card),
             "TRANSFORM" => self.transform(card),
             "ORIENTATION" => self.orientation(card),

@@ -10,6 +10,8 @@ use crate::vector::{cross, sub, unit};
 pub struct Orientation {
     /// Perpendicular unit vectors; `None` if they are refused.
     pub axes: Option<[[f64; 3]; 2]>,
+    /// A point on the axis of cylindrical axes, and its direction; `axes` are then radial, tangential and axial.
+    pub about: Option<[[f64; 3]; 2]>,
     pub line: usize,
 }
 
@@ -25,21 +27,38 @@ impl Reader<'_> {
             return self.ledger.wrong("ORIENTATION", [line; 2], why, "give each orientation a name of its own");
         }
         self.ledger.ignored("ORIENTATION", line, "no section of an orthotropic material names it");
-        let axes = self.material_axes(card);
-        self.deck.orientations.insert(name, Orientation { axes, line });
+        let about = self.cylinder_axis(card);
+        let axes = self.material_axes(card, about.is_some());
+        self.deck.orientations.insert(name, Orientation { axes, about, line });
+    }
+
+    /// A point on the axis and the direction of cylindrical axes, from two points on it.
+    fn cylinder_axis(&mut self, card: &Card<'_>) -> Option<[[f64; 3]; 2]> {
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        if !keyword.parameter("SYSTEM").is_some_and(|system| system.eq_ignore_ascii_case("CYLINDRICAL")) {
+            return None;
+        }
+        let rows = self.numbers(card);
+        let axis = match *rows.first().map_or(&[][..], Vec::as_slice) {
+            [a, b, c, d, e, f] => unit(sub([d, e, f], [a, b, c])).map(|direction| [[a, b, c], direction]),
+            _ => None,
+        };
+        if axis.is_none() {
+            let why = "cylindrical axes need the coordinates of two different points on their axis: six numbers";
+            self.ledger.wrong("ORIENTATION", [line, line + 1], why, DAMAGED);
+        }
+        axis
     }
 
     /// Rectangular axes: a point on the local x axis, one in the plane of x and y, and perhaps the origin; then perhaps
     /// a local axis and an angle in degrees, by which the axes turn about it.
-    fn material_axes(&mut self, card: &Card<'_>) -> Option<[[f64; 3]; 2]> {
+    fn material_axes(&mut self, card: &Card<'_>, cylindrical: bool) -> Option<[[f64; 3]; 2]> {
         let (keyword, line) = (&card.keyword, card.keyword.line);
         let value = |name: &str, default: &str| keyword.parameter(name).unwrap_or(default).to_ascii_uppercase();
         let (system, definition) = (value("SYSTEM", "RECTANGULAR"), value("DEFINITION", "COORDINATES"));
-        if system != "RECTANGULAR" {
+        if !["RECTANGULAR", "CYLINDRICAL"].contains(&system.as_str()) {
             let why = format!("SYSTEM={system} is not supported");
-            let cure =
-                "use SYSTEM=RECTANGULAR; where axes differ from element to element, give a section to each direction";
-            self.ledger.refuse("ORIENTATION", line, why, cure);
+            self.ledger.refuse("ORIENTATION", line, why, "use SYSTEM=RECTANGULAR or CYLINDRICAL");
             return None;
         }
         if definition != "COORDINATES" {
@@ -48,7 +67,11 @@ impl Reader<'_> {
             return None;
         }
         let rows = self.numbers(card);
+        if system == "CYLINDRICAL" && !cylindrical {
+            return None;
+        }
         let (a, b) = match *rows.first().map_or(&[][..], Vec::as_slice) {
+            _ if cylindrical => ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
             [a, b, c, d, e, f] => ([a, b, c], [d, e, f]),
             [a, b, c, d, e, f, x, y, z] => (sub([a, b, c], [x, y, z]), sub([d, e, f], [x, y, z])),
             _ => {

@@ -47,11 +47,9 @@ const CONTROLS: &[(&str, &str)] = &[
 /// What to do about others.
 const CURES: &[(&str, &str)] = &[
     ("CONTACT", "name the surfaces that may touch with *CONTACT PAIR"),
-    ("CONTACT INTERFERENCE", "set `offset` of the pair in a case file"),
     ("DISTRIBUTING COUPLING", "write *COUPLING with *DISTRIBUTING, or load the surface with *DSLOAD"),
     ("DYNAMIC", "use *STATIC"),
     ("INITIAL CONDITIONS", "start from the undeformed, unstressed state"),
-    ("MPC", "use *EQUATION, *TIE or *BOUNDARY"),
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),
     ("BEAM SECTION", "mesh the part with solid elements"),

@@ -37,13 +37,14 @@ pub type EquationOfSets = (Vec<Joined>, usize);
 impl Finder<'_> {
     /// The nodes of no body that equations and springs use: they become points.
     pub(super) fn find_points(&mut self) {
-        let deck = self.deck;
+        let (deck, constraints) = (self.deck, std::mem::take(&mut self.constraints));
         let mut nodes = BTreeSet::new();
-        for equation in &deck.equations {
+        for equation in deck.equations.iter().chain(&constraints) {
             for term in &equation.terms {
                 nodes.extend(self.own_nodes(&term.target, "EQUATION", equation.lines));
             }
         }
+        self.constraints = constraints;
         nodes.retain(|&node| self.bodies.of(node).is_none() && self.reference(node).is_none());
         nodes.retain(|&node| self.couplings.iter().all(|coupling| coupling.node != node));
         for node in nodes {
@@ -109,12 +110,13 @@ impl Finder<'_> {
     }
 
     pub(super) fn equations(&mut self) -> Vec<EquationOfSets> {
-        let (deck, mut found) = (self.deck, Vec::new());
-        let targets = deck.equations.iter().flat_map(|of| of.terms.iter().map(move |term| (&term.target, of.lines)));
+        let (deck, constraints, mut found) = (self.deck, std::mem::take(&mut self.constraints), Vec::new());
+        let all = || deck.equations.iter().chain(&constraints);
+        let targets = all().flat_map(|of| of.terms.iter().map(move |term| (&term.target, of.lines)));
         let used: BTreeSet<u32> =
             targets.flat_map(|(target, lines)| self.own_nodes(target, "EQUATION", lines)).collect();
         let axes = self.local_axes(|node| used.contains(&node));
-        for equation in &deck.equations {
+        for equation in all() {
             let columns: Vec<Vec<u32>> =
                 equation.terms.iter().map(|term| self.own_nodes(&term.target, "EQUATION", equation.lines)).collect();
             let count = columns.iter().map(Vec::len).max().unwrap_or(0);

@@ -2,9 +2,15 @@
 
 use std::collections::HashSet;
 
+use slipstick_meshio::ElementFace;
+
 use super::Finder;
 use crate::bodies::find;
 use crate::read::Target;
+use crate::vector::{dot, unit};
+
+/// Cosine of the normals of faces that face each other, at most.
+const FACING: f64 = -0.5;
 
 impl Finder<'_> {
     /// Makes surfaces of the sets of nodes that contact pairs and ties name: the free faces between them.
@@ -13,6 +19,7 @@ impl Finder<'_> {
         let ties = self.deck.ties.iter().map(|tie| ([&tie.slave, &tie.master], tie.line, "TIE"));
         for (names, line, keyword) in pairs.chain(ties) {
             for name in names {
+                let slave_of = (keyword == "CONTACT PAIR" && name == names[0]).then_some(names[1]);
                 if self.surface(name).is_some() {
                     continue;
                 }
@@ -22,7 +29,18 @@ impl Finder<'_> {
                     continue;
                 };
                 let nodes: HashSet<u32> = self.mesh.node_sets[&set].iter().copied().collect();
-                let faces = self.mesh.free_faces(&nodes);
+                let mut faces = self.mesh.free_faces(&nodes);
+                if let (true, Some(master)) = (faces.is_empty(), slave_of) {
+                    faces = self.faces_towards(&nodes, master);
+                    if !faces.is_empty() {
+                        let how = format!(
+                            "mortar contact; no face has all its nodes in `{name}`: the faces around them touch, also \
+                             beyond the nodes"
+                        );
+                        self.mesh.notices.push(format!("line {line}: {how}"));
+                        self.ledger.translated(keyword, line, how);
+                    }
+                }
                 if faces.is_empty() {
                     let why = format!("no face of an element has all its nodes in `{name}`");
                     self.ledger.refuse(
@@ -36,6 +54,19 @@ impl Finder<'_> {
                 self.mesh.face_sets.insert(set, faces);
             }
         }
+    }
+
+    /// The free faces around nodes that face a master surface.
+    fn faces_towards(&self, nodes: &HashSet<u32>, master: &str) -> Vec<ElementFace> {
+        let faces = find(&self.mesh.face_sets, master).map_or(&[][..], |set| &self.mesh.face_sets[set]);
+        let areas = faces.iter().map(|&face| self.mesh.area_vector(face));
+        let Some(opposite) = unit(areas.fold([0.0; 3], |sum, area| [0, 1, 2].map(|c| sum[c] + area[c]))) else {
+            return Vec::new();
+        };
+        let facing = |face: &ElementFace| {
+            unit(self.mesh.area_vector(*face)).is_some_and(|normal| dot(normal, opposite) < FACING)
+        };
+        self.mesh.free_faces_at(nodes).into_iter().filter(facing).collect()
     }
 
     /// The elements of a target; empty after an error.

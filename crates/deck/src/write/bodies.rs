@@ -31,6 +31,7 @@ impl Writer<'_> {
         self.line(mesh);
         let material = self.material(section);
         self.line(format!("material = {material}"));
+        self.axes_about(section);
         self.further_constants(&section.material, false);
         let plastic = deck.materials.get(&section.material).is_some_and(|material| material.plastic.is_some());
         if body.hexahedra && (soft || plastic) {
@@ -55,6 +56,7 @@ impl Writer<'_> {
             let region = quoted(&self.on(index, &set));
             let material = self.material(section);
             self.line(format!("region = {{ part = {region} }}\nmaterial = {material}"));
+            self.axes_about(section);
             self.further_constants(&section.material, false);
         }
     }
@@ -81,9 +83,25 @@ impl Writer<'_> {
         };
         let elastic = deck.materials.get(&section.material).and_then(|material| material.elastic.as_ref());
         if orientation.axes.is_some() && matches!(elastic, Some((Elastic::Orthotropic(_), _))) {
-            self.ledger.translated("ORIENTATION", orientation.line, "`axis1` and `axis2` of the material");
+            let how = match orientation.about {
+                Some(_) => "`axes_about`: the directions at the centroid of each element",
+                None => "`axis1` and `axis2` of the material",
+            };
+            self.ledger.translated("ORIENTATION", orientation.line, how);
         }
         orientation.axes
+    }
+
+    /// The line about which the axes of the orthotropic material of a section turn.
+    fn axes_about(&mut self, section: &Section) {
+        let deck = self.deck;
+        let elastic = deck.materials.get(&section.material).and_then(|material| material.elastic.as_ref());
+        let orientation = section.orientation.as_ref().and_then(|name| deck.orientations.get(name));
+        if let (Some((Elastic::Orthotropic(_), _)), Some([point, direction])) =
+            (elastic, orientation.and_then(|orientation| orientation.about))
+        {
+            self.line(format!("axes_about = {{ point = {}, direction = {} }}", vector(&point), vector(&direction)));
+        }
     }
 
     /// The material of a section.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Writer, quoted};
+use super::{Writer, quoted, vector};
 use crate::bodies::find;
 use crate::read::{Adjust, Behavior, Friction, Interaction, Pair};
 
@@ -22,7 +22,7 @@ impl Writer<'_> {
                 &nothing
             });
             for (steps, behavior) in interaction.phases(pair.active) {
-                self.phase(pair, interaction, steps, behavior);
+                self.phase(pair, interaction, steps, &behavior);
             }
         }
         for tie in &deck.ties {
@@ -33,7 +33,7 @@ impl Writer<'_> {
     }
 
     /// A pair in the steps in which it has one law of pressure.
-    fn phase(&mut self, pair: &Pair, interaction: &Interaction, steps: [usize; 2], behavior: Behavior) {
+    fn phase(&mut self, pair: &Pair, interaction: &Interaction, steps: [usize; 2], behavior: &Behavior) {
         let Some([slave, master]) = self.sides([&pair.slave, &pair.master], "CONTACT PAIR", pair.line) else { return };
         self.table("contact", "CONTACT PAIR", pair.line);
         self.line(format!("slave = {slave}\nmaster = {master}"));
@@ -41,7 +41,7 @@ impl Writer<'_> {
         if active != [0.0, 1.0] {
             self.line(format!("active = [{:?}, {:?}]", active[0], active[1]));
         }
-        if behavior == Behavior::Tied {
+        if *behavior == Behavior::Tied {
             if let Some(Adjust::Clearance(_)) = pair.adjust {
                 let why = "the *CLEARANCE of surfaces that are tied, with the gap that they have in the mesh";
                 self.ledger.wrong("CONTACT PAIR", [pair.line; 2], why, "move a body in the mesh instead");
@@ -62,17 +62,61 @@ impl Writer<'_> {
             }
             Some(Adjust::Distance(_)) | None => {}
         }
-        if let Behavior::Linear(normal) = behavior {
-            let stiffness = match friction.slope {
-                Some(tangential) => format!("{{ normal = {normal:?}, tangential = {tangential:?} }}"),
-                None => format!("{normal:?}"),
-            };
+        self.interferences(pair);
+        if *behavior != Behavior::Hard {
+            let law = self.penalty(behavior, &friction);
             // standard shapes would average the gap over large facets
             if self.is_curved([&pair.slave, &pair.slave]) {
                 self.line("multiplier_shape = \"dual\"");
             }
-            self.line(format!("enforcement = {{ penalty = {{ stiffness = {stiffness} }} }}"));
+            self.line(format!("enforcement = {{ penalty = {{ {law} }} }}"));
         }
+    }
+
+    /// The keys of the penalty method.
+    fn penalty(&mut self, behavior: &Behavior, friction: &Friction) -> String {
+        let pressure = match behavior {
+            Behavior::Linear(normal) => {
+                return match friction.slope {
+                    Some(slope) => format!("stiffness = {{ normal = {normal:?}, tangential = {slope:?} }}"),
+                    None => format!("stiffness = {normal:?}"),
+                };
+            }
+            Behavior::Exponential([clearance, pressure]) => {
+                format!("exponential = {{ contact_pressure = {pressure:?}, clearance = {clearance:?} }}")
+            }
+            Behavior::Tabular(table) => {
+                let column = |c: usize| vector(&table.iter().map(|row| row[c]).collect::<Vec<_>>());
+                format!("table = {{ penetration = {}, pressure = {} }}", column(1), column(0))
+            }
+            Behavior::Hard | Behavior::Tied => return String::new(),
+        };
+        let sticking = friction.slope.map_or(String::new(), |slope| format!(", stiffness = {slope:?}"));
+        format!("pressure = {{ {pressure} }}{sticking}")
+    }
+
+    /// Penetrations that steps allow at their start and resolve. After the first step, they come within a load step.
+    fn interferences(&mut self, pair: &Pair) {
+        if pair.interferences.is_empty() {
+            return;
+        }
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for &(step, allowed) in &pair.interferences {
+            let count = self.targets.counts.get(step).copied().unwrap_or(1);
+            if step == 0 {
+                points.push((0.0, -allowed));
+            } else {
+                points.push((self.time(step, 0), 0.0));
+                if count > 1 {
+                    points.push((self.time(step, 1), -allowed * (1.0 - 1.0 / count as f64)));
+                }
+            }
+            points.push((self.time(step, count), 0.0));
+        }
+        points.dedup_by(|next, last| next.0 - last.0 < 1e-9);
+        let points: Vec<String> =
+            points.iter().map(|(t, offset)| format!("{{ t = {t:?}, offset = {offset:?} }}")).collect();
+        self.line(format!("offset = [{}]", points.join(", ")));
     }
 
     /// The law of friction: the largest coefficient, and the factors on it where steps change it, within their first

@@ -2,6 +2,7 @@
 //! keywords reference of CalculiX.
 
 mod joints;
+mod laws;
 mod materials;
 mod phases;
 mod second_order;
@@ -225,12 +226,19 @@ fn forces_on_nodes() {
 #[test]
 fn what_is_not_supported_is_refused() {
     for (from, to, what, cure) in [
-        ("*STEP", "*MPC\nBEAM,1,2\n*STEP", "*MPC: this keyword is not supported", "--ignore \"MPC\""),
+        ("*STEP", "*MPC\nMEANROT,1,2\n*STEP", "*MPC: MEANROT is not supported", "*COUPLING with *DISTRIBUTING"),
+        ("*STEP", "*MPC\nBEAM,1,2\n*STEP", "*MPC: a beam needs", "--ignore \"MPC\""),
         ("*STATIC\n0.5, 1", "*DYNAMIC\n0.5, 1", "*DYNAMIC", "use *STATIC"),
         ("*BOUNDARY", "*DLOAD\nLOW, BX, 9.81\n*BOUNDARY", "*DLOAD: the load `BX`", "pressure"),
         ("*ELASTIC\n", "*ELASTIC, TYPE=ANISO\n", "*ELASTIC: TYPE=ANISO", "isotropic"),
-        ("*STEP", "*ORIENTATION, NAME=R, SYSTEM=CYLINDRICAL\n0,0,0, 0,0,1\n*STEP", "*ORIENTATION: SYSTEM=CYL", "RECT"),
-        ("=HARD", "=EXPONENTIAL\n1e-3, 10.", "PRESSURE-OVERCLOSURE=EXPONENTIAL", "LINEAR"),
+        ("*STEP", "*ORIENTATION, NAME=R, SYSTEM=SPHERICAL\n0,0,0, 0,0,1\n*STEP", "*ORIENTATION: SYSTEM=SPH", "RECT"),
+        ("=HARD", "=SCALE FACTOR\n2", "PRESSURE-OVERCLOSURE=SCALE FACTOR", "LINEAR"),
+        (
+            "*STATIC\n0.5, 1",
+            "*STATIC\n0.5, 1\n*CONTACT INTERFERENCE, SHRINK\nDOWN, UP",
+            "*CONTACT INTERFERENCE: SHRINK",
+            "deepest",
+        ),
         ("*BOUNDARY", "*BOUNDARY, FIXED", "*BOUNDARY: FIXED keeps what the step before has reached", "prescribe zero"),
         ("*STEP", "*INITIAL CONDITIONS, TYPE=STRESS\n1, 5.\n*STEP", "*INITIAL CONDITIONS", "unstressed"),
         ("*FRICTION\n0.3\n", "*FRICTION, ROUGH\n", "*FRICTION: rough", "*TIE"),

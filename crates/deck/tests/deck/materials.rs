@@ -118,3 +118,23 @@ fn axes_of_parts_turn_with_them() {
         }
     }
 }
+
+/// Cylindrical axes turn about a line, in the section of the lower cube only.
+#[test]
+fn cylindrical_axes() {
+    let elastic = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n12e3, 800, 600, 0.4, 0.5, 0.3, 700, 650,\n60\n";
+    let deck = |data: &str| {
+        let orientation = format!("*ORIENTATION, NAME=GRAIN, SYSTEM=CYLINDRICAL\n{data}\n");
+        let deck = CUBES.replace("*ELASTIC\n1000, 0.3\n", &format!("{elastic}{orientation}"));
+        deck.replace("ELSET=LOW, MATERIAL=steel", "ELSET=LOW, MATERIAL=steel, ORIENTATION=grain")
+    };
+    let found = tables(&deck("5,0,1, 5,0,3"));
+    assert!(found[0].ends_with("; axes_about = { point = [5.0, 0.0, 1.0], direction = [0.0, 0.0, 1.0] }"), "{found:?}");
+    assert!(!found[1].contains("axes_about"), "{found:?}");
+    // 90° about the axis: axis 1 is tangential
+    let turned = tables(&deck("5,0,1, 5,0,3\n3, 90."));
+    assert!(turned[0].contains("axis1 = [6.123233995736766e-17, 1.0, 0.0]"), "{turned:?}");
+    for data in ["5,0,1", "5,0,1, 5,0,1"] {
+        assert!(refused(&deck(data))[0].contains("two different points"), "{data}");
+    }
+}

@@ -315,6 +315,32 @@ impl FileMesh {
         };
         touched.flat_map(|cell| free.of(self, cell).filter(inside).collect::<Vec<_>>()).collect()
     }
+
+    /// Faces of solids that no other solid shares and that have a corner among these nodes.
+    pub fn free_faces_at(&self, nodes: &HashSet<u32>) -> Vec<ElementFace> {
+        let free = FreeFaces::new(self);
+        let cells = self.solid_cells(None).into_iter();
+        let touched = cells.filter(|&cell| self.cells.nodes(cell as usize).iter().any(|node| nodes.contains(node)));
+        let at = |face: &ElementFace| {
+            let corners = &FreeFaces::corners(self, face.cell)[usize::from(face.side)];
+            corners.iter().any(|corner| nodes.contains(corner))
+        };
+        touched.flat_map(|cell| free.of(self, cell).filter(at).collect::<Vec<_>>()).collect()
+    }
+
+    /// The area of a face between its corners, along its outward normal. \[L²\]
+    pub fn area_vector(&self, face: ElementFace) -> [f64; 3] {
+        let corners = self.corners_of(&[face]).pop().unwrap_or_default();
+        let point = |at: usize| self.points[corners[at % corners.len()] as usize];
+        let mut area = [0.0; 3];
+        for at in 0..corners.len() {
+            let (p, q) = (point(at), point(at + 1));
+            for c in 0..3 {
+                area[c] += 0.5 * (p[(c + 1) % 3] * q[(c + 2) % 3] - p[(c + 2) % 3] * q[(c + 1) % 3]);
+            }
+        }
+        area
+    }
 }
 
 /// Adds faces of elements to a surface: faces of solids to the set of faces, shells to the set of

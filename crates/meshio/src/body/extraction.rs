@@ -35,6 +35,11 @@ pub(super) struct Extraction<'a> {
 }
 
 impl<'a> Extraction<'a> {
+    /// The file's numbers of the nodes that it has.
+    pub(super) fn numbers(&self) -> Vec<u64> {
+        self.kept.iter().map(|&node| self.file.point_numbers[node as usize]).collect()
+    }
+
     pub(super) fn new(file: &'a FileMesh, body: &str, part: Option<&str>, order: Order) -> Result<Self, MeshFileError> {
         let chosen = chosen(file, part, order)?;
         refuse_unusable(file, body, part, &chosen, order)?;

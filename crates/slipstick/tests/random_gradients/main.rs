@@ -23,7 +23,7 @@ use curved::FIRST_OF_CURVED;
 use fields::FIRST_OF_FIELDS;
 use problem::{
     FIRST_OF_BOLTS, FIRST_OF_EQUATIONS, FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES,
-    FIRST_OF_RIGID, FIRST_OF_SCENARIOS, FIRST_OF_SPRINGS, RandomProblem, random_problem,
+    FIRST_OF_RIGID, FIRST_OF_SCENARIOS, FIRST_OF_SOFT, FIRST_OF_SPRINGS, RandomProblem, random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
@@ -302,6 +302,12 @@ fn gradients_of_random_bolts() {
 #[test]
 fn gradients_of_random_temporary_supports() {
     suite(FIRST_OF_SUPPORTS..FIRST_OF_SUPPORTS + 16, With::Densities);
+}
+
+/// The same with pressures that follow an exponential or a table.
+#[test]
+fn gradients_of_random_soft_contact() {
+    suite(FIRST_OF_SOFT..FIRST_OF_SOFT + 16, With::Densities);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:

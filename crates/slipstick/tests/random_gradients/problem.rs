@@ -110,6 +110,25 @@ pub fn enforcement(random: &mut Random) -> (&'static str, String) {
     (method, text)
 }
 
+/// Problems from this seed on are those of quantities with pressures that are not in proportion to the penetration.
+pub const FIRST_OF_SOFT: u64 = 20_000;
+
+/// The penalty method with such a pressure.
+fn soft(random: &mut Random) -> String {
+    let stiffness = random.within(5e3, 4e4);
+    let law = match chance(random, 0.5) {
+        true => {
+            let (pressure, clearance) = (random.within(5.0, 50.0), random.within(0.01, 0.05));
+            format!("exponential = {{ contact_pressure = {pressure:?}, clearance = {clearance:?} }}")
+        }
+        false => {
+            let (first, last) = (random.within(5.0, 50.0), random.within(100.0, 500.0));
+            format!("table = {{ penetration = [-0.01, 0.01, 0.05], pressure = [0, {first:?}, {last:?}] }}")
+        }
+    };
+    format!("{{ penalty = {{ pressure = {{ {law} }}, stiffness = {stiffness:?} }} }}")
+}
+
 /// Waypoints of the block's top in the frame of the slab: pressed down, moved along, perhaps lifted
 /// or turned.
 fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
@@ -483,7 +502,13 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     if (FIRST_OF_CURVED..FIRST_OF_SPRINGS).contains(&seed) {
         return curved_problem(seed);
     }
+    let mut pressure = None;
     let (more, seed) = match seed {
+        FIRST_OF_SOFT.. => {
+            let k = seed - FIRST_OF_SOFT;
+            pressure = Some(soft(&mut Random::new(!k)));
+            (String::new(), FIRST_OF_QUANTITIES + k)
+        }
         FIRST_OF_SUPPORTS.. => {
             let k = seed - FIRST_OF_SUPPORTS;
             (supports(&mut Random::new(!k)), FIRST_OF_QUANTITIES + k)
@@ -516,6 +541,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let shift = Vector3::from_iterator(r.vector(3, 5.0));
     let places = [place(&turn, shift), place(&(turn * spin), turn * corner + shift)];
     let (method, enforcement) = enforcement(r);
+    let (method, enforcement) = pressure.map_or((method, enforcement), |law| ("soft", law));
     let slaves = if chance(r, 0.6) { ["block_ymin", "slab_ymax"] } else { ["slab_ymax", "block_ymin"] };
     let axis: [f64; 3] = (turn * direction(r).into_inner()).into();
     let pivot: [f64; 3] = (turn * (centre + Vector3::new(0.0, block[1], 0.0)) + shift).into();

@@ -47,6 +47,7 @@ mod scenarios;
 mod schwarz;
 mod sections;
 mod serendipity;
+mod soft_contact;
 #[path = "../verification/solved.rs"]
 #[allow(dead_code)]
 mod solved;
@@ -59,3 +60,4 @@ mod temperature;
 mod temporary;
 mod void;
 mod void_contact;
+mod wound;

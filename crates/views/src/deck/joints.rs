@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, equations_of, springs_of};
-use slipstick_case::file::{Adjust, Contact, CouplingKind, Enforcement, StiffnessScaling, Surfaces};
+use slipstick_case::file::{Adjust, Contact, CouplingKind, Enforcement, Pressure, StiffnessScaling, Surfaces};
 use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::facet_area;
 use slipstick_solid::spring::Acts;
@@ -54,7 +54,9 @@ impl Writer<'_> {
                 let _ = writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n{}", number(automatic));
                 let _ = writeln!(self.model, "*FRICTION\n0.5, {}", number(automatic));
             } else {
+                let soft = soft_behavior(&contact.enforcement).filter(|_| self.options.contact_stiffness.is_none());
                 match normal.or_else(|| self.hardened(contact, &moduli, &at)) {
+                    Some(_) if soft.is_some() => self.model.push_str(&soft.unwrap_or_default()),
                     Some(slope) => {
                         let _ =
                             writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
@@ -165,17 +167,20 @@ impl Writer<'_> {
             self.slope = Some(slope);
             return [Some(slope); 2];
         }
-        let Enforcement::Penalty { stiffness, scaling } = contact.enforcement else { return [None; 2] };
+        let Enforcement::Penalty { pressure, stiffness, scaling } = &contact.enforcement else { return [None; 2] };
         if self.is_curved(contact) && contact.multiplier_shape != Some(MultiplierShape::Dual) {
             let message = "linear contact of second-order elements is read with dual shapes";
             self.warn(at("multiplier_shape"), message, "set it to \"dual\" to compare the same pressures");
         }
         let Some(stiffness) = stiffness else {
+            if pressure.is_some() && self.friction_of(contact) == 0.0 {
+                return [Some(automatic); 2];
+            }
             let message = format!("an automatic stiffness is written as one number, {automatic:.3e}");
             self.warn(at("enforcement.penalty.stiffness"), message, "give the stiffness to compare the same law");
             return [Some(automatic); 2];
         };
-        match scaling {
+        match *scaling {
             StiffnessScaling::Area => {}
             StiffnessScaling::ReferenceArea => {
                 let message = "a deck has pressure per penetration, with the current area";
@@ -434,4 +439,19 @@ impl Writer<'_> {
         }
         Ok(())
     }
+}
+
+/// A pressure that is not in proportion to the penetration.
+fn soft_behavior(enforcement: &Enforcement) -> Option<String> {
+    let Enforcement::Penalty { pressure: Some(law), .. } = enforcement else { return None };
+    let (word, rows) = match law {
+        &Pressure::Exponential { contact_pressure, clearance } => {
+            ("EXPONENTIAL", vec![numbers(&[clearance, contact_pressure])])
+        }
+        Pressure::Table { penetration, pressure } => {
+            let row = |(penetration, pressure): (&f64, &f64)| numbers(&[*pressure, *penetration]);
+            ("TABULAR", penetration.iter().zip(pressure).map(row).collect())
+        }
+    };
+    Some(format!("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE={word}\n{}\n", rows.join("\n")))
 }

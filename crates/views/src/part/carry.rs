@@ -264,6 +264,7 @@ fn shapes(part: &mut Case, bodies: &[PartBody]) -> Vec<(String, String)> {
                 first_order: false,
                 sha256: String::new(),
                 mesh: Arc::default(),
+                numbers: Arc::default(),
                 unusable: Default::default(),
             });
             continue;

@@ -4,7 +4,7 @@ use super::super::CaseCode;
 use super::super::document::Table;
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, BodySection, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape, ShapeFunctions,
+    AxesAbout, Body, BodySection, Formulation, LawKind, Material, Placement, Rigid, Rotate, Shape, ShapeFunctions,
 };
 use super::common::{direction, name};
 use super::mesh_file::{MeshFiles, mesh_file};
@@ -69,6 +69,7 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     };
     let mass_density = mass_density(&table);
     let thermal_expansion = if rigid.is_none() { table.number("thermal_expansion").optional() } else { None };
+    let axes_about = if rigid.is_none() { axes_about(&table, &material) } else { None };
     let formulations = [("full", Formulation::Full), ("f_bar", Formulation::FBar), ("reduced", Formulation::Reduced)];
     let element = table.word("element", &formulations).or(Formulation::Full);
     let shape_functions = shape_functions(&table);
@@ -134,6 +135,7 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
         mass_density,
         thermal_expansion,
         material,
+        axes_about,
         sections,
         element,
         shape_functions,
@@ -311,6 +313,23 @@ fn material(table: &Table<'_>) -> Material {
     read.unwrap_or(example)
 }
 
+/// The line about which the axes of an orthotropic material turn.
+fn axes_about(table: &Table<'_>, material: &Material) -> Option<AxesAbout> {
+    let inner = table.table("axes_about")?;
+    let point = inner.vector("point").or([0.0; 3]);
+    let direction = inner.vector("direction").required([0.0, 0.0, 1.0], "the direction [x, y, z] of the line");
+    if direction == [0.0; 3] {
+        let message = "the direction of the line has no length";
+        inner.reader.error(&inner.path_of("direction"), CaseCode::OutOfRange, message, "for instance [0, 0, 1]");
+    }
+    if material.kind() != LawKind::Orthotropic {
+        let message = format!("`{}` has the same stiffness in all directions", material.kind().word());
+        table.reader.error(&table.path_of("axes_about"), CaseCode::Unsupported, message, "omit `axes_about`");
+    }
+    inner.finish();
+    Some(AxesAbout { point, direction })
+}
+
 /// Mass per volume of the solid, if it is given.
 fn mass_density(table: &Table<'_>) -> Option<f64> {
     table.number("mass_density").positive(CaseCode::OutOfRange).optional()
@@ -323,8 +342,9 @@ fn sections(table: &Table<'_>, names: &Names) -> Vec<BodySection> {
         let region = table.table("region").and_then(|table| region(table, OF_BODY, names));
         let (material, mass_density) = (material(&table), mass_density(&table));
         let thermal_expansion = table.number("thermal_expansion").optional();
+        let axes_about = axes_about(&table, &material);
         table.finish();
-        Some(BodySection { region: region?, material, mass_density, thermal_expansion })
+        Some(BodySection { region: region?, material, mass_density, thermal_expansion, axes_about })
     };
     table.tables("section").into_iter().filter_map(section).collect()
 }

@@ -5,7 +5,7 @@ use super::super::document::Table;
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Shape, Sides, Stiffness,
+    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Pressure, Shape, Sides, Stiffness,
     StiffnessScaling, Surfaces, ToleranceScaling,
 };
 use super::motion;
@@ -300,7 +300,7 @@ fn enforcement(table: Table<'_>) -> Enforcement {
     let enforcement = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
         let enforcement = match key {
             "lagrange" => lagrange(&inner),
-            "penalty" => Enforcement::Penalty { stiffness: stiffness(&inner), scaling: penalty_scaling(&inner) },
+            "penalty" => penalty(&inner),
             _ => augmented(&inner),
         };
         inner.finish();
@@ -308,6 +308,53 @@ fn enforcement(table: Table<'_>) -> Enforcement {
     });
     table.finish();
     enforcement.unwrap_or(LAGRANGE)
+}
+
+fn penalty(table: &Table<'_>) -> Enforcement {
+    let pressure = table.table("pressure").and_then(pressure);
+    let (stiffness, scaling) = (stiffness(table), penalty_scaling(table));
+    if pressure.is_some() && scaling == StiffnessScaling::Weighted {
+        let message = "a pressure depends on the gap, not on the weighted gap";
+        table.reader.error(&table.path_of("scaling"), CaseCode::Unsupported, message, "omit `scaling`");
+    }
+    Enforcement::Penalty { pressure, stiffness, scaling }
+}
+
+/// A pressure as a function of the gap; `None` after an error.
+fn pressure(table: Table<'_>) -> Option<Pressure> {
+    let chosen = table.choose("the law of the pressure", &["exponential", "table"]);
+    let law = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
+        let law = match key {
+            "exponential" => {
+                let contact_pressure = positive(&inner, "contact_pressure").required(1.0, "the pressure without a gap");
+                let clearance =
+                    positive(&inner, "clearance").required(1.0, "the gap at which the pressure is 1 % of that without");
+                Some(Pressure::Exponential { contact_pressure, clearance })
+            }
+            _ => {
+                let column = |key: &'static str| {
+                    let number = |value, path: String| inner.reader.number(value, &format!("`{path}`"));
+                    inner.list(key, number).required(Vec::new(), "a list of numbers")
+                };
+                let (penetration, pressure) = (column("penetration"), column("pressure"));
+                let good = penetration.len() == pressure.len()
+                    && !pressure.is_empty()
+                    && penetration.windows(2).all(|two| two[1] > two[0])
+                    && pressure[0] >= 0.0
+                    && pressure.windows(2).all(|two| two[1] >= two[0]);
+                if !good {
+                    let message = "the table needs ascending penetrations, and a pressure for each that does not fall";
+                    let help = "for instance penetration = [0, 0.1], pressure = [0, 50]";
+                    inner.reader.error(inner.path(), CaseCode::OutOfRange, message, help);
+                }
+                good.then_some(Pressure::Table { penetration, pressure })
+            }
+        };
+        inner.finish();
+        law
+    });
+    table.finish();
+    law.flatten()
 }
 
 fn lagrange(table: &Table<'_>) -> Enforcement {

@@ -121,5 +121,6 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
     }
     let because = |error: MeshFileError| <[String; 2]>::from(explained(&file, error));
     let unusable = read.unusable.into_iter().map(|(name, error)| (name, because(error))).collect();
-    Some(MeshFile { part, scale, first_order, sha256: hash.clone(), mesh: Arc::new(read.mesh), unusable, file })
+    let (mesh, numbers) = (Arc::new(read.mesh), read.numbers.into());
+    Some(MeshFile { part, scale, first_order, sha256: hash.clone(), mesh, numbers, unusable, file })
 }

@@ -28,6 +28,9 @@ pub struct Body {
     /// The material of the solid (density 1). For a rigid body that of the stiffest other body, from
     /// which default stiffnesses of contact follow.
     pub material: Material,
+    /// A line about which the axes of an orthotropic material turn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes_about: Option<AxesAbout>,
     /// Regions of the body with other materials; where they overlap, the last one counts.
     #[serde(rename = "section")]
     pub sections: Vec<BodySection>,
@@ -59,6 +62,8 @@ impl Serialize for Body {
             thermal_expansion: Option<f64>,
             #[serde(skip_serializing_if = "Option::is_none")]
             material: Option<Material>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            axes_about: Option<AxesAbout>,
             #[serde(rename = "section", skip_serializing_if = "<[BodySection]>::is_empty")]
             sections: &'a [BodySection],
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,12 +72,13 @@ impl Serialize for Body {
             shape_functions: ShapeFunctions,
             order: u8,
         }
-        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, .. } = self;
+        let Self { name, shape, place, rigid, mass_density, thermal_expansion, material, sections, axes_about, .. } =
+            self;
         let Self { element, shape_functions, order, .. } = self;
         let deforms = rigid.is_none();
         let (material, element) = (deforms.then_some(*material), deforms.then_some(*element));
         let (place, rigid, shape_functions, order) = (*place, *rigid, *shape_functions, *order);
-        let (mass_density, thermal_expansion) = (*mass_density, *thermal_expansion);
+        let (mass_density, thermal_expansion, axes_about) = (*mass_density, *thermal_expansion, *axes_about);
         let first = Written {
             name,
             shape,
@@ -81,6 +87,7 @@ impl Serialize for Body {
             mass_density,
             thermal_expansion,
             material,
+            axes_about,
             sections,
             element,
             shape_functions,
@@ -140,6 +147,19 @@ pub struct BodySection {
     /// Their coefficient of thermal expansion; `None`: that of the body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thermal_expansion: Option<f64>,
+    /// A line about which the axes of their orthotropic material turn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes_about: Option<AxesAbout>,
+}
+
+/// A line about which the axes of an orthotropic material turn: the components of its `axis1` and
+/// `axis2` are radial, tangential and axial, at the centroid of each element.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct AxesAbout {
+    /// A point on the line. \[L\]
+    pub point: [f64; 3],
+    /// Its direction, of any length.
+    pub direction: [f64; 3],
 }
 
 /// A rigid body.

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
+use slipstick_contact::enforcement::soft::PressureLaw;
 use slipstick_model::model::{FrictionPoint, OffsetPoint};
 
 use super::Case;
@@ -102,7 +103,7 @@ impl Serialize for Contact {
             cell_rule: usize,
             #[serde(skip_serializing_if = "Option::is_none")]
             search_radius: Option<f64>,
-            enforcement: Enforcement,
+            enforcement: &'a Enforcement,
         }
         #[derive(Serialize)]
         struct Sliding<'a> {
@@ -141,7 +142,7 @@ impl Serialize for Contact {
             multiplier_shape: self.multiplier_shape,
             cell_rule: self.cell_rule,
             search_radius: self.search_radius,
-            enforcement: self.enforcement,
+            enforcement: &self.enforcement,
         }
         .serialize(serializer)
     }
@@ -246,7 +247,7 @@ impl Contact {
 pub const CELL_RULES: [usize; 5] = [1, 3, 6, 7, 12];
 
 /// How the contact conditions are enforced.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Enforcement {
     /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
@@ -263,6 +264,10 @@ pub enum Enforcement {
     },
     /// Penalty. Paper: section 2.4.
     Penalty {
+        /// The pressure as a function of the gap; `None`: in proportion to the penetration. With it,
+        /// `stiffness` is that of sticking.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pressure: Option<Pressure>,
         /// Stiffness; `None`: chosen from the bodies' moduli and element sizes.
         #[serde(skip_serializing_if = "Option::is_none")]
         stiffness: Option<Stiffness>,
@@ -285,6 +290,41 @@ pub enum Enforcement {
         /// Number of previous multiplier updates that Anderson acceleration uses; 0: the plain
         /// iteration of the paper, without second-order updates.
         acceleration: usize,
+    },
+}
+
+impl Enforcement {
+    /// The pressure as a function of the gap, if it is not in proportion to the penetration.
+    pub fn pressure_law(&self) -> Option<PressureLaw> {
+        let Self::Penalty { pressure: Some(law), .. } = self else { return None };
+        Some(match law {
+            &Pressure::Exponential { contact_pressure, clearance } => {
+                PressureLaw::Exponential { contact_pressure, clearance }
+            }
+            Pressure::Table { penetration, pressure } => {
+                PressureLaw::Table(penetration.iter().zip(pressure).map(|(&at, &p)| [at, p]).collect())
+            }
+        })
+    }
+}
+
+/// Pressures that do not grow in proportion to the penetration.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pressure {
+    /// Grows by the same factor over equal distances, p₀ 100^(−g/c₀), also across a gap.
+    Exponential {
+        /// The pressure p₀ > 0 without a gap. \[F/L²\]
+        contact_pressure: f64,
+        /// The gap c₀ > 0 at which the pressure is 1 % of p₀. \[L\]
+        clearance: f64,
+    },
+    /// Linear between points, constant before the first and after the last.
+    Table {
+        /// Ascending; negative: gaps. \[L\]
+        penetration: Vec<f64>,
+        /// The pressure ≥ 0 at each penetration, not descending. \[F/L²\]
+        pressure: Vec<f64>,
     },
 }
 

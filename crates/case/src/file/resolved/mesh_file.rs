@@ -27,6 +27,9 @@ pub struct MeshFile {
     /// final names.
     #[serde(skip)]
     pub mesh: Arc<Mesh>,
+    /// The file's numbers of the first nodes of this mesh; it has no numbers for the others.
+    #[serde(skip)]
+    pub numbers: Arc<[u64]>,
     /// Surfaces of the file that the body cannot have, by their final names, with message and remedy.
     #[serde(skip)]
     pub unusable: BTreeMap<String, [String; 2]>,

@@ -3,6 +3,7 @@
 use crate::equations::{Enforcement, LoadTime};
 use schemars::JsonSchema;
 use serde::Serialize;
+use slipstick_contact::enforcement::soft::PressureLaw;
 use slipstick_contact::friction::Friction;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_contact::{ContactInterface, InterfaceError};
@@ -38,6 +39,8 @@ pub struct ModelInterface {
     pub edge_cover: f64,
     /// How contact and friction are enforced.
     pub enforcement: Enforcement,
+    /// The pressure of the penalty method; `None`: in proportion to the penetration.
+    pub pressure: Option<PressureLaw>,
 }
 
 /// A waypoint of the offset of a contact pair.

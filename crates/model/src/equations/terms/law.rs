@@ -7,7 +7,7 @@ use crate::equations::{Design, Method, Step};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::bonded::{bond, bonded_traction};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
-use slipstick_contact::enforcement::regularised::{Traction, traction};
+use slipstick_contact::enforcement::regularised::{Traction, soft_traction, traction};
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
 use slipstick_contact::friction::{Friction, Status};
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
@@ -296,7 +296,11 @@ impl Design {
             return bonded_traction(around, measures, &epsilon);
         }
         let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), settings);
-        traction(around, &at, self.friction(step, j).0, &epsilon)
+        let friction = self.friction(step, j).0;
+        match &self.model.pair(&self.model.slaves[j]).pressure {
+            Some(law) => soft_traction(around, &at, friction, &epsilon, law),
+            None => traction(around, &at, friction, &epsilon),
+        }
     }
 
     /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a

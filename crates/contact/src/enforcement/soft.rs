@@ -1,0 +1,77 @@
+//! Pressures of the penalty method that do not grow in proportion to the penetration.
+
+/// Pressure as a function of the mean gap at a node.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PressureLaw {
+    /// p = p₀ 100^(−g/c₀), as in CalculiX: also across a gap. Beyond a gap of [`RANGE`] c₀ the pressure is
+    /// zero, and beyond a penetration of [`RANGE`] c₀ it grows linearly, so that no trial state overflows.
+    Exponential {
+        /// The pressure p₀ without a gap. \[F/L²\]
+        contact_pressure: f64,
+        /// The gap c₀ at which the pressure is 1 % of p₀. \[L\]
+        clearance: f64,
+    },
+    /// Linear between these penetrations and pressures; constant before the first and after the last.
+    /// Penetrations ascend. \[L, F/L²\]
+    Table(Vec<[f64; 2]>),
+}
+
+/// Gaps and penetrations of an exponential law at which it ends, over c₀: the pressure is 10⁻¹² and 10¹² of
+/// the contact pressure there.
+pub const RANGE: f64 = 6.0;
+
+impl PressureLaw {
+    /// The pressure at a gap, and its derivative with respect to it. \[F/L², F/L³\]
+    ///
+    /// Test: `pressures_match_finite_differences`.
+    pub fn at(&self, gap: f64) -> (f64, f64) {
+        match self {
+            &Self::Exponential { contact_pressure, clearance } => {
+                if gap > RANGE * clearance {
+                    return (0.0, 0.0);
+                }
+                let rate = 100.0_f64.ln() / clearance;
+                let inside = gap.max(-RANGE * clearance);
+                let pressure = contact_pressure * (-rate * inside).exp();
+                (pressure * (1.0 - rate * (gap - inside)), -rate * pressure)
+            }
+            Self::Table(points) => {
+                let next = points.partition_point(|[penetration, _]| *penetration <= -gap);
+                match (next.checked_sub(1).and_then(|last| points.get(last)), points.get(next)) {
+                    (Some(&[from, low]), Some(&[to, high])) => {
+                        let slope = (high - low) / (to - from);
+                        (low + slope * (-gap - from), -slope)
+                    }
+                    (Some(&[_, only]), None) | (None, Some(&[_, only])) => (only, 0.0),
+                    (None, None) => (0.0, 0.0),
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: p₀ at contact, 1 % of it at c₀, 100 times of it at the penetration c₀.
+    #[test]
+    fn pressures_match_finite_differences() {
+        let law = PressureLaw::Exponential { contact_pressure: 3.0, clearance: 0.02 };
+        for (gap, pressure) in [(0.0, 3.0), (0.02, 0.03), (-0.02, 300.0), (0.121, 0.0)] {
+            assert!((law.at(gap).0 - pressure).abs() < 1e-12 * pressure.max(1.0), "{gap}");
+        }
+        let table = PressureLaw::Table(vec![[0.0, 1.0], [0.1, 5.0], [0.2, 25.0]]);
+        for (gap, pressure) in [(0.5, 1.0), (-0.05, 3.0), (-0.15, 15.0), (-1.0, 25.0)] {
+            assert!((table.at(gap).0 - pressure).abs() < 1e-12 * pressure, "{gap}");
+        }
+        for law in [law, table] {
+            for gap in [-0.3, -0.15, -0.11, -0.05, -0.01, 0.003, 0.05, 0.3] {
+                let h = 1e-8;
+                let expected = (law.at(gap + h).0 - law.at(gap - h).0) / (2.0 * h);
+                let (pressure, slope) = law.at(gap);
+                assert!((slope - expected).abs() <= 1e-5 * (expected.abs() + pressure), "{law:?} {gap}");
+            }
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Multi-point constraints as equations and couplings.
+
+use std::collections::BTreeMap;
+
+use super::{CoupledFace, Finder};
+use crate::read::{Equation, EquationTerm, Mpc, MpcKind, Target};
+use crate::vector::{cross, dot, sub, unit};
+
+/// Components of directions below this are zero.
+const NOTHING: f64 = 1e-9;
+
+/// Sine of the angle below which three nodes lie on one line.
+const LINE: f64 = 1e-6;
+
+/// Nodes with weights of their displacements.
+type Weighted<'a> = &'a [(u32, f64)];
+
+impl Finder<'_> {
+    /// The equations of all constraints. Those of rigid beams become couplings.
+    pub(super) fn multi_point(&mut self) -> Vec<Equation> {
+        let (deck, mut found) = (self.deck, Vec::new());
+        let mut beams: BTreeMap<u32, (Vec<u32>, usize)> = BTreeMap::new();
+        for mpc in &deck.mpcs {
+            let columns: Vec<Vec<u32>> =
+                mpc.targets.iter().map(|target| self.own_nodes(target, "MPC", mpc.lines)).collect();
+            let nodes = columns.concat();
+            match mpc.kind {
+                MpcKind::Plane => self.plane(mpc, &nodes, &mut found),
+                MpcKind::Straight => self.straight(mpc, &nodes, &mut found),
+                MpcKind::Slider => {
+                    let &[first, a, b] = &nodes[..] else {
+                        self.miscounted(mpc, "it needs three nodes");
+                        continue;
+                    };
+                    self.straight(mpc, &[a, b, first], &mut found);
+                }
+                MpcKind::Pin | MpcKind::Link => {
+                    let [first, second] = &columns[..] else {
+                        self.miscounted(mpc, "it needs two nodes, or two sets of equally many");
+                        continue;
+                    };
+                    if first.len() != second.len() && second.len() != 1 {
+                        self.miscounted(mpc, "it needs two nodes, or two sets of equally many");
+                        continue;
+                    }
+                    for (at, &p) in first.iter().enumerate() {
+                        let q = second[if second.len() == 1 { 0 } else { at }];
+                        self.pair(mpc, [p, q], &mut found);
+                    }
+                }
+                MpcKind::Beam => {
+                    let Some((&last, first)) = nodes.split_last().filter(|(_, first)| !first.is_empty()) else {
+                        self.miscounted(mpc, "it needs two nodes, or a set and a node");
+                        continue;
+                    };
+                    beams.entry(last).or_insert_with(|| (Vec::new(), mpc.lines[0])).0.extend(first);
+                }
+            }
+        }
+        for (node, (nodes, line)) in beams {
+            self.beam(node, nodes, line);
+        }
+        found
+    }
+
+    fn miscounted(&mut self, mpc: &Mpc, why: &str) {
+        self.ledger.wrong("MPC", mpc.lines, why, "correct the line");
+    }
+
+    fn point_of(&self, node: u32) -> [f64; 3] {
+        self.mesh.points[node as usize]
+    }
+
+    /// All nodes remain in the plane of the first two and the first that is not on a line with them.
+    fn plane(&mut self, mpc: &Mpc, nodes: &[u32], found: &mut Vec<Equation>) {
+        let &[a, b, ref rest @ ..] = nodes else {
+            return self.miscounted(mpc, "it needs three nodes that define the plane, and others");
+        };
+        let x = self.point_of(a);
+        let first = sub(self.point_of(b), x);
+        let beside = |&node: &u32| {
+            let second = sub(self.point_of(node), x);
+            let across = cross(first, second);
+            let size = dot(first, first).sqrt() * dot(second, second).sqrt();
+            let normal = unit(across).filter(|_| dot(across, across).sqrt() > LINE * size)?;
+            Some((node, second, across, normal))
+        };
+        let Some((c, second, across, normal)) = rest.iter().find_map(beside) else {
+            return self.miscounted(mpc, "its nodes lie on one line and define no plane: name others first");
+        };
+        for &node in rest.iter().filter(|node| ![a, b, c].contains(node)) {
+            let arm = sub(self.point_of(node), x);
+            let area = dot(across, normal);
+            let (eta, zeta) = (dot(cross(arm, second), normal) / area, dot(cross(first, arm), normal) / area);
+            let weights = [(node, 1.0), (a, eta + zeta - 1.0), (b, -eta), (c, -zeta)];
+            found.push(self.weighted(mpc, &weights, normal));
+        }
+    }
+
+    /// All nodes remain on the line through the first two.
+    fn straight(&mut self, mpc: &Mpc, nodes: &[u32], found: &mut Vec<Equation>) {
+        let &[a, b, ref rest @ ..] = nodes else {
+            return self.miscounted(mpc, "it needs two nodes that define the line, and others");
+        };
+        let along = sub(self.point_of(b), self.point_of(a));
+        let Some(unit) = unit(along) else {
+            return self.miscounted(mpc, "its first two nodes coincide: name others first");
+        };
+        let main = (0..3).fold(0, |main, c| if unit[c].abs() > unit[main].abs() { c } else { main });
+        for &node in rest.iter().filter(|node| ![a, b].contains(node)) {
+            let share = dot(sub(self.point_of(node), self.point_of(a)), along) / dot(along, along);
+            let weights = [(node, 1.0), (a, share - 1.0), (b, -share)];
+            // two directions across the line, each with a component of its own that the equation determines
+            for other in (0..3).filter(|&c| c != main) {
+                let mut across = [0.0; 3];
+                (across[other], across[main]) = (1.0, -unit[other] / unit[main]);
+                found.push(self.weighted(mpc, &weights, across));
+            }
+        }
+    }
+
+    /// Two nodes that stay together, or at the same distance.
+    fn pair(&mut self, mpc: &Mpc, [p, q]: [u32; 2], found: &mut Vec<Equation>) {
+        let weights = [(p, 1.0), (q, -1.0)];
+        if mpc.kind == MpcKind::Pin {
+            for component in 0..3 {
+                let mut axis = [0.0; 3];
+                axis[component] = 1.0;
+                found.push(self.weighted(mpc, &weights, axis));
+            }
+            return;
+        }
+        if self.deck.steps.iter().any(|step| step.nlgeom) {
+            let cure = "use a stiff *SPRING of type SPRINGA, which turns with its ends, or no NLGEOM";
+            self.ledger.refuse("MPC", mpc.lines[0], "LINK keeps no distance at large rotations", cure);
+        }
+        match unit(sub(self.point_of(p), self.point_of(q))) {
+            Some(direction) => found.push(self.weighted(mpc, &weights, direction)),
+            None => self.miscounted(mpc, "the nodes coincide: write PIN"),
+        }
+    }
+
+    /// The weighted sum of displacements has no component along a direction.
+    fn weighted(&self, mpc: &Mpc, nodes: Weighted<'_>, direction: [f64; 3]) -> Equation {
+        let mut order = [0u8, 1, 2];
+        order.sort_by(|&a, &b| direction[usize::from(b)].abs().total_cmp(&direction[usize::from(a)].abs()));
+        let term = |&(node, weight): &(u32, f64), component: u8| EquationTerm {
+            target: Target::Node(self.mesh.point_numbers[node as usize]),
+            component,
+            factor: weight * direction[usize::from(component)],
+        };
+        let terms = nodes.iter().flat_map(|node| order.map(|component| term(node, component)));
+        let terms = terms.filter(|term| term.factor.abs() > NOTHING).collect();
+        Equation { terms, lines: mpc.lines }
+    }
+
+    /// A kinematic coupling of nodes to a node of no body.
+    fn beam(&mut self, node: u32, mut nodes: Vec<u32>, line: usize) {
+        nodes.sort_unstable();
+        nodes.dedup();
+        let body = self.bodies.of(nodes[0]);
+        let (Some(body), None, true) = (body, self.bodies.of(node), nodes.iter().all(|&n| self.bodies.of(n) == body))
+        else {
+            let why = "a beam needs nodes of one body, and then a node of none";
+            let cure = "write *COUPLING with *KINEMATIC and a reference node of its own";
+            return self.ledger.refuse("MPC", line, why, cure);
+        };
+        let name = format!("beams_{}", self.mesh.point_numbers[node as usize]);
+        self.mesh.node_sets.insert(name.clone(), nodes);
+        let (rotation, surface, kinematic, keyword) = (None, name.clone(), true, "MPC");
+        self.couplings.push(CoupledFace { node, rotation, name, surface, body, kinematic, keyword, line });
+    }
+}

@@ -1,0 +1,133 @@
+//! Laws of surfaces that are soft, penetrations that steps resolve, and multi-point constraints.
+
+use super::{CUBES, new_tables, refused, translated};
+
+/// The keys of the only contact pair that differ from those of hard contact.
+fn contact(deck: &str) -> String {
+    let found: Vec<String> = new_tables(deck).into_iter().filter(|table| table.starts_with("[[contact]]")).collect();
+    assert_eq!(found.len(), 1, "{found:?}");
+    found[0].split("adjust = 0.02").nth(1).expect("a distance").to_owned()
+}
+
+#[test]
+fn soft_pressures() {
+    let law = |data: &str| CUBES.replace("=HARD\n", data);
+    let exponential = law("=EXPONENTIAL\n0.02, 3.\n");
+    assert_eq!(
+        contact(&exponential),
+        "; enforcement = { penalty = { pressure = { exponential = { contact_pressure = 3.0, clearance = 0.02 } } } }"
+    );
+    // rows are pressure and penetration; a stick slope is the stiffness of sticking
+    let table = law("=TABULAR\n0., 0.\n5., 0.005\n").replace("*FRICTION\n0.3\n", "*FRICTION\n0.3, 700.\n");
+    assert_eq!(
+        contact(&table),
+        "; enforcement = { penalty = { pressure = { table = { penetration = [0.0, 0.005], pressure = [0.0, 5.0] } }, \
+         stiffness = 700.0 } }"
+    );
+    for (data, why) in [
+        ("=EXPONENTIAL\n0.02\n", "it needs the gap"),
+        ("=EXPONENTIAL\n0., 3.\n", "must be positive"),
+        ("=TABULAR\n0., 0.\n5., 0.\n", "penetrations rise"),
+        ("=TABULAR\n5., 0.\n4., 1.\n", "pressures do not fall"),
+        ("=TABULAR\n5.\n", "a line has a pressure and a penetration"),
+    ] {
+        let found = refused(&law(data));
+        assert!(found.len() == 1 && found[0].contains(why), "{data}: {found:?}");
+    }
+}
+
+/// A penetration of 0.1 that the first step allows at its start, and one that the second resolves within
+/// its second load step.
+#[test]
+fn interferences() {
+    let first = CUBES.replace("*STATIC\n0.5, 1\n", "*STATIC\n0.5, 1\n*CONTACT INTERFERENCE\nDOWN, UP, 0.1\n");
+    assert_eq!(contact(&first), "; offset = [{ t = 0.0, offset = -0.1 }, { t = 1.0, offset = 0.0 }]");
+    let second = format!("{CUBES}*STEP\n*STATIC\n0.5, 1\n*CONTACT INTERFERENCE\nDOWN, UP, 0.1\n*END STEP\n");
+    assert_eq!(
+        contact(&second),
+        "; offset = [{ t = 0.5, offset = 0.0 }, { t = 0.75, offset = -0.05 }, { t = 1.0, offset = 0.0 }]"
+    );
+    for (line, why) in [("DOWN, UP", "above 0"), ("DOWN, UP, -0.1", "above 0"), ("DOWN, OVER, 0.1", "no *CONTACT PAIR")]
+    {
+        let found = refused(&first.replace("DOWN, UP, 0.1", line));
+        assert!(found.len() == 1 && found[0].contains(why), "{line}: {found:?}");
+    }
+}
+
+/// The equations that follow from a constraint of nodes of the lower cube.
+fn equations(mpc: &str) -> Vec<String> {
+    let deck = CUBES.replace("*MATERIAL, NAME", &format!("*MPC\n{mpc}\n*MATERIAL, NAME"));
+    new_tables(&deck).into_iter().filter(|table| table.starts_with("[[equation]]")).collect()
+}
+
+/// By hand, in the unit cube of nodes 1 to 8.
+#[test]
+fn multi_point_constraints() {
+    let terms = |list: &[(u32, char, f64)]| {
+        let term = |&(node, component, factor): &(u32, char, f64)| {
+            format!("{{ set = \"LOW_node_{node}\", component = \"{component}\", factor = {factor:?} }}")
+        };
+        format!("[[equation]]; terms = [{}]", list.iter().map(term).collect::<Vec<_>>().join(", "))
+    };
+    // the fourth corner of the upper face: u₈ = u₅ + (u₇ − u₆)
+    assert_eq!(
+        equations("PLANE, 5, 6, 7, 8"),
+        [terms(&[(8, 'z', 1.0), (5, 'z', -1.0), (6, 'z', 1.0), (7, 'z', -1.0)])]
+    );
+    // 6 twice: the plane is that of 5, 6 and 8
+    assert_eq!(equations("PLANE, 5, 6, 6, 8, 7").len(), 1);
+    // across the diagonal from 1 to 7, at two thirds of which is the foot of 8
+    let (near, far) = (0.333_333_333_333_333_37, 0.666_666_666_666_666_6);
+    let across =
+        |c: char| terms(&[(8, 'x', -1.0), (8, c, 1.0), (1, 'x', near), (1, c, -near), (7, 'x', far), (7, c, -far)]);
+    assert_eq!(equations("STRAIGHT, 1, 7, 8"), [across('y'), across('z')]);
+    assert_eq!(equations("SLIDER, 8, 1, 7"), equations("STRAIGHT, 1, 7, 8"));
+    assert_eq!(
+        equations("PIN, 5, 15"),
+        ['x', 'y', 'z'].map(|c| { terms(&[(5, c, 1.0), (15, c, -1.0)]).replace("LOW_node_15", "HIGH_node_15") })
+    );
+    assert_eq!(equations("TIE, 5, 15"), equations("PIN, 5, 15"));
+    assert_eq!(equations("LINK, 5, 1"), [terms(&[(5, 'z', 1.0), (1, 'z', -1.0)])]);
+    let large = CUBES.replace("*MATERIAL, NAME", "*MPC\nLINK, 5, 1\n*MATERIAL, NAME").replace("*STEP", "*STEP, NLGEOM");
+    assert!(refused(&large)[0].contains("LINK keeps no distance at large rotations"));
+    for (mpc, why) in [
+        ("PLANE, 5, 6", "define no plane"),
+        ("PLANE, 5", "three nodes that define"),
+        ("PLANE, 5, 6, 6, 5", "on one line"),
+        ("SLIDER, 5, 6", "three nodes"),
+        ("STRAIGHT, 5, 5, 6", "coincide"),
+        ("LINK, 5", "two nodes"),
+        ("DIST, 5, 6", "DIST is not supported"),
+        ("0, 5, 6", "continues no constraint"),
+        ("PIN, 5, 77", "there is no node 77"),
+    ] {
+        let deck = CUBES.replace("*MATERIAL, NAME", &format!("*MPC\n{mpc}\n*MATERIAL, NAME"));
+        let found = refused(&deck);
+        assert!(found[0].contains(why), "{mpc}: {found:?}");
+    }
+    let beam = CUBES.replace("*MATERIAL, NAME", "*MPC\nBEAM, 15, 99\nBEAM, 16, 99\n*MATERIAL, NAME");
+    let beam = beam.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "99, 1, 2\n99, 3, 3, -0.1\n");
+    assert!(
+        new_tables(&beam).contains(
+            &"[[coupling]]; name = \"beams_99\"; set = \"HIGH_beams_99\"; at = [0.5, 0.5, 2.01]; kind = \"kinematic\""
+                .into()
+        ),
+        "{:?}",
+        new_tables(&beam)
+    );
+}
+
+/// A slave of one node gets the face around it that faces the master.
+#[test]
+fn a_node_touches_with_the_faces_around_it() {
+    let deck = CUBES.replace("*SURFACE, NAME=DOWN\nHIGH, S1\n", "*SURFACE, NAME=DOWN, TYPE=NODE\n12\n");
+    let mesh = slipstick_deck::mesh(deck.as_bytes()).expect("a mesh");
+    assert_eq!(mesh.face_sets["DOWN"].len(), 1);
+    assert_eq!(mesh.face_sets["DOWN"][0], mesh_of(CUBES).face_sets["DOWN"][0]);
+    assert!(mesh.notices.iter().any(|notice| notice.contains("also beyond the nodes")), "{:?}", mesh.notices);
+    assert_eq!(translated(&deck).errors(), []);
+}
+
+fn mesh_of(deck: &str) -> slipstick_meshio::FileMesh {
+    slipstick_deck::mesh(deck.as_bytes()).expect("a mesh")
+}

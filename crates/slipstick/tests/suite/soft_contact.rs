@@ -1,0 +1,100 @@
+//! Pressures that are not in proportion to the penetration, and penetrations that the load path resolves: forces by
+//! hand, and gradients against differences.
+
+use crate::common::scene::Scene;
+use crate::common::*;
+use crate::gradient::check;
+
+/// Two unit cubes without lateral contraction, pressed together by `pressed` over a gap; E A/L = 1000 each.
+fn cubes(gap: f64, pressed: f64, contact: &str) -> String {
+    let mut text = format!(
+        "[[contact]]\nslave = 'a_ymin'\nmaster = 'b_ymax'\nfriction = 0\n{contact}\n\
+         [[dirichlet]]\nset = 'b_ymin'\n\
+         [[dirichlet]]\nset = 'a_ymax'\nmotion = [{{ t = 1, u = [0, -{pressed:?}, 0] }}]\n\
+         [load_path]\nsteps = 4\ntolerance = {{ relative = 1e-12 }}\n"
+    );
+    for (body, elements, low) in [("a", [2, 1, 2], gap), ("b", [3, 2, 1], -1.0)] {
+        text += &format!(
+            "[[body]]\nname = '{body}'\nbox = {{ min = [0, {low:?}, 0], max = [1, {:?}, 1], elements = {elements:?} }}\n\
+             material = {{ linear_elastic = {{ youngs_modulus = 1000, poisson_ratio = 0 }} }}\n",
+            low + 1.0
+        );
+    }
+    text
+}
+
+/// The normal force after each load step.
+fn forces(text: &str) -> Vec<f64> {
+    let mut problem = problem(text);
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let force =
+        |nodes: Vec<slipstick::model::NodalContact>| nodes.iter().map(|at| at.multiplier[0] * at.covered_area).sum();
+    contact_path(&mut problem, &run).into_iter().map(force).collect()
+}
+
+/// The cubes are in series with the contact: p(g) = 1000 (pressed − gap + g)/2 for the gap g, which bisection finds.
+#[test]
+fn soft_contact_between_cubes() {
+    let exponential = |g: f64| 3.0 * 100f64.powf(-g / 0.02);
+    let table = |g: f64| match -g {
+        d if d < 0.005 => 1000.0 * (d + 0.002).max(0.0),
+        d => (7.0 + 3000.0 * (d - 0.005)).min(22.0),
+    };
+    let laws: [(&dyn Fn(f64) -> f64, &str); 2] = [
+        (&exponential, "exponential = { contact_pressure = 3, clearance = 0.02 }"),
+        (&table, "table = { penetration = [-0.002, 0.005, 0.01], pressure = [0, 7, 22] }"),
+    ];
+    for (law, keys) in laws {
+        for (gap, pressed) in [(0.0, 0.03), (0.01, 0.012), (0.01, 0.2)] {
+            for scaling in ["area", "reference_area"] {
+                let contact =
+                    format!("enforcement = {{ penalty = {{ pressure = {{ {keys} }}, scaling = '{scaling}' }} }}");
+                let found = *forces(&cubes(gap, pressed, &contact)).last().expect("a step");
+                let excess = |g: f64| 500.0 * (pressed - gap + g) - law(g);
+                let (mut low, mut high) = (-1.0, 1.0);
+                for _ in 0..80 {
+                    let middle = 0.5 * (low + high);
+                    if excess(middle) < 0.0 { low = middle } else { high = middle }
+                }
+                println!("{keys}, pressed by {pressed} over {gap}: {found}, exact {}", law(low));
+                assert!((found - law(low)).abs() < 1e-7 * law(low), "{keys}: {found} instead of {}", law(low));
+            }
+        }
+    }
+}
+
+/// Cubes that overlap by 0.04 in the mesh, of which less and less is allowed: the force rises in proportion.
+#[test]
+fn an_interference_is_resolved_along_the_path() {
+    let contact = "offset = [{ t = 0, offset = -0.04 }, { t = 1, offset = 0 }]";
+    let found = forces(&cubes(-0.04, 0.0, contact));
+    for (step, force) in found.iter().enumerate() {
+        let expected = 500.0 * 0.04 * (step + 1) as f64 / 4.0;
+        assert!((force - expected).abs() < 1e-8, "step {step}: {force} instead of {expected}");
+    }
+    assert_eq!(found.len(), 4);
+}
+
+/// With sticking, slipping and opening, for both laws and shapes of multipliers.
+#[test]
+fn gradients_of_soft_contact() {
+    let motions = [
+        (3.0, "[{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [0.03, -0.1, 0.01] }]"),
+        (
+            0.3,
+            "[{ t = 0.3, u = [0.02, -0.08, 0.01] }, { t = 0.5, u = [0.05, 0.04, 0] }, { t = 1.0, u = [0.2, -0.1, 0.05] }]",
+        ),
+    ];
+    let laws = [
+        "exponential = { contact_pressure = 20, clearance = 0.03 }",
+        "table = { penetration = [-0.011, 0.013, 0.06], pressure = [0, 30, 400] }",
+    ];
+    for (law, (friction, motion)) in laws.into_iter().flat_map(|law| motions.map(|motion| (law, motion))) {
+        for shape in ["standard", "dual"] {
+            let enforcement = format!("{{ penalty = {{ pressure = {{ {law} }}, stiffness = 2e4 }} }}");
+            let scene = Scene { enforcement, shape, friction, motion: motion.into(), ..Scene::default() };
+            check(&format!("{law} {shape} {friction}"), &mut problem(&scene.text()), 7);
+        }
+    }
+}
