@@ -23,9 +23,9 @@ pub struct Body {
     pub hexahedra: bool,
     /// Whether some of these are of a type against locking.
     pub soft: bool,
-    /// Whether it has hexahedra of 20 nodes.
+    /// Whether it has hexahedra of 20 nodes or wedges of 15.
     pub serendipity: bool,
-    /// Whether all of these are of a type with reduced integration.
+    /// Whether all hexahedra of 20 nodes, if there are any, are of a type with reduced integration.
     pub reduced: bool,
     /// Whether it has elements with nodes between corners, whose facets may be curved.
     pub second_order: bool,
@@ -44,7 +44,8 @@ pub struct Bodies {
 const NONE: u32 = u32::MAX;
 
 impl Bodies {
-    /// Finds the bodies; those that no set names get one. `centres` are the nodes that complete hexahedra of 20.
+    /// Finds the bodies; those that no set names get one. `centres` are the nodes that complete elements of 15
+    /// and 20.
     pub fn new(mesh: &mut FileMesh, centres: &[Centre], deck: &Deck, ledger: &mut Ledger) -> Self {
         let cells = mesh.solid_cells(None);
         let all = cells.len();
@@ -102,13 +103,13 @@ impl Bodies {
             let hexahedra = has(&[CellKind::Hex8]);
             let second_order = cells.iter().any(|&cell| mesh.cells.kind(cell as usize).is_second_order());
             let soft = hexahedra && cells.iter().any(|cell| softened.binary_search(cell).is_ok());
-            let of_20 = |cell: &&u32| {
-                let nodes = mesh.cells.nodes(**cell as usize);
-                nodes.len() == 27 && completed.contains(&nodes[26])
+            let of = |kind: CellKind, cell: u32| {
+                let last = mesh.cells.nodes(cell as usize).last();
+                mesh.cells.kind(cell as usize) == kind && last.is_some_and(|node| completed.contains(node))
             };
-            let of_20: Vec<u32> = cells.iter().filter(of_20).copied().collect();
-            let serendipity = !of_20.is_empty();
-            let reduced = serendipity && of_20.iter().all(|cell| reduced.binary_search(cell).is_ok());
+            let of_20: Vec<u32> = cells.iter().filter(|&&cell| of(CellKind::Hex27, cell)).copied().collect();
+            let serendipity = !of_20.is_empty() || cells.iter().any(|&cell| of(CellKind::Wedge18, cell));
+            let reduced = !of_20.is_empty() && of_20.iter().all(|cell| reduced.binary_search(cell).is_ok());
             let (sections, rigid) = (counts, None);
             bodies.list.push(Body { name, part, sections, rigid, hexahedra, soft, serendipity, reduced, second_order });
         }

@@ -71,7 +71,7 @@ pub fn translate(bytes: &[u8], file: &str, ignored: &[String]) -> Result<Transla
     let mut ledger = Ledger::new(file, ignored);
     let deck = read::deck(&cards(&flat)?, &mut ledger);
     let mut mesh = FileMesh::parse(&flat)?;
-    let centres = mesh.complete_hexahedra();
+    let centres = mesh.complete_centres();
     let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
     let targets = Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     let text = write::case(&deck, &mesh, &bodies, &targets, file, &places, &mut ledger);
@@ -99,7 +99,7 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
         if !deck.spring_elements.is_empty() {
             mesh.notices.retain(|notice| !only_springs(notice));
         }
-        let centres = mesh.complete_hexahedra();
+        let centres = mesh.complete_centres();
         let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
         Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     }

@@ -49,6 +49,10 @@ pub const HEX_EDGES: [[usize; 2]; 12] =
 /// centre of the element. This is the numbering of VTK's triquadratic hexahedron.
 pub const HEX_FACE_CENTRES: [usize; 6] = [24, 25, 22, 21, 23, 20];
 
+/// Corners at the ends of the nine edges of a wedge. Node 6 + i of a wedge18 lies on edge i, as in VTK and
+/// Abaqus; node 15 + i at the centre of quadrilateral i of [`WEDGE_QUADRILATERALS`], as in VTK.
+pub const WEDGE_EDGES: [[usize; 2]; 9] = [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+
 /// The four linear triangles of a face with six nodes: corners 0–2, then the middles of the edges
 /// from each corner to the next.
 const SUB_TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
@@ -75,6 +79,9 @@ pub enum Element {
     Hex8([u32; 8]),
     /// Quadratic tetrahedron: corners as in [`Self::Tet4`], then the nodes on [`TET_EDGES`].
     Tet10([u32; 10]),
+    /// Quadratic wedge: corners as in [`Self::Wedge6`], then the nodes on [`WEDGE_EDGES`] and at the centres of
+    /// [`WEDGE_QUADRILATERALS`].
+    Wedge18([u32; 18]),
     /// Triquadratic hexahedron: corners as in [`Self::Hex8`], then the nodes on [`HEX_EDGES`], at
     /// [`HEX_FACE_CENTRES`] and at the centre.
     Hex27([u32; 27]),
@@ -88,6 +95,7 @@ impl Element {
             Self::Wedge6(nodes) => nodes,
             Self::Hex8(nodes) => nodes,
             Self::Tet10(nodes) => nodes,
+            Self::Wedge18(nodes) => nodes,
             Self::Hex27(nodes) => nodes,
         }
     }
@@ -96,6 +104,7 @@ impl Element {
     pub fn corners(&self) -> &[u32] {
         match self {
             Self::Tet10(nodes) => &nodes[..4],
+            Self::Wedge18(nodes) => &nodes[..6],
             Self::Hex27(nodes) => &nodes[..8],
             first_order => first_order.nodes(),
         }
@@ -103,7 +112,7 @@ impl Element {
 
     /// Whether the shape functions are quadratic.
     pub fn is_second_order(&self) -> bool {
-        matches!(self, Self::Tet10(_) | Self::Hex27(_))
+        matches!(self, Self::Tet10(_) | Self::Wedge18(_) | Self::Hex27(_))
     }
 
     /// The same element with other node numbers.
@@ -113,6 +122,7 @@ impl Element {
             Self::Wedge6(nodes) => Self::Wedge6(nodes.map(number)),
             Self::Hex8(nodes) => Self::Hex8(nodes.map(number)),
             Self::Tet10(nodes) => Self::Tet10(nodes.map(number)),
+            Self::Wedge18(nodes) => Self::Wedge18(nodes.map(number)),
             Self::Hex27(nodes) => Self::Hex27(nodes.map(number)),
         }
     }
@@ -121,7 +131,7 @@ impl Element {
     pub fn faces(&self) -> usize {
         match self {
             Self::Tet4(_) | Self::Tet10(_) => TET_FACES.len(),
-            Self::Wedge6(_) => WEDGE_TRIANGLES.len() + WEDGE_QUADRILATERALS.len(),
+            Self::Wedge6(_) | Self::Wedge18(_) => WEDGE_TRIANGLES.len() + WEDGE_QUADRILATERALS.len(),
             Self::Hex8(_) | Self::Hex27(_) => HEX_FACES.len(),
         }
     }
@@ -140,6 +150,16 @@ impl Element {
                 let [a, b, c] = TET_FACES[face];
                 let on = |a, b| 4 + middle(&TET_EDGES, a, b);
                 FaceNodes::of(&[a, b, c, on(a, b), on(b, c), on(c, a)].map(|local| nodes[local]))
+            }
+            Self::Wedge18(nodes) => {
+                let on = |a, b| 6 + middle(&WEDGE_EDGES, a, b);
+                if let Some(&[a, b, c]) = WEDGE_TRIANGLES.get(face) {
+                    return FaceNodes::of(&[a, b, c, on(a, b), on(b, c), on(c, a)].map(|local| nodes[local]));
+                }
+                let quadrilateral = face - WEDGE_TRIANGLES.len();
+                let [a, b, c, d] = WEDGE_QUADRILATERALS[quadrilateral];
+                let local = [a, b, c, d, on(a, b), on(b, c), on(c, d), on(d, a), 15 + quadrilateral];
+                FaceNodes::of(&local.map(|local| nodes[local]))
             }
             Self::Hex27(nodes) => {
                 let [a, b, c, d] = HEX_FACES[face];
@@ -174,7 +194,9 @@ impl Element {
                 _ => WEDGE_QUADRILATERALS[side - 2].map(|corner| nodes[corner]).into(),
             },
             Self::Hex8(nodes) => HEX_FACES[side].map(|corner| nodes[corner]).into(),
-            Self::Tet10(_) | Self::Hex27(_) => self.face(side / SUB_FACETS).facets()[side % SUB_FACETS],
+            Self::Tet10(_) | Self::Wedge18(_) | Self::Hex27(_) => {
+                self.face(side / SUB_FACETS).facets()[side % SUB_FACETS]
+            }
         }
     }
 
@@ -182,7 +204,7 @@ impl Element {
     /// [`WEDGE_AS_HEX`]; `None` for tetrahedra and second-order elements.
     pub fn as_hex(&self) -> Option<[u32; 8]> {
         match self {
-            Self::Tet4(_) | Self::Tet10(_) | Self::Hex27(_) => None,
+            Self::Tet4(_) | Self::Tet10(_) | Self::Wedge18(_) | Self::Hex27(_) => None,
             Self::Wedge6(nodes) => Some(WEDGE_AS_HEX.map(|corner| nodes[corner])),
             Self::Hex8(nodes) => Some(*nodes),
         }
@@ -210,6 +232,12 @@ impl From<[u32; 8]> for Element {
 impl From<[u32; 10]> for Element {
     fn from(nodes: [u32; 10]) -> Self {
         Self::Tet10(nodes)
+    }
+}
+
+impl From<[u32; 18]> for Element {
+    fn from(nodes: [u32; 18]) -> Self {
+        Self::Wedge18(nodes)
     }
 }
 

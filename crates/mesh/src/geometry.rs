@@ -1,7 +1,8 @@
 //! Geometry of elements and facets: Jacobians, volumes, centroids, areas.
 
 use crate::second_order::{
-    hex27_jacobians, hex27_moments, hex27_scaled_jacobian, least, tet10_jacobians, tet10_moments, tet10_scaled_jacobian,
+    hex27_jacobians, hex27_moments, hex27_scaled_jacobian, least, tet10_jacobians, tet10_moments,
+    tet10_scaled_jacobian, wedge18_jacobians, wedge18_moments, wedge18_scaled_jacobian,
 };
 use crate::vector::{cross, dot, norm, subtract};
 use crate::{Element, Facet, FacetCorners, Mesh, Surface, WEDGE_AS_HEX};
@@ -246,6 +247,7 @@ impl Mesh {
             Element::Wedge6(nodes) => hex_moments(&as_hex(&self.coordinates(nodes))).0,
             Element::Hex8(nodes) => hex_moments(&self.coordinates(nodes)).0,
             Element::Tet10(nodes) => tet10_moments(&self.coordinates(nodes)).0,
+            Element::Wedge18(nodes) => wedge18_moments(&self.coordinates(nodes)).0,
             Element::Hex27(nodes) => hex27_moments(&self.coordinates(nodes)).0,
         }
     }
@@ -263,6 +265,7 @@ impl Mesh {
         let moments = match &self.elements[element] {
             Element::Tet4(_) => None,
             Element::Tet10(nodes) => Some(tet10_moments(&self.coordinates(nodes))),
+            Element::Wedge18(nodes) => Some(wedge18_moments(&self.coordinates(nodes))),
             Element::Hex27(nodes) => Some(hex27_moments(&self.coordinates(nodes))),
             hex => hex.as_hex().map(|nodes| hex_moments(&self.coordinates(&nodes))),
         };
@@ -293,6 +296,7 @@ impl Mesh {
             Element::Wedge6(nodes) => wedge_scaled_jacobian(&self.coordinates(nodes)),
             Element::Hex8(nodes) => hex_scaled_jacobian(&self.coordinates(nodes)),
             Element::Tet10(nodes) => tet10_scaled_jacobian(&self.coordinates(nodes)),
+            Element::Wedge18(nodes) => wedge18_scaled_jacobian(&self.coordinates(nodes)),
             Element::Hex27(nodes) => hex27_scaled_jacobian(&self.coordinates(nodes)),
         };
         self.elements.iter().map(quality).collect()
@@ -306,6 +310,7 @@ impl Mesh {
             Element::Wedge6(nodes) => wedge_least_jacobian(&self.coordinates(nodes)),
             Element::Hex8(nodes) => hex_least_jacobian(&self.coordinates(nodes)),
             Element::Tet10(nodes) => least(&tet10_jacobians(&self.coordinates(nodes))),
+            Element::Wedge18(nodes) => least(&wedge18_jacobians(&self.coordinates(nodes))),
             Element::Hex27(nodes) => least(&hex27_jacobians(&self.coordinates(nodes))),
         }
     }

@@ -55,7 +55,7 @@ pub use cut::{Cut, CutError};
 pub use defect::MeshDefect;
 pub use element::{
     Element, FaceNodes, FacetCorners, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, SUB_FACETS, TET_EDGES,
-    TET_FACES, WEDGE_AS_HEX, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES,
+    TET_FACES, WEDGE_AS_HEX, WEDGE_EDGES, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES,
 };
 pub use error::MeshError;
 pub use generate::{
@@ -69,6 +69,6 @@ pub use geometry::{
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use rigid::{Coupling, Reference, Rigid};
 pub use search::FacetTree;
-pub use serendipity::{SerendipityCentre, serendipity_face, serendipity_middle};
+pub use serendipity::SerendipityCentre;
 pub use smooth::{FacetHeights, Shape, SmoothPatch, SmoothSurface, control_points, smooth_surface};
 pub use topology::NodeElements;

@@ -3,13 +3,15 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use crate::shapes::TRIANGLE_OF_WEDGE18;
 pub use crate::shapes::{
-    HEX27_NODES, HEX27_POINTS, Shapes, TET10_POINTS, face_shapes, hex27_shapes, quadratic, tet10_shapes,
+    HEX27_NODES, HEX27_POINTS, Shapes, TET10_POINTS, WEDGE18_NODES, WEDGE18_POINTS, face_shapes, hex27_shapes,
+    quadratic, tet10_shapes, wedge18_shapes,
 };
 use crate::vector::{cross, dot, norm};
 use crate::{
     Element, FaceNodes, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, Mesh, MeshError, SUB_FACETS, Surface,
-    TET_EDGES,
+    TET_EDGES, WEDGE_EDGES, WEDGE_QUADRILATERALS,
 };
 
 /// Abscissas and weights of the four-point Gauss rule on −1 … 1.
@@ -74,6 +76,16 @@ pub(crate) fn hex27_moments(nodes: &[[f64; 3]; 27]) -> (f64, [f64; 3]) {
     moments(nodes, cube(), hex27_shapes)
 }
 
+/// Volume of a wedge18 \[L³\] and first moment about its first node \[L⁴\]. The rule on the cube, collapsed to
+/// a wedge, integrates degree 6 in the triangle and 7 along the axis exactly.
+pub(crate) fn wedge18_moments(nodes: &[[f64; 3]; 18]) -> (f64, [f64; 3]) {
+    let collapsed = cube().map(|([x, y, zeta], weight)| {
+        let [u, v] = [x, y].map(|c| 0.5 * (1.0 + c));
+        ([u, v * (1.0 - u), zeta], 0.25 * weight * (1.0 - u))
+    });
+    moments(nodes, collapsed, wedge18_shapes)
+}
+
 /// Parent coordinates of the nodes of a tet10.
 fn tet10_nodes() -> [[f64; 3]; 10] {
     let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -98,6 +110,12 @@ pub fn hex27_jacobians(nodes: &[[f64; 3]; 27]) -> Vec<f64> {
     points.map(|at| jacobian(nodes, &hex27_shapes(at))).collect()
 }
 
+/// Jacobian determinants of a wedge18 at its nodes and integration points. \[L³\]
+pub fn wedge18_jacobians(nodes: &[[f64; 3]; 18]) -> Vec<f64> {
+    let points = WEDGE18_NODES.into_iter().chain(WEDGE18_POINTS.map(|(at, _)| at));
+    points.map(|at| jacobian(nodes, &wedge18_shapes(at))).collect()
+}
+
 /// The smallest of several numbers; NaN if any is NaN.
 pub(crate) fn least(values: &[f64]) -> f64 {
     values.iter().fold(f64::INFINITY, |least, &value| if value.is_nan() || value < least { value } else { least })
@@ -112,6 +130,29 @@ fn unit_determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
 /// Smallest determinant of the unit tangents of a hex27 over its nodes. \[–\]
 pub(crate) fn hex27_scaled_jacobian(nodes: &[[f64; 3]; 27]) -> f64 {
     least(&HEX27_NODES.map(|at| unit_determinant(tangents(nodes, &hex27_shapes(at).1))))
+}
+
+/// Smallest determinant of three unit tangents over the nodes of a wedge18: at corners of its triangles along
+/// both edges and the axis, times 2/√3; at the middles of their edges along the edge, towards the opposite corner
+/// and along the axis. That of a straight prism is the [scaled Jacobian](crate::wedge_scaled_jacobian) of its
+/// corners. \[–\]
+pub(crate) fn wedge18_scaled_jacobian(nodes: &[[f64; 3]; 18]) -> f64 {
+    let at_node = |node: usize| {
+        let place = WEDGE18_NODES[node];
+        let [by_r, by_s, axial] = tangents(nodes, &wedge18_shapes(place).1);
+        let towards = |corner: usize| -> [f64; 3] {
+            let [r, s] = [0, 1].map(|c| WEDGE18_NODES[corner][c] - place[c]);
+            std::array::from_fn(|c| r * by_r[c] + s * by_s[c])
+        };
+        match TRIANGLE_OF_WEDGE18[node] {
+            corner @ 0..3 => {
+                let edges = [1, 2].map(|step| towards((corner + step) % 3));
+                2.0 / 3.0_f64.sqrt() * unit_determinant([edges[0], edges[1], axial])
+            }
+            middle => unit_determinant([towards((middle + 1) % 3), towards((middle + 2) % 3), axial]),
+        }
+    };
+    least(&std::array::from_fn::<_, 18, _>(at_node))
 }
 
 /// Smallest of √2 times the determinants of the unit tangents along the edges at the corners of a
@@ -142,7 +183,7 @@ pub(crate) fn tet10_scaled_jacobian(nodes: &[[f64; 3]; 10]) -> f64 {
 type Parents = BTreeMap<Vec<u32>, u32>;
 
 impl Mesh {
-    /// The mesh of one body with second-order elements instead of its tetrahedra and hexahedra. New
+    /// The mesh of one body with second-order elements instead of its linear ones. New
     /// nodes follow the existing ones; `place` computes the position of a node from those of its
     /// parents (the ends of its edge, or the corners of its face or element).
     ///
@@ -151,7 +192,7 @@ impl Mesh {
     /// such a face.
     ///
     /// # Errors
-    /// [`MeshError::Parameter`] if the mesh has wedges or second-order elements.
+    /// [`MeshError::Parameter`] if the mesh has second-order elements.
     pub fn second_order(&self, place: impl Fn(&[[f64; 3]]) -> [f64; 3]) -> Result<Mesh, MeshError> {
         let mut out = self.clone();
         let mut parents = Parents::new();
@@ -174,6 +215,17 @@ impl Mesh {
                     }
                     Element::Tet10(nodes)
                 }
+                Element::Wedge6(corners) => {
+                    let mut nodes = [0; 18];
+                    nodes[..6].copy_from_slice(corners);
+                    for (edge, ends) in WEDGE_EDGES.into_iter().enumerate() {
+                        nodes[6 + edge] = middle(&mut out, &ends.map(|corner| corners[corner]));
+                    }
+                    for (face, of) in WEDGE_QUADRILATERALS.into_iter().enumerate() {
+                        nodes[15 + face] = middle(&mut out, &of.map(|corner| corners[corner]));
+                    }
+                    Element::Wedge18(nodes)
+                }
                 Element::Hex8(corners) => {
                     let mut nodes = [0; 27];
                     nodes[..8].copy_from_slice(corners);
@@ -186,8 +238,8 @@ impl Mesh {
                     nodes[26] = middle(&mut out, corners);
                     Element::Hex27(nodes)
                 }
-                Element::Wedge6(_) | Element::Tet10(_) | Element::Hex27(_) => {
-                    let cure = "only linear tetrahedra and hexahedra can get mid-side nodes";
+                Element::Tet10(_) | Element::Wedge18(_) | Element::Hex27(_) => {
+                    let cure = "only linear elements can get mid-side nodes";
                     return Err(MeshError::parameter("order", 2, cure));
                 }
             };

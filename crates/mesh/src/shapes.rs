@@ -1,6 +1,6 @@
 //! Shape functions and integration points of second-order elements and of faces.
 
-use crate::{HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, TET_EDGES};
+use crate::{HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, TET_EDGES, WEDGE_CORNERS, WEDGE_EDGES, WEDGE_QUADRILATERALS};
 
 /// Shape functions and their derivatives with respect to the parent coordinates.
 pub type Shapes<const N: usize> = ([f64; N], [[f64; 3]; N]);
@@ -36,6 +36,43 @@ pub const HEX27_NODES: [[f64; 3]; 27] = {
     out
 };
 
+/// Parent coordinates (r, s, ζ) of the nodes of a wedge18, as of [`WEDGE_CORNERS`].
+pub const WEDGE18_NODES: [[f64; 3]; 18] = {
+    let mut out = [[0.0; 3]; 18];
+    let mut i = 0;
+    while i < 18 {
+        let [a, b] = match i {
+            0..6 => [i, i],
+            6..15 => WEDGE_EDGES[i - 6],
+            _ => [WEDGE_QUADRILATERALS[i - 15][0], WEDGE_QUADRILATERALS[i - 15][2]],
+        };
+        let mut c = 0;
+        while c < 3 {
+            out[i][c] = 0.5 * (WEDGE_CORNERS[a][c] + WEDGE_CORNERS[b][c]);
+            c += 1;
+        }
+        i += 1;
+    }
+    out
+};
+
+/// Points and weights of the nine-point rule of wedge18, as in CalculiX: three in the triangle, for degree 2, by
+/// three along the axis, for degree 5. Elements with straight edges in their triangles pass the patch test, also
+/// if their other edges are curved.
+pub const WEDGE18_POINTS: [([f64; 3], f64); 9] = {
+    const NEAR: f64 = 1.0 / 6.0;
+    const FAR: f64 = 2.0 / 3.0;
+    const TRIANGLE: [[f64; 2]; 3] = [[NEAR, NEAR], [FAR, NEAR], [NEAR, FAR]];
+    let mut out = [([0.0; 3], 0.0); 9];
+    let mut i = 0;
+    while i < 9 {
+        let ([r, s], (zeta, weight)) = (TRIANGLE[i % 3], LINE[i / 3]);
+        out[i] = ([r, s, zeta], weight / 6.0);
+        i += 1;
+    }
+    out
+};
+
 /// Points and weights of the eight-point rule of tet10, exact for polynomials of degree 3, so that
 /// curved elements pass the patch test. Four points would suffice for the rank of the stiffness,
 /// but not for the patch test. Source: C. A. Felippa, Engrg. Comput. 21 (2004) 867–890.
@@ -58,11 +95,15 @@ pub const TET10_POINTS: [([f64; 3], f64); 8] = {
     ]
 };
 
+/// √(3/5)
+const G: f64 = 0.774_596_669_241_483_4;
+
+/// Points and weights of the three-point Gauss rule, exact for polynomials of degree 5.
+const LINE: [(f64, f64); 3] = [(-G, 5.0 / 9.0), (0.0, 8.0 / 9.0), (G, 5.0 / 9.0)];
+
 /// Points and weights of the 3×3×3 Gauss rule of hex27, exact for polynomials of degree 5 in each
 /// coordinate.
 pub const HEX27_POINTS: [([f64; 3], f64); 27] = {
-    const G: f64 = 0.774_596_669_241_483_4; // √(3/5)
-    const LINE: [(f64, f64); 3] = [(-G, 5.0 / 9.0), (0.0, 8.0 / 9.0), (G, 5.0 / 9.0)];
     let mut out = [([0.0; 3], 0.0); 27];
     let mut i = 0;
     while i < 27 {
@@ -105,13 +146,42 @@ pub fn hex27_shapes(at: [f64; 3]) -> Shapes<27> {
     (values, slopes)
 }
 
+/// Shape functions of a wedge18 at the parent coordinates of [`WEDGE18_NODES`]: products of quadratic functions
+/// of a triangle and of a line.
+pub fn wedge18_shapes([r, s, zeta]: [f64; 3]) -> Shapes<18> {
+    let triangle = triangle6([r, s]);
+    let (mut values, mut slopes) = ([0.0; 18], [[0.0; 3]; 18]);
+    for (i, node) in WEDGE18_NODES.iter().enumerate() {
+        let (across, [by_r, by_s]) = triangle[TRIANGLE_OF_WEDGE18[i]];
+        let along = quadratic(node[2], zeta);
+        values[i] = across * along.0;
+        slopes[i] = [by_r * along.0, by_s * along.0, across * along.1];
+    }
+    (values, slopes)
+}
+
+/// The node of a triangle with six nodes below or above each node of a wedge18.
+pub(crate) const TRIANGLE_OF_WEDGE18: [usize; 18] = [0, 1, 2, 0, 1, 2, 3, 4, 5, 3, 4, 5, 0, 1, 2, 3, 4, 5];
+
+/// Shape functions of a triangle with six nodes, and their derivatives: corners, then the middles of the edges.
+fn triangle6([x, y]: [f64; 2]) -> [(f64, [f64; 2]); 6] {
+    let linear = [(1.0 - x - y, [-1.0, -1.0]), (x, [1.0, 0.0]), (y, [0.0, 1.0])];
+    std::array::from_fn(|i| {
+        let (l, slope) = linear[i % 3];
+        if i < 3 {
+            return (l * (2.0 * l - 1.0), slope.map(|s| (4.0 * l - 1.0) * s));
+        }
+        let (next, next_slope) = linear[(i + 1) % 3];
+        (4.0 * l * next, [0, 1].map(|c| 4.0 * (l * next_slope[c] + next * slope[c])))
+    })
+}
+
 /// Shape functions of a face and their derivatives with respect to its two parent coordinates: a
 /// triangle with three or six nodes, or a quadrilateral with four or nine.
 pub fn face_shapes(nodes: usize, [x, y]: [f64; 2]) -> Vec<(f64, [f64; 2])> {
     const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    let triangle = [(1.0 - x - y, [-1.0, -1.0]), (x, [1.0, 0.0]), (y, [0.0, 1.0])];
     match nodes {
-        3 => triangle.to_vec(),
+        3 => vec![(1.0 - x - y, [-1.0, -1.0]), (x, [1.0, 0.0]), (y, [0.0, 1.0])],
         4 => {
             let bilinear = |[a, b]: [f64; 2]| {
                 let (along, across) = (1.0 + a * x, 1.0 + b * y);
@@ -119,14 +189,7 @@ pub fn face_shapes(nodes: usize, [x, y]: [f64; 2]) -> Vec<(f64, [f64; 2])> {
             };
             CORNERS.map(bilinear).to_vec()
         }
-        6 => {
-            let corner = triangle.map(|(l, s)| (l * (2.0 * l - 1.0), s.map(|s| (4.0 * l - 1.0) * s)));
-            let middle = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| {
-                let ((la, sa), (lb, sb)) = (triangle[a], triangle[b]);
-                (4.0 * la * lb, [0, 1].map(|c| 4.0 * (la * sb[c] + lb * sa[c])))
-            });
-            corner.into_iter().chain(middle).collect()
-        }
+        6 => triangle6([x, y]).to_vec(),
         _ => {
             let node = |at: [f64; 2]| {
                 let [along, across] = [0, 1].map(|c| quadratic(at[c], [x, y][c]));

@@ -36,8 +36,9 @@ impl FileMesh {
     /// Extracts a body with the given name: the tetrahedra, wedges and hexahedra of the set `part`
     /// (or of the whole file), with coordinates multiplied by `scale`.
     ///
-    /// Nodes and elements keep their order. Hexahedra of 20 nodes get nodes at the centres of their
-    /// faces and at their own, which follow the others; they lie on the serendipity shape. If hexahedra or wedges are numbered inside out, bottom
+    /// Nodes and elements keep their order. Hexahedra of 20 nodes and wedges of 15 get nodes at the centres of
+    /// their quadrilaterals, and hexahedra at their own, which follow the others; they lie on the serendipity
+    /// shape. If hexahedra or wedges are numbered inside out, bottom
     /// and top are swapped; for tetrahedra, the first two nodes are swapped. An element that
     /// appears twice with the same nodes is used once. A set becomes `{name}_{set}`, or keeps its
     /// name if it already begins with `{name}_`. Sets of triangles, quadrilaterals and faces become
@@ -46,8 +47,8 @@ impl FileMesh {
     /// the body, such as pretension sections, are listed in [`ReadBody::unusable`].
     ///
     /// # Errors
-    /// If there is no such part, if solid cells are not valid tetrahedra, wedges or hexahedra (wedges
-    /// only of first order), or if they are of different orders.
+    /// If there is no such part, if solid cells are not valid tetrahedra, wedges or hexahedra, or if they are of
+    /// different orders.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::AsWritten)
     }
@@ -96,6 +97,8 @@ impl FileMesh {
             (CellKind::Tet4, "tetrahedra", "two nodes are swapped"),
             (CellKind::Hex20, "hexahedra of 20 nodes", "bottom and top are swapped"),
             (CellKind::Hex27, "hexahedra of 27 nodes", "bottom and top are swapped"),
+            (CellKind::Wedge15, "wedges of 15 nodes", "bottom and top are swapped"),
+            (CellKind::Wedge18, "wedges of 18 nodes", "bottom and top are swapped"),
             (CellKind::Tet10, "tetrahedra of 10 nodes", "two corners are swapped"),
         ] {
             let cells: Vec<u32> = flipped.iter().copied().filter(|&cell| extraction.kind(cell) == kind).collect();

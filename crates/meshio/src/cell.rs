@@ -2,9 +2,9 @@
 
 macro_rules! cell_kinds {
     ($($variant:ident $name:literal $label:literal $dimension:literal $nodes:literal $corners:ident,)+) => {
-        /// The shape and order of a cell. Tetrahedra, hexahedra and linear wedges can become elements,
-        /// triangles and quadrilaterals facets, and other second-order cells by their corners. The
-        /// others are read so that they can be skipped or named in an error.
+        /// The shape and order of a cell. Tetrahedra, wedges and hexahedra can become elements,
+        /// triangles and quadrilaterals facets. The others are read so that they can be skipped or
+        /// named in an error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum CellKind {
             $(#[doc = concat!("`", $name, "`")] $variant,)+
@@ -55,7 +55,7 @@ cell_kinds! {
     Pyramid14 "pyramid14" "pyramid14" 3 14 Pyramid5,
     Wedge6 "wedge6" "wedge6 (C3D6)" 3 6 Wedge6,
     Wedge15 "wedge15" "wedge15 (C3D15)" 3 15 Wedge6,
-    Wedge18 "wedge18" "wedge18" 3 18 Wedge6,
+    Wedge18 "wedge18" "wedge18 (C3D15V)" 3 18 Wedge6,
     Hex8 "hex8" "hex8 (C3D8)" 3 8 Hex8,
     Hex20 "hex20" "hex20 (C3D20)" 3 20 Hex8,
     Hex27 "hex27" "hex27 (C3D27)" 3 27 Hex8,
@@ -73,7 +73,7 @@ impl CellKind {
 
     /// Whether the cell can become an element.
     pub fn is_element(self) -> bool {
-        matches!(self, Self::Tet4 | Self::Wedge6 | Self::Hex8 | Self::Tet10 | Self::Hex20 | Self::Hex27)
+        self.dimension() == 3 && self.first_order() != Self::Pyramid5
     }
 
     /// What to do about a cell that can become neither an element nor a facet.

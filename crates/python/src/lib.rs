@@ -27,7 +27,7 @@ mod run;
 
 pub use case::{Case, templates};
 pub use gradient::Linearization;
-pub use mesh::{read_mesh, second_order_hexahedra, volumes};
+pub use mesh::{read_mesh, second_order_elements, volumes};
 pub use path::Path;
 pub use problem::{Problem, set_threads, threads};
 pub use run::{Run, optimize, resume};

@@ -13,7 +13,7 @@ use slipstick::meshio::{CellKind, FileMesh};
 use crate::arrays;
 use crate::errors::{Error, detached};
 
-/// The element with these nodes; `None` unless there are 4, 6, 8, 10 or 27.
+/// The element with these nodes; `None` unless there are 4, 6, 8, 10, 18 or 27.
 fn element(nodes: &[u32]) -> Option<Element> {
     match *nodes {
         [a, b, c, d] => Some(Element::Tet4([a, b, c, d])),
@@ -21,6 +21,7 @@ fn element(nodes: &[u32]) -> Option<Element> {
         [a, b, c, d, e, f, g, h] => Some(Element::Hex8([a, b, c, d, e, f, g, h])),
         _ => <[u32; 10]>::try_from(nodes)
             .map(Element::Tet10)
+            .or_else(|_| <[u32; 18]>::try_from(nodes).map(Element::Wedge18))
             .or_else(|_| <[u32; 27]>::try_from(nodes).map(Element::Hex27))
             .ok(),
     }
@@ -49,26 +50,30 @@ pub fn volumes<'py>(
     Ok(Mesh { nodes: points(&nodes), elements, ..Mesh::default() }.element_volumes().into_pyarray(py))
 }
 
-/// Points, and the nodes of cells.
-type Cells<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>);
+/// Points, and the nodes of hexahedra and of wedges.
+type Cells<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray2<i64>>);
 
-/// All points, and hexahedra of 27 nodes in the order of VTK, from hexahedra of 20 or 27 nodes, of
-/// which the last seven may be in any order. Those of 20 have −1 in their place, and get points that
-/// follow the others.
+/// All points, hexahedra of 27 nodes and wedges of 18 in the order of VTK, from hexahedra of 20 or 27 nodes
+/// and wedges of 15 or 18, of which those at centres may be in any order. Elements without these have −1 in their
+/// place, and get points that follow the others.
 #[pyfunction]
-pub fn second_order_hexahedra<'py>(
+pub fn second_order_elements<'py>(
     py: Python<'py>,
     nodes: PyReadonlyArray2<'py, f64>,
     hexahedra: PyReadonlyArray2<'py, i64>,
+    wedges: PyReadonlyArray2<'py, i64>,
 ) -> PyResult<Cells<'py>> {
-    let (mut points, rows) = (points(&nodes), rows(&hexahedra));
-    if rows.iter().any(|row| ![20, 27].contains(&row.len())) {
-        return Err(Error::Internal("hexahedra of unknown order".into()).raise(py));
+    let (mut points, [hexahedra, wedges]) = (points(&nodes), [rows(&hexahedra), rows(&wedges)]);
+    let of = |rows: &[Vec<u32>], counts: [usize; 2]| rows.iter().all(|row| counts.contains(&row.len()));
+    if !of(&hexahedra, [20, 27]) || !of(&wedges, [15, 18]) {
+        return Err(Error::Internal("elements of unknown order".into()).raise(py));
     }
-    let cells: Vec<&[u32]> = rows.iter().map(Vec::as_slice).collect();
-    let elements = slipstick::meshio::second_order_hexahedra(&cells, &mut points);
-    let entries = elements.iter().flat_map(|element| element.nodes()).map(|&node| i64::from(node)).collect();
-    Ok((arrays::table(py, &points), arrays::matrix(py, entries, 27)))
+    let cells: Vec<&[u32]> = hexahedra.iter().chain(&wedges).map(Vec::as_slice).collect();
+    let elements = slipstick::meshio::second_order_elements(&cells, &mut points);
+    let entries = |elements: &[Element]| elements.iter().flat_map(|e| e.nodes()).map(|&n| i64::from(n)).collect();
+    let (hexahedra, wedges) = elements.split_at(hexahedra.len());
+    let (hexahedra, wedges) = (arrays::matrix(py, entries(hexahedra), 27), arrays::matrix(py, entries(wedges), 18));
+    Ok((arrays::table(py, &points), hexahedra, wedges))
 }
 
 /// Cells of one kind: its name, their nodes, and their positions in the file.

@@ -290,11 +290,24 @@ def test_files_that_are_no_meshes(tmp_path: Path) -> None:
     (tmp_path / "no.msh").write_text("hello")
     with pytest.raises(ss.InputError, match="unknown mesh format"):
         ss.Mesh.read(tmp_path / "no.msh")
-    if DATA.exists():
-        with pytest.raises(
-            ValueError, match=r"second-order wedges \(wedge18\), .*first_order=True"
-        ):
-            ss.Mesh.read(DATA / "gmsh_wedges_second_order.msh")
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="needs the repository")
+def test_wedges_of_15_and_18_nodes() -> None:
+    # the same mesh of Gmsh: wedges of 18 nodes, and of 15, which are completed
+    name = "gmsh_wedges_second_order"
+    whole, lacking = (ss.Mesh.read(DATA / f"{name}.{end}") for end in ("msh", "inp"))
+    for mesh in (whole, lacking):
+        assert mesh.wedges.shape == (16, 18)
+        corners = mesh.nodes[mesh.wedges[:, [0, 1, 4, 3]]].mean(axis=1)
+        np.testing.assert_allclose(mesh.nodes[mesh.wedges[:, 15]], corners, atol=1e-9)
+    assert len(whole.nodes) == len(lacking.nodes)
+    np.testing.assert_allclose(np.sort(whole.volumes), np.sort(lacking.volumes), rtol=1e-9)
+    body = {"name": "block", "material": MATERIAL, "mesh": {"file": whole, "part": "block"}}
+    held = {"dirichlet": [{"set": "block_bottom"}], "load_path": {"steps": 1}}
+    built = ss.Case.from_dict({"body": [body]} | held).build().mesh
+    assert built.wedges.shape == (16, 18)
+    np.testing.assert_allclose(np.sort(built.volumes), np.sort(whole.volumes), rtol=1e-12)
 
 
 def same(a: ss.Mesh, b: ss.Mesh) -> None:

@@ -5,7 +5,7 @@
 use crate::heat::Heat;
 use crate::inelastic::{self, Energies, Inelastic};
 use crate::interpolation::ElementScaling;
-use crate::quadratic::{Hex27, ReducedHex27, Tet10};
+use crate::quadratic::{Hex27, ReducedHex27, Tet10, Wedge18};
 use crate::section::{Formulation, Section};
 use crate::stress::{self, STRESS_POINTS, Tensor};
 use crate::{hex8, tet4};
@@ -28,6 +28,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind { takes: |element, memory, _| !memory && element.as_hex().is_some(), build: hex8::block },
     Kind { takes: |element, memory, _| !memory && matches!(element, Element::Tet4(_)), build: tet4::block },
     Kind { takes: |element, memory, _| !memory && matches!(element, Element::Tet10(_)), build: Tet10::block },
+    Kind { takes: |element, memory, _| !memory && matches!(element, Element::Wedge18(_)), build: Wedge18::block },
     Kind {
         takes: |element, memory, of| !memory && matches!(element, Element::Hex27(_)) && of != Formulation::Reduced,
         build: Hex27::block,

@@ -8,8 +8,11 @@
 //! force grows with the distance that a point moves away from the axis. Integrals are over the reference
 //! configuration, with the points of the stiffness; linear tetrahedra have four points, for N_i N_j.
 
+use crate::section::Formulation;
 use rayon::prelude::*;
-use slipstick_mesh::second_order::{HEX27_POINTS, TET10_POINTS, hex27_shapes, tet10_shapes};
+use slipstick_mesh::second_order::{
+    HEX27_POINTS, TET10_POINTS, WEDGE18_POINTS, hex27_shapes, tet10_shapes, wedge18_shapes,
+};
 use slipstick_mesh::{Element, HEX_CORNERS, Mesh};
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -60,11 +63,13 @@ impl Rule {
         Self { values, slopes, weights: points.iter().map(|point| point.1).collect() }
     }
 
-    fn of(element: &Element) -> &'static Self {
+    fn of(element: &Element, formulation: Formulation) -> &'static Self {
         match element {
             Element::Tet4(_) => &TET4,
             Element::Wedge6(_) | Element::Hex8(_) => &HEX8,
             Element::Tet10(_) => &TET10,
+            Element::Wedge18(_) => &WEDGE18,
+            Element::Hex27(_) if formulation == Formulation::Reduced => &REDUCED_HEX27,
             Element::Hex27(_) => &HEX27,
         }
     }
@@ -99,8 +104,22 @@ static TET10: LazyLock<Rule> = LazyLock::new(|| {
     })
 });
 
+static WEDGE18: LazyLock<Rule> = LazyLock::new(|| {
+    Rule::new(&WEDGE18_POINTS, |at| {
+        let (values, slopes) = wedge18_shapes(at);
+        (values.to_vec(), slopes.to_vec())
+    })
+});
+
 static HEX27: LazyLock<Rule> = LazyLock::new(|| {
     Rule::new(&HEX27_POINTS, |at| {
+        let (values, slopes) = hex27_shapes(at);
+        (values.to_vec(), slopes.to_vec())
+    })
+});
+
+static REDUCED_HEX27: LazyLock<Rule> = LazyLock::new(|| {
+    Rule::new(&HEX_CORNERS.map(|corner| (corner.map(|c| c / 3.0_f64.sqrt()), 1.0)), |at| {
         let (values, slopes) = hex27_shapes(at);
         (values.to_vec(), slopes.to_vec())
     })
@@ -124,12 +143,12 @@ pub struct MassiveElements {
 }
 
 impl MassiveElements {
-    /// The elements with numbers in a range.
-    pub fn new(mesh: &Mesh, range: Range<usize>) -> Self {
+    /// The elements with numbers in a range, integrated with the points of their formulation.
+    pub fn new(mesh: &Mesh, range: Range<usize>, formulation: impl Fn(usize) -> Formulation) -> Self {
         let of = |number: usize| {
             let element = &mesh.elements[number];
             let nodes: Vec<u32> = element.as_hex().map_or(element.nodes().to_vec(), |nodes| nodes.to_vec());
-            let rule = Rule::of(element);
+            let rule = Rule::of(element, formulation(number));
             let first = mesh.nodes[nodes[0] as usize];
             let weight = |(slopes, weight): (&Vec<[f64; 3]>, &f64)| {
                 let mut jacobian = [[0.0; 3]; 3];
@@ -249,7 +268,8 @@ mod tests {
         };
         let hex27 = hex8.second_order(bent).unwrap();
         let tet10 = tet4.second_order(bent).unwrap();
-        vec![("hex8", hex8), ("tet4", tet4), ("hex27", hex27), ("tet10", tet10)]
+        let wedge18 = hex8.divided_into_wedges(|_| Some(1)).second_order(bent).unwrap();
+        vec![("hex8", hex8), ("tet4", tet4), ("hex27", hex27), ("tet10", tet10), ("wedge18", wedge18)]
     }
 
     fn positions(mesh: &Mesh) -> Vec<f64> {
@@ -263,7 +283,7 @@ mod tests {
         let gravity = Acceleration::Uniform([1.0, -2.0, 0.5]);
         let rotation = Acceleration::centrifugal([0.5, 0.0, 0.0], [0.0, 0.0, -3.0], 2.0);
         for (name, mesh) in meshes(0.0) {
-            let elements = MassiveElements::new(&mesh, 0..mesh.elements.len());
+            let elements = MassiveElements::new(&mesh, 0..mesh.elements.len(), |_| Formulation::Full);
             let (x, masses) = (positions(&mesh), vec![7.0; mesh.elements.len()]);
             let sum = |acceleration: &Acceleration| {
                 let mut forces = vec![0.0; x.len()];
@@ -294,7 +314,7 @@ mod tests {
     fn derivatives_match_differences() {
         let rotation = Acceleration::centrifugal([0.5, 0.1, -0.3], [1.0, 2.0, -3.0], 1.7);
         for (name, mesh) in meshes(0.1) {
-            let elements = MassiveElements::new(&mesh, 0..mesh.elements.len());
+            let elements = MassiveElements::new(&mesh, 0..mesh.elements.len(), |_| Formulation::Full);
             let x = positions(&mesh);
             let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
             let masses: Vec<f64> = (0..mesh.elements.len()).map(|e| 2.0 + spread(e)).collect();

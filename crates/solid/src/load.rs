@@ -198,7 +198,10 @@ mod tests {
         let hex = curved.as_flattened().to_vec();
         curved = [0, 1, 3, 4, 8, 24, 11, 16, 22, 20].map(|i| curved[i]).to_vec();
         let tet = curved.as_flattened().to_vec();
-        let cases = [(tetrahedron, corners), (sides, warped), (all(&tet10), tet), (all(&hex27), hex)];
+        curved = slipstick_mesh::second_order::WEDGE18_NODES.iter().map(bent).collect();
+        let (wedge18, wedge) = (Element::Wedge18(std::array::from_fn(|i| i as u32)), curved.as_flattened().to_vec());
+        let cases =
+            [(tetrahedron, corners), (sides, warped), (all(&tet10), tet), (all(&wedge18), wedge), (all(&hex27), hex)];
         for (facets, x) in cases {
             let f = force(&facets, &x);
             let (mut resultant, mut moment) = ([0.0; 3], [0.0; 3]);

@@ -3,6 +3,7 @@
 use crate::law::Material;
 use schemars::JsonSchema;
 use serde::Serialize;
+use slipstick_mesh::Mesh;
 
 /// How an element uses the deformation gradient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
@@ -53,6 +54,20 @@ pub struct Sections {
     pub list: Vec<Section>,
     /// The body, and the elements, of each region. Where regions overlap, the last one counts.
     pub regions: Vec<(usize, Vec<u32>)>,
+}
+
+impl Sections {
+    /// The formulation of each element.
+    pub fn formulations(&self, mesh: &Mesh) -> Vec<Formulation> {
+        let mut out = vec![Formulation::Full; mesh.elements.len()];
+        for (body, section) in mesh.bodies.iter().zip(&self.list) {
+            out[body.elements.clone()].fill(section.formulation);
+        }
+        for ((_, elements), section) in self.regions.iter().zip(&self.list[mesh.bodies.len()..]) {
+            elements.iter().for_each(|&element| out[element as usize] = section.formulation);
+        }
+        out
+    }
 }
 
 impl<S: Into<Section>> From<Vec<S>> for Sections {

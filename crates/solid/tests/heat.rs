@@ -16,7 +16,8 @@ fn meshes() -> Vec<Mesh> {
         std::array::from_fn(|c| mean(c) + 0.01 * (5.0 * mean(c) + mean((c + 1) % 3)).sin())
     };
     let (hex27, tet10) = (mesh.second_order(bent).unwrap(), mesh.divided(|_| true).second_order(bent).unwrap());
-    vec![mesh, mixed, hex27, tet10]
+    let wedge18 = mesh.divided_into_wedges(|_| Some(1)).second_order(bent).unwrap();
+    vec![mesh, mixed, hex27, tet10, wedge18]
 }
 
 /// Every law, and F̄ elements of a large- and a small-strain law.

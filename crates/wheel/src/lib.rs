@@ -13,7 +13,7 @@ mod _slipstick {
     use super::program::main;
     #[pymodule_export]
     use slipstick_python::{
-        Case, Linearization, Path, Problem, Run, optimize, read_mesh, resume, second_order_hexahedra, set_threads,
+        Case, Linearization, Path, Problem, Run, optimize, read_mesh, resume, second_order_elements, set_threads,
         templates, threads, volumes,
     };
 

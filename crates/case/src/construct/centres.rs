@@ -1,4 +1,5 @@
-//! The centres of hexahedra of 20 nodes and of their faces, which follow from the other nodes.
+//! The centres of hexahedra of 20 nodes, and of faces of these and of wedges of 15, which follow from the other
+//! nodes.
 
 use super::{BuildError, sides};
 use crate::file::{Case, Enforcement};
@@ -9,7 +10,7 @@ use std::collections::BTreeSet;
 /// The number of the equations of centres.
 pub(super) const NUMBER: usize = usize::MAX;
 
-/// Moves all centres of bodies of 20-node hexahedra to the positions that the other nodes give them.
+/// Moves all centres of serendipity bodies to the positions that the other nodes give them.
 pub(super) fn place(case: &Case, mesh: &mut Mesh) {
     let centres = of_bodies(case, mesh, &BTreeSet::new());
     mesh.place_centres(&centres);
@@ -42,7 +43,7 @@ fn free(case: &Case, mesh: &Mesh) -> Result<BTreeSet<u32>, BuildError> {
     Ok(free)
 }
 
-/// The elements of 20-node bodies with free centres of faces.
+/// The hexahedra of a serendipity body with free centres of faces.
 pub(super) fn enriched(case: &Case, mesh: &Mesh, body: usize) -> Result<Vec<u32>, BuildError> {
     let free = free(case, mesh)?;
     let has = |e: &u32| match &mesh.elements[*e as usize] {

@@ -68,7 +68,7 @@ pub(super) fn with_equations(
         );
         if e.number == super::centres::NUMBER {
             let message = format!(
-                "prescribed motions determine all nodes of a face or hexahedron of 20 nodes, and move its centre \
+                "prescribed motions determine all other nodes of a face or hexahedron, and move its centre \
                  elsewhere, by {:.1e} of its terms at pseudo-time {}",
                 e.violation, e.time
             );

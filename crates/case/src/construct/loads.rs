@@ -1,9 +1,10 @@
 //! The loads of a case.
 
-use super::{BuildError, surface_of};
+use super::{BuildError, sections, surface_of};
 use crate::file::{self, Case};
 use slipstick_mesh::Mesh;
 use slipstick_model::model::{Loaded, Loads};
+use slipstick_solid::Formulation;
 
 pub(super) fn build_loads(case: &Case, mesh: &Mesh, load_cases: &[&str]) -> Result<Loads, BuildError> {
     let target = |(i, load): (usize, &file::Load)| {
@@ -22,5 +23,7 @@ pub(super) fn build_loads(case: &Case, mesh: &Mesh, load_cases: &[&str]) -> Resu
         Ok(Loaded::Facets(mesh.faces_of_surface(surface)))
     };
     let targets: Result<Vec<Loaded>, BuildError> = case.loads.iter().enumerate().map(target).collect();
-    Ok(Loads::new(case.loads.clone(), targets?, mesh, load_cases))
+    let reduced = case.bodies.iter().any(|body| body.element == Formulation::Reduced);
+    let formulations = if reduced { sections(case, mesh)?.formulations(mesh) } else { Vec::new() };
+    Ok(Loads::new(case.loads.clone(), targets?, mesh, &formulations, load_cases))
 }

@@ -78,6 +78,22 @@ fn laws_survive_as_a_deck() {
     }
 }
 
+/// A ring of 15-node wedges under its weight, of which a part acts on the nodes of the support.
+const WEDGES: &str = r#"
+[[body]]
+name = "ring"
+mesh = { file = "ring.inp" }
+shape_functions = "serendipity"
+mass_density = 7.8e-6
+material = { linear_elastic = { youngs_modulus = 210000.0, poisson_ratio = 0.3 } }
+[[dirichlet]]
+set = "ring_fixed"
+[[load]]
+gravity = [0, -9.81e6, 0]
+[load_path]
+steps = 1
+"#;
+
 /// Whether CalculiX is installed.
 pub(crate) fn has_ccx() -> bool {
     let found = Command::new("ccx").arg("-v").output().is_ok();
@@ -114,6 +130,15 @@ fn calculix_agrees_without_contact() {
         let compared = verified(&place, "deck", "1e-3");
         assert!(compared["displacements"].as_f64().expect("a number") < 1e-4, "{compared}");
     }
+    // a part of the weight acts on centres of faces, which the deck lacks
+    place.write("ring.inp", include_str!("../../../slipstick/tests/data/ring_of_wedges.inp"));
+    place.write("case.toml", WEDGES);
+    place.good("export case.toml --deck deck --force");
+    assert!(place.read("deck/model.inp").contains("TYPE=C3D15"));
+    let compared = verified(&place, "deck", "1e-4");
+    let rows = compared["compared"].as_array().expect("rows");
+    let near = |row: &Value| row["deviation"].as_f64().is_some_and(|deviation| deviation < 1e-5);
+    assert!(rows.len() == 3 && rows.iter().all(near), "{compared}");
 }
 
 /// A design: the promise, the deck in both programs; the contact integrals differ on a coarse mesh.

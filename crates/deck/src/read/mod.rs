@@ -196,9 +196,8 @@ impl Reader<'_> {
             }
             ("20", _) => Some("`serendipity` hexahedra: added nodes at centres follow from the 20"),
             ("10", rest) if !rest.is_empty() => Some("10-node tetrahedra, fully integrated"),
-            ("15", _) => {
-                let cure = "mesh the part with C3D6, C3D8, C3D20 or C3D10";
-                return self.ledger.wrong("ELEMENT", [keyword.line; 2], "15-node wedges are not supported", cure);
+            ("15", rest) if !rest.starts_with('V') => {
+                Some("`serendipity` wedges with 3 × 3 points: added nodes at centres of faces follow from the 15")
             }
             _ => None,
         };

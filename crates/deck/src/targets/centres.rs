@@ -1,4 +1,4 @@
-//! Nodes that hexahedra of 20 nodes lack.
+//! Nodes that hexahedra of 20 nodes and wedges of 15 lack.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -10,7 +10,7 @@ use crate::history::{Track, value_at};
 
 impl Finder<'_> {
     /// Prescribes the motions of centres of which all other nodes of the face or hexahedron are prescribed: those of
-    /// the shape with 20 nodes. The others are not prescribed: the deck says nothing about them.
+    /// the serendipity shape. The others are not prescribed: the deck says nothing about them.
     pub(super) fn prescribe_centres(&self, tracks: &mut BTreeMap<OfNode, Track>) {
         let sets = self.deck.transforms.iter().filter_map(|of| find(&self.mesh.node_sets, &of.set));
         let turned: HashSet<u32> = sets.flat_map(|set| &self.mesh.node_sets[set]).copied().collect();
@@ -31,7 +31,7 @@ impl Finder<'_> {
     }
 }
 
-/// The values of the shape with 20 nodes at a centre: −1/4 for corners, and what is missing to 1 for the nodes between
+/// The values of the serendipity shape at a centre: −1/4 for corners, and what is missing to 1 for the nodes between
 /// them.
 fn weights(centre: &Centre) -> impl Iterator<Item = (u32, f64)> + '_ {
     let middle = (1.0 + 0.25 * centre.corners.len() as f64) / centre.middles.len() as f64;

@@ -3,8 +3,8 @@
 
 use super::facets::normal;
 use super::{FacetHeights, Shape, SmoothSurface, control_points};
-use crate::second_order::{hex27_jacobians, least, tet10_jacobians};
-use crate::{Element, FaceNodes, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, Mesh};
+use crate::second_order::{hex27_jacobians, least, tet10_jacobians, wedge18_jacobians};
+use crate::{Element, FaceNodes, FacetNodes, HEX_FACE_CENTRES, Mesh};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -70,6 +70,7 @@ impl Mesh {
         let elements: Vec<u32> = elements.filter(|&number| moved(&self.elements[number as usize])).collect();
         let smallest = |mesh: &Self, number: u32| match mesh.elements[number as usize] {
             Element::Tet10(nodes) => least(&tet10_jacobians(&mesh.coordinates(&nodes))),
+            Element::Wedge18(nodes) => least(&wedge18_jacobians(&mesh.coordinates(&nodes))),
             Element::Hex27(nodes) => least(&hex27_jacobians(&mesh.coordinates(&nodes))),
             _ => f64::INFINITY,
         };
@@ -191,24 +192,22 @@ impl Mesh {
         (way.norm() < 0.5 * reach).then_some(Move { from, way })
     }
 
-    /// Puts the centres of a hexahedron, and of its faces inside the body, where its edges and faces
+    /// Puts the centres of a hexahedron or wedge, and of its faces inside the body, where its edges and faces
     /// take them, if it has nodes that moved: onto the Coons patch of the edges, and the transfinite
     /// interpolation of the faces (Gordon and Hall, Numer. Math. 21 (1973), 109–129).
     fn centre_inside(&mut self, number: u32, moved: &BTreeMap<u32, Move>) {
-        let Element::Hex27(nodes) = self.elements[number as usize] else { return };
-        let sum =
-            |mesh: &Self, of: &[usize], c: usize| -> f64 { of.iter().map(|&i| mesh.nodes[nodes[i] as usize][c]).sum() };
-        for (corners, centre) in HEX_FACES.iter().zip(HEX_FACE_CENTRES) {
-            let edges: Vec<usize> = (0..12)
-                .filter(|&edge| HEX_EDGES[edge].iter().all(|corner| corners.contains(corner)))
-                .map(|edge| 8 + edge)
-                .collect();
+        let element = self.elements[number as usize];
+        let nodes = element.nodes();
+        for (centre, weights) in element.serendipity_faces() {
             let inside = !moved.contains_key(&nodes[centre]);
-            if inside && edges.iter().any(|&edge| moved.contains_key(&nodes[edge])) {
-                self.nodes[nodes[centre] as usize] =
-                    std::array::from_fn(|c| 0.5 * sum(self, &edges, c) - 0.25 * sum(self, corners, c));
+            if inside && weights.iter().any(|(local, weight)| *weight > 0.0 && moved.contains_key(&nodes[*local])) {
+                let sum = |c: usize| weights.iter().map(|&(i, weight)| weight * self.nodes[nodes[i] as usize][c]).sum();
+                self.nodes[nodes[centre] as usize] = std::array::from_fn(sum);
             }
         }
+        let Element::Hex27(nodes) = element else { return };
+        let sum =
+            |mesh: &Self, of: &[usize], c: usize| -> f64 { of.iter().map(|&i| mesh.nodes[nodes[i] as usize][c]).sum() };
         let (corners, edges): (Vec<usize>, Vec<usize>) = ((0..8).collect(), (8..20).collect());
         self.nodes[nodes[26] as usize] = std::array::from_fn(|c| {
             0.5 * sum(self, &HEX_FACE_CENTRES, c) - 0.25 * sum(self, &edges, c) + 0.125 * sum(self, &corners, c)

@@ -297,6 +297,10 @@ const FACES: &[(&str, CellKind)] = &[
 
 /// The shape of an element type, if it belongs to a body, surface or line.
 fn kind(name: &str) -> Option<CellKind> {
+    if name.starts_with("C3D15V") {
+        // with nodes at the centres of its quadrilaterals
+        return Some(CellKind::Wedge18);
+    }
     FAMILIES.iter().find_map(|(family, kinds)| {
         let rest = name.strip_prefix(family)?;
         let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());

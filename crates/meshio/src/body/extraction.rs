@@ -2,13 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use slipstick_mesh::{
-    Element, FaceNodes, FacetNodes, HEX_EDGES, HEX_FACE_CENTRES, HEX_FACES, Mesh, MeshError, Surface,
-};
+use slipstick_mesh::{Element, FaceNodes, FacetNodes, Mesh, MeshError, Surface};
 
 use super::Order;
 use super::orientation::{ANGLES, CURVED, Orientation, orientation, turn};
-use crate::hexahedra::{in_order, keys, serendipity_centres};
+use crate::centres::{Place, complete_element, in_order};
 use crate::unusable::refuse_unusable;
 use crate::{CellKind, FileMesh, MeshFileError};
 
@@ -28,7 +26,7 @@ pub(super) struct Extraction<'a> {
     kept: Vec<u32>,
     /// Position in `kept` of each of the file's nodes, or [`ELSEWHERE`] or [`DROPPED`].
     local: Vec<u32>,
-    /// Nodes at the centres of faces and elements with 20 nodes, by the sorted corners.
+    /// Nodes at the centres of faces and elements that lack them in the file, by the sorted corners.
     centres: HashMap<Vec<u32>, u32>,
     /// Positions of the body's nodes.
     pub(super) points: Vec<[f64; 3]>,
@@ -71,9 +69,7 @@ impl<'a> Extraction<'a> {
         out.local = local;
         out.points = out.kept.iter().map(|&node| file.points[node as usize]).collect();
         for cell in out.chosen.clone() {
-            if out.kind(cell) == CellKind::Hex20 {
-                out.complete(cell)?;
-            }
+            out.complete(cell)?;
         }
         Ok(out)
     }
@@ -93,29 +89,26 @@ impl<'a> Extraction<'a> {
         Err(self.at(quadratic, &message, cure))
     }
 
-    /// Adds the nodes at the centres of the faces of a hexahedron of 20 nodes, unless a neighbour has
-    /// added them, and at its own centre.
+    /// The centres that a cell lacks in the file.
+    fn lacking(&self, cell: u32) -> &'static [Place] {
+        let kind = self.kind(cell);
+        if kind.completed().is_some() { kind.centres() } else { &[] }
+    }
+
+    /// Adds the centres that a cell lacks, unless a neighbour has added them.
     fn complete(&mut self, cell: u32) -> Result<(), MeshFileError> {
         let nodes = self.nodes(cell);
-        let centres = serendipity_centres(nodes, |node| self.file.points[node as usize]);
-        for (key, point) in keys(nodes).into_iter().zip(centres) {
+        for place in self.lacking(cell) {
             let next = self.points.len() as u32;
             if next >= DROPPED {
                 return Err(self.at(cell, "there are too many nodes", "use a coarser mesh"));
             }
-            if let std::collections::hash_map::Entry::Vacant(entry) = self.centres.entry(key) {
+            if let std::collections::hash_map::Entry::Vacant(entry) = self.centres.entry(place.key(nodes)) {
                 entry.insert(next);
-                self.points.push(point);
+                self.points.push(place.position(nodes, |node| self.file.points[node as usize]));
             }
         }
         Ok(())
-    }
-
-    /// A node that was added at the centre of a face or element with these corners in the file.
-    fn centre(&self, corners: &[u32]) -> Option<u32> {
-        let mut key = corners.to_vec();
-        key.sort_unstable();
-        self.centres.get(&key).copied()
     }
 
     /// Shape and order as which a cell is read.
@@ -159,6 +152,7 @@ impl<'a> Extraction<'a> {
                         Element::Wedge6(_) => ("the wedge is folded or flat", ANGLES),
                         Element::Hex8(_) => ("the hexahedron is folded or flat", ANGLES),
                         Element::Tet10(_) => ("the tetrahedron of 10 nodes is folded or flat", CURVED),
+                        Element::Wedge18(_) => ("the wedge of second order is folded or flat", CURVED),
                         Element::Hex27(_) => ("the hexahedron of second order is folded or flat", CURVED),
                     };
                     return Err(self.at(cell, message, cure));
@@ -177,10 +171,15 @@ impl<'a> Extraction<'a> {
             (CellKind::Wedge6, &[a, b, c, d, e, f]) => Element::Wedge6([a, b, c, d, e, f]),
             (CellKind::Hex8, &[a, b, c, d, e, f, g, h]) => Element::Hex8([a, b, c, d, e, f, g, h]),
             (CellKind::Tet10, nodes) if nodes.len() == 10 => Element::Tet10(std::array::from_fn(|i| nodes[i])),
-            (CellKind::Hex27, nodes) if nodes.len() == 27 => {
-                Element::Hex27(in_order(nodes, |node| self.file.points[node as usize]))
+            (CellKind::Wedge18, nodes) if nodes.len() == 18 => self.ordered(kind, nodes),
+            (CellKind::Hex27, nodes) if nodes.len() == 27 => self.ordered(kind, nodes),
+            // the first node stands for the centres
+            (CellKind::Wedge15, nodes) if nodes.len() == 15 => {
+                Element::Wedge18(std::array::from_fn(|i| nodes.get(i).copied().unwrap_or(nodes[0])))
             }
-            (CellKind::Hex20, nodes) if nodes.len() == 20 => Element::Hex27(std::array::from_fn(|i| nodes[i.min(19)])),
+            (CellKind::Hex20, nodes) if nodes.len() == 20 => {
+                Element::Hex27(std::array::from_fn(|i| nodes.get(i).copied().unwrap_or(nodes[0])))
+            }
             _ => return Err(self.at(cell, &format!("a {} cannot be an element", kind.label()), kind.cure())),
         };
         if (1..nodes.len()).any(|i| nodes[..i].contains(&nodes[i])) {
@@ -188,18 +187,22 @@ impl<'a> Extraction<'a> {
                         type 13), or mesh with true tetrahedra, wedges and hexahedra";
             return Err(self.at(cell, "the element contains a node twice", cure));
         }
-        let mut element = element.map(|node| self.local[node as usize]);
-        if let (CellKind::Hex20, Element::Hex27(all)) = (kind, &mut element) {
-            let centre = |corners: &[usize]| {
-                let corners: Vec<u32> = corners.iter().map(|&corner| nodes[corner]).collect();
-                self.centre(&corners).expect("completed before")
-            };
-            for (face, corners) in HEX_FACES.iter().enumerate() {
-                all[HEX_FACE_CENTRES[face]] = centre(corners);
-            }
-            all[26] = centre(&[0, 1, 2, 3, 4, 5, 6, 7]);
+        let element = element.map(|node| self.local[node as usize]);
+        let lacking = self.lacking(cell);
+        if lacking.is_empty() {
+            return Ok(element);
         }
-        Ok(element)
+        let mut all = element.nodes().to_vec();
+        for place in lacking {
+            all[place.node] = self.centres[&place.key(nodes)];
+        }
+        Ok(complete_element(&all).expect("18 or 27 nodes"))
+    }
+
+    /// An element whose centres the file has.
+    fn ordered(&self, kind: CellKind, nodes: &[u32]) -> Element {
+        let all = in_order(kind, nodes, |node| self.file.points[node as usize]);
+        complete_element(&all).expect("18 or 27 nodes")
     }
 
     /// An error at a cell: its number, position and nodes.
@@ -334,15 +337,13 @@ impl<'a> Extraction<'a> {
         if self.centres.is_empty() {
             return;
         }
-        let mut new = Vec::new();
-        for &cell in self.chosen.iter().filter(|&&cell| self.kind(cell) == CellKind::Hex20) {
+        let mut new: Vec<u32> = Vec::new();
+        for &cell in &self.chosen {
             let nodes = self.nodes(cell);
-            let has = |local: usize| set.binary_search(&self.local[nodes[local] as usize]).is_ok();
-            for corners in HEX_FACES {
-                let on = |edge: &[usize; 2]| edge.iter().all(|corner| corners.contains(corner));
-                let middles = (0..12).filter(|&edge| on(&HEX_EDGES[edge])).map(|edge| 8 + edge);
-                if corners.into_iter().chain(middles).all(has) {
-                    new.extend(self.centre(&corners.map(|corner| nodes[corner])));
+            let has = |local: &usize| set.binary_search(&self.local[nodes[*local] as usize]).is_ok();
+            for face in self.lacking(cell).iter().filter(|place| place.corners.len() == 4) {
+                if face.corners.iter().chain(&face.middles).all(has) {
+                    new.extend(self.centres.get(&face.key(nodes)));
                 }
             }
         }

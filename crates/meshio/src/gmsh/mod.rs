@@ -94,16 +94,21 @@ const TET10_EDGES: [usize; 6] = [0, 1, 2, 3, 5, 4];
 /// The same of a hexahedron. Gmsh: edges 0–1, 0–3, 0–4, 1–2, 1–5, 2–3, 2–6, 3–7, 4–5, 4–7, 5–6, 6–7.
 const HEX_EDGES: [usize; 12] = [0, 3, 5, 1, 8, 10, 11, 9, 2, 4, 6, 7];
 
+/// The same of a wedge. Gmsh: edges 0–1, 0–2, 0–3, 1–2, 1–4, 2–5, 3–4, 3–5, 4–5.
+const WEDGE_EDGES: [usize; 9] = [0, 3, 1, 6, 8, 7, 2, 4, 5];
+
 fn finish(parts: Parts) -> Result<FileMesh, MeshFileError> {
     let (mut mesh, _) = parts.builder.finish()?;
     for cell in 0..mesh.cells.kinds.len() {
         let first = mesh.cells.offsets[cell];
-        let edges: &[usize] = match mesh.cells.kinds[cell] {
+        let kind = mesh.cells.kinds[cell];
+        let edges: &[usize] = match kind {
             CellKind::Tet10 => &TET10_EDGES,
+            CellKind::Wedge15 | CellKind::Wedge18 => &WEDGE_EDGES,
             CellKind::Hex20 | CellKind::Hex27 => &HEX_EDGES,
             _ => continue,
         };
-        let nodes = &mut mesh.cells.nodes[first + if edges.len() == 6 { 4 } else { 8 }..][..edges.len()];
+        let nodes = &mut mesh.cells.nodes[first + kind.first_order().node_count()..][..edges.len()];
         let before = nodes.to_vec();
         nodes.iter_mut().zip(edges).for_each(|(node, &place)| *node = before[place]);
     }

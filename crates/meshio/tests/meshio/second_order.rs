@@ -18,21 +18,11 @@ fn of_corners(file: &FileMesh, name: &str, part: Option<&str>) -> Mesh {
 
 /// Counts by `make.py`: 16 hexahedra in the slab, 4 in the block, 16 wedges in the block of wedges.
 #[test]
-fn errors_count_elements_by_kind_and_part() {
+fn elements_are_counted_by_kind_and_part() {
     let hexahedra = file("gmsh_41_second_order.msh");
-    let wedges = file("gmsh_wedges_second_order.msh");
-    let error = wedges.body("die", Some("block"), 1.0).expect_err("wedge18");
-    assert!(error.message.starts_with("16 of 16 elements are second-order: 16 wedge18; the first is"), "{error}");
-    assert_eq!(
-        error.cure,
-        "`first_order = true` in the body's `mesh` drops mid-side nodes; or write first-order elements (Gmsh: \
-         Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)"
-    );
-    for (name, kind) in [("gmsh_wedges_second_order.msh", "16 wedge18"), ("gmsh_wedges_second_order.inp", "16 wedge15")]
-    {
-        let error = file(name).body("die", Some("block"), 1.0).expect_err("second order");
-        assert!(error.message.contains(kind) && error.cure.contains("`first_order = true`"), "{error}");
-    }
+    let solids = |name: &str| file(name).solids(Some("block"));
+    assert_eq!(solids("gmsh_wedges_second_order.msh"), [(CellKind::Wedge18, 16)].into());
+    assert_eq!(solids("gmsh_wedges_second_order.inp"), [(CellKind::Wedge15, 16)].into());
     assert_eq!(hexahedra.solids(Some("block")), [(CellKind::Hex27, 4)].into());
     assert_eq!(hexahedra.solids(None), [(CellKind::Hex27, 20)].into());
 }
@@ -163,30 +153,51 @@ fn cells_of_vtk_are_read_by_their_corners() {
     }
 }
 
-/// The hexahedra of 27 nodes that Gmsh wrote: volumes, areas and the position of every node, which is
-/// that of the shape functions of a brick.
+/// The hexahedra of 27 nodes and the wedges of 18 and 15 that Gmsh wrote: volumes, areas and the position of every
+/// node, which is that of the shape functions of the linear element.
 #[test]
-fn hexahedra_of_27_nodes_are_read_whole() {
-    let (second, first) = (file("gmsh_41_second_order.msh"), file("gmsh_41_ascii.msh"));
-    for body in ["slab", "block"] {
-        let found = sound(&second, body, Some(body)).mesh;
-        let linear = sound(&first, body, Some(body)).mesh;
+fn elements_of_second_order_are_read_whole() {
+    let cases = [
+        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "slab"),
+        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "block"),
+        ("gmsh_wedges_second_order.msh", "gmsh_wedges.msh", "block"),
+        ("gmsh_wedges_second_order.inp", "gmsh_wedges.msh", "block"),
+    ];
+    for (second, first, body) in cases {
+        let found = sound(&file(second), body, Some(body)).mesh;
+        let linear = sound(&file(first), body, Some(body)).mesh;
         assert_eq!(found.elements.len(), linear.elements.len());
-        let bricks = linear.second_order(mean).expect("hexahedra");
+        let raised = linear.second_order(mean).expect("linear elements");
         let all = |mesh: &Mesh| (0..mesh.nodes.len() as u32).collect::<Vec<_>>();
-        assert_eq!(places(&found, &all(&found)), places(&bricks, &all(&bricks)));
+        assert_eq!(places(&found, &all(&found)), places(&raised, &all(&raised)), "{second}");
+        let volume = |mesh: &Mesh| mesh.element_volumes().iter().sum::<f64>();
+        assert!((volume(&found) - volume(&linear)).abs() < 1e-10, "{second}");
         for end in ["bottom", "top"].map(|end| format!("{body}_{end}")) {
             let nodes = |mesh: &Mesh| places(mesh, &mesh.set_nodes(&end).expect("a set"));
-            assert_eq!(nodes(&found), nodes(&bricks), "{end}");
+            assert_eq!(nodes(&found), nodes(&raised), "{second} {end}");
         }
         for element in &found.elements {
-            let Element::Hex27(nodes) = element else { panic!("{element:?}") };
+            let nodes = element.nodes();
             let at = |i: usize| found.nodes[nodes[i] as usize];
-            for (i, parent) in slipstick_mesh::second_order::HEX27_NODES.iter().enumerate() {
+            let parents: &[[f64; 3]] = match element {
+                Element::Hex27(_) => &slipstick_mesh::second_order::HEX27_NODES,
+                Element::Wedge18(_) => &slipstick_mesh::second_order::WEDGE18_NODES,
+                other => panic!("{other:?}"),
+            };
+            for (i, parent) in parents.iter().enumerate() {
                 let shape = |corner: usize| -> f64 {
-                    (0..3).map(|c| 0.5 * (1.0 + parent[c] * slipstick_mesh::HEX_CORNERS[corner][c])).product()
+                    let [r, s, z] = *parent;
+                    let along = 0.5 * (1.0 + z * if corner < 3 { -1.0 } else { 1.0 });
+                    match element {
+                        Element::Wedge18(_) => [1.0 - r - s, r, s][corner % 3] * along,
+                        _ => {
+                            let of = |c: usize| 0.5 * (1.0 + parent[c] * slipstick_mesh::HEX_CORNERS[corner][c]);
+                            (0..3).map(of).product()
+                        }
+                    }
                 };
-                let expected: [f64; 3] = std::array::from_fn(|c| (0..8).map(|k| shape(k) * at(k)[c]).sum());
+                let corners = element.corners().len();
+                let expected: [f64; 3] = std::array::from_fn(|c| (0..corners).map(|k| shape(k) * at(k)[c]).sum());
                 assert!((0..3).all(|c| (at(i)[c] - expected[c]).abs() < 1e-9), "node {i}: {:?} {expected:?}", at(i));
             }
         }

@@ -35,7 +35,7 @@ __all__ = [
     "optimize",
     "read_mesh",
     "resume",
-    "second_order_hexahedra",
+    "second_order_elements",
     "set_threads",
     "templates",
     "threads",
@@ -53,7 +53,9 @@ def threads() -> int:
 
 def main(line: list[str], launcher: list[str]) -> int: ...
 def volumes(nodes: _Floats, elements: _Numbers) -> _Floats: ...
-def second_order_hexahedra(nodes: _Floats, hexahedra: _Numbers) -> tuple[_Floats, _Numbers]: ...
+def second_order_elements(
+    nodes: _Floats, hexahedra: _Numbers, wedges: _Numbers
+) -> tuple[_Floats, _Numbers, _Numbers]: ...
 def read_mesh(
     file: str | PathLike[str],
 ) -> tuple[

@@ -52,27 +52,46 @@ _KINDS = (
     _Kind("hexahedra", 8, 8, "C3D8", "hexahedron", 12),
     _Kind("hexahedra", 8, 27, "C3D27", "hexahedron27", 29),
     _Kind("wedges", 6, 6, "C3D6", "wedge", 13),
+    _Kind("wedges", 6, 18, "C3D15V", "wedge18", 32),
     _Kind("tetrahedra", 4, 4, "C3D4", "tetra", 10),
     _Kind("tetrahedra", 4, 10, "C3D10", "tetra10", 24),
 )
 # Number of corners and possible numbers of nodes, by argument.
-_SHAPES = {"hexahedra": (8, (8, 27)), "wedges": (6, (6,)), "tetrahedra": (4, (4, 10))}
+_SHAPES = {"hexahedra": (8, (8, 27)), "wedges": (6, (6, 18)), "tetrahedra": (4, (4, 10))}
 
 # Nodes of the faces of second-order elements, counter-clockwise seen from outside: corners, the
-# nodes on the edges from each corner to the next, and the one at the centre.
+# nodes on the edges from each corner to the next, and the one at the centre. Triangles and
+# quadrilaterals are separate arrays.
 _FACES_OF = {
-    27: np.array(
-        [
-            [0, 3, 2, 1, 11, 10, 9, 8, 24],
-            [4, 5, 6, 7, 12, 13, 14, 15, 25],
-            [0, 1, 5, 4, 8, 17, 12, 16, 22],
-            [1, 2, 6, 5, 9, 18, 13, 17, 21],
-            [2, 3, 7, 6, 10, 19, 14, 18, 23],
-            [3, 0, 4, 7, 11, 16, 15, 19, 20],
-        ]
+    27: (
+        np.array(
+            [
+                [0, 3, 2, 1, 11, 10, 9, 8, 24],
+                [4, 5, 6, 7, 12, 13, 14, 15, 25],
+                [0, 1, 5, 4, 8, 17, 12, 16, 22],
+                [1, 2, 6, 5, 9, 18, 13, 17, 21],
+                [2, 3, 7, 6, 10, 19, 14, 18, 23],
+                [3, 0, 4, 7, 11, 16, 15, 19, 20],
+            ]
+        ),
     ),
-    10: np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]]),
+    18: (
+        np.array([[0, 2, 1, 8, 7, 6], [3, 4, 5, 9, 10, 11]]),
+        np.array(
+            [
+                [0, 1, 4, 3, 6, 13, 9, 12, 15],
+                [1, 2, 5, 4, 7, 14, 10, 13, 16],
+                [2, 0, 3, 5, 8, 12, 11, 14, 17],
+            ]
+        ),
+    ),
+    10: (
+        np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]]),
+    ),
 }
+# Numbers of nodes of second-order elements with all nodes, by argument, and of those that lack the
+# nodes at centres.
+_COMPLETE = {"hexahedra": (27, 20), "wedges": (18, 15)}
 # Abaqus puts the centre of C3D27 before those of its faces, which have another order.
 _C3D27 = [*range(20), 26, 24, 25, 22, 21, 23, 20]
 # Abaqus reads at most 16 numbers on a line.
@@ -122,10 +141,10 @@ class Mesh:
     one of its bodies. Elements whose nodes are numbered in inverted order are then corrected, with
     a warning.
 
-    The nodes of a second-order element are its corners, then nodes on its edges; a hexahedron also
-    has nodes at the centres of its faces and at its own. All elements of a body have the same
-    order. If bodies differ, so that one array holds hexahedra or tetrahedra of both orders, linear
-    ones have -1 for the nodes that they lack.
+    The nodes of a second-order element are its corners, then nodes on its edges, then at the
+    centres of its quadrilaterals; a hexahedron also has one at its own. All elements of a body have
+    the same order. If bodies differ, so that one array holds elements of both orders, linear ones
+    have -1 for the nodes that they lack.
 
     Arguments are attributes, too. Then `surfaces` have four columns, which for ``problem.mesh`` are
     counter-clockwise seen from outside, and `sets` contain the nodes of surfaces.
@@ -137,8 +156,9 @@ class Mesh:
     hexahedra : array_like of int, shape (k, 8) or (k, 27)
         Nodes of linear or second-order hexahedra, numbered as in VTK (hexahedron, triquadratic
         hexahedron).
-    wedges : array_like of int, shape (k, 6)
-        Nodes of wedges, numbered as in Gmsh.
+    wedges : array_like of int, shape (k, 6) or (k, 18)
+        Nodes of linear or second-order wedges; linear ones numbered as in Gmsh, the others as in
+        VTK (biquadratic quadratic wedge).
     tetrahedra : array_like of int, shape (k, 4) or (k, 10)
         Nodes of linear or second-order tetrahedra, numbered as in VTK (tetra, quadratic tetra).
     bodies : mapping of str to array_like of int, slice or Body
@@ -251,7 +271,7 @@ class Mesh:
         self.hexahedra, self.hexahedron_numbers = _both_orders(
             problem.elements(8), problem.elements(27)
         )
-        self.wedges, self.wedge_numbers = map(_arrays.frozen, problem.elements(6))
+        self.wedges, self.wedge_numbers = _both_orders(problem.elements(6), problem.elements(18))
         self.tetrahedra, self.tetrahedron_numbers = _both_orders(
             problem.elements(4), problem.elements(10)
         )
@@ -329,10 +349,10 @@ class Mesh:
         for kind, cells, _ in self._blocks():
             if kind.nodes == kind.corners:
                 continue
-            of_cells = _FACES_OF[kind.nodes]
-            count = 3 if kind.nodes == 10 else 4
-            rows = cells[:, of_cells][near[cells[:, of_cells[:, :count]]].all(axis=2)]
-            faces.update((tuple(sorted(row[:count])), row) for row in rows.tolist())
+            for of_cells in _FACES_OF[kind.nodes]:
+                count = 3 if of_cells.shape[1] == 6 else 4
+                rows = cells[:, of_cells][near[cells[:, of_cells[:, :count]]].all(axis=2)]
+                faces.update((tuple(sorted(row[:count])), row) for row in rows.tolist())
         if faces:
             for name, facets in self.surfaces.items():
                 for facet, row in enumerate(facets.tolist()):
@@ -351,7 +371,7 @@ class Mesh:
             A ``.msh``, ``.inp`` or ``.vtu`` file.
         first_order : bool
             Whether to drop the mid-side nodes of second-order elements. Otherwise, hexahedra of 20
-            nodes get the nodes that they lack.
+            nodes and wedges of 15 get the nodes that they lack.
 
         Returns
         -------
@@ -432,9 +452,9 @@ class Mesh:
         Parameters
         ----------
         grid : pyvista.UnstructuredGrid
-            Hexahedra, voxels, wedges and tetrahedra; hexahedra and tetrahedra of first or second
-            order. Other cells are ignored, but unsupported solid cells are an error. Convert other
-            kinds of grids with ``cast_to_unstructured_grid``.
+            Hexahedra, voxels, wedges and tetrahedra of first or second order. Other cells are
+            ignored, but unsupported solid cells are an error. Convert other kinds of grids with
+            ``cast_to_unstructured_grid``.
         bodies : str, optional
             Name of a cell array: cells with equal values form a body, named after the value. By
             default, all cells form one body.
@@ -571,7 +591,7 @@ class Mesh:
         # before version 9.7, VTK numbers wedges in the opposite sense
         older = pyvista.vtk_version_info < (9, 7)
         for kind, corners, numbers in self._blocks():
-            if kind.argument == "wedges" and older:
+            if kind.nodes == 6 and older:
                 corners = corners[:, [0, 2, 1, 3, 5, 4]]
             types[numbers] = kind.vtk
             for number, nodes in zip(numbers, corners, strict=True):
@@ -664,11 +684,6 @@ def _assembled(
         corners, _ = _SHAPES[argument]
         if first_order:
             cells = cells[:, :corners]
-        elif argument == "wedges" and cells.shape[1] > corners:
-            raise ValueError(
-                f"{source} has {len(cells)} second-order wedges ({kind}), which are not supported: "
-                "give first_order=True, which drops their mid-side nodes"
-            )
         solids.setdefault(argument, []).append((cells, positions))
     if not solids:
         raise ValueError(f"{source} has no hexahedra, wedges or tetrahedra")
@@ -682,7 +697,8 @@ def _assembled(
         if not parts:
             continue
         width = max(cells.shape[1] for cells, _ in parts)
-        width = 27 if width == 20 else width
+        complete, lacking = _COMPLETE.get(argument, (0, 0))
+        width = complete if width == lacking else width
         arrays[argument] = np.concatenate([_widened(cells, width) for cells, _ in parts])
         positions = np.concatenate([positions for _, positions in parts])
         elements[positions] = np.arange(first, first + len(positions))
@@ -703,8 +719,7 @@ def _assembled(
             # points and lines
             nodes = [of[np.isin(positions, cells)].ravel() for of, positions in small]
             sets[name] = np.unique(np.concatenate([np.zeros(0, np.int64), *nodes]))
-    if "hexahedra" in arrays and arrays["hexahedra"].shape[1] == 27:
-        points, arrays["hexahedra"], sets = _completed(points, arrays["hexahedra"], sets)
+    points, arrays, sets = _completed(points, arrays, sets)
     # keep only nodes that elements use: dropped nodes and points of geometry belong to none
     used = np.zeros(len(points), dtype=bool)
     for cells in arrays.values():
@@ -733,24 +748,38 @@ def _widened(cells: NDArray[np.int64], columns: int) -> NDArray[np.int64]:
 
 
 def _completed(
-    points: NDArray[np.float64], hexahedra: NDArray[np.int64], sets: _Sets
-) -> tuple[NDArray[np.float64], NDArray[np.int64], dict[str, NDArray[np.int64]]]:
-    """Hexahedra of 27 nodes, numbered as in VTK, instead of those of 20, as the reader of case
-    files makes them. The centre of a face belongs to a set if the other nodes of the face do."""
-    second = hexahedra[:, 8] >= 0
-    lacking = second & (hexahedra[:, 26] < 0)
-    hexahedra = hexahedra.copy()
-    points, hexahedra[second] = _slipstick.second_order_hexahedra(
-        np.ascontiguousarray(points), hexahedra[second]
+    points: NDArray[np.float64], arrays: dict[str, NDArray[np.int64]], sets: dict[str, Any]
+) -> tuple[NDArray[np.float64], dict[str, NDArray[np.int64]], dict[str, Any]]:
+    """Hexahedra of 27 nodes and wedges of 18, numbered as in VTK, instead of those of 20 and 15, as
+    the reader of case files makes them. The centre of a face belongs to a set if the other nodes of
+    the face do."""
+    second = {}
+    for argument, (complete, _) in _COMPLETE.items():
+        cells = arrays.get(argument, np.zeros((0, 0), np.int64))
+        if cells.shape[1] != complete:
+            cells = np.zeros((0, complete), np.int64)
+        # linear ones have no ninth node
+        second[argument] = cells[cells[:, 8] >= 0]
+    if not any(map(len, second.values())):
+        return points, arrays, sets
+    points, *completed = _slipstick.second_order_elements(
+        np.ascontiguousarray(points), *second.values()
     )
-    faces = hexahedra[lacking][:, _FACES_OF[27]]
+    arrays, faces = dict(arrays), []
+    for (argument, before), after in zip(second.items(), completed, strict=True):
+        if len(before):
+            cells = arrays[argument].copy()
+            cells[cells[:, 8] >= 0] = after
+            arrays[argument] = cells
+            quadrilaterals = _FACES_OF[after.shape[1]][-1]
+            faces.append(after[before[:, -1] < 0][:, quadrilaterals].reshape(-1, 9))
+    new = np.concatenate(faces)
     grown = {}
     for name, nodes in sets.items():
         chosen = np.zeros(len(points), dtype=bool)
         chosen[nodes] = True
-        centres = faces[chosen[faces[:, :, :8]].all(axis=2)][:, 8]
-        grown[name] = np.union1d(nodes, centres)
-    return points, hexahedra, grown
+        grown[name] = np.union1d(nodes, new[chosen[new[:, :8]].all(axis=1)][:, 8])
+    return points, arrays, grown
 
 
 def _both_orders(
@@ -779,8 +808,9 @@ def _cells(given: ArrayLike | None, name: str, count: int) -> NDArray[np.int64]:
     corners, columns = _SHAPES[name]
     array = _arrays.rectangular([] if given is None else given, name)
     hint = ""
-    if name == "hexahedra" and array.shape[1:] == (20,):
-        hint = "; from_meshio and from_pyvista add the nodes that hexahedra of 20 nodes lack"
+    lacking = _COMPLETE.get(name, (0, 0))[1]
+    if lacking and array.shape[1:] == (lacking,):
+        hint = f"; from_meshio and from_pyvista add the nodes that {name} of {lacking} nodes lack"
     found = _arrays.whole(array, name, columns, count, "nodes", required=corners, hint=hint)
     lacks = found < 0
     partly = np.flatnonzero(lacks.any(axis=1) & ~lacks[:, corners:].all(axis=1))

@@ -179,6 +179,7 @@ fn nodes_of(element: &Element) -> (u8, Vec<u32>) {
         Element::Tet4(_) => (3, nodes.to_vec()),
         // the edges between bottom and top before those of the top
         Element::Hex27(_) => (4, [&nodes[..12], &nodes[16..20], &nodes[12..16]].concat()),
+        Element::Wedge18(_) => (5, [&nodes[..9], &nodes[12..15], &nodes[9..12]].concat()),
         Element::Tet10(_) => (6, nodes.to_vec()),
     }
 }
@@ -260,5 +261,13 @@ mod tests {
         let nodes: [u32; 27] = std::array::from_fn(|n| n as u32 + 1);
         let expected = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 17, 18, 19, 20, 13, 14, 15, 16];
         assert_eq!(nodes_of(&Element::Hex27(nodes)), (4, expected.to_vec()));
+    }
+
+    /// The order of CalculiX's file for its C3D15 with these 15 nodes.
+    #[test]
+    fn edges_of_wedges_are_in_the_order_of_the_format() {
+        let nodes: [u32; 18] = std::array::from_fn(|n| n as u32 + 1);
+        let expected = [1, 2, 3, 4, 5, 6, 7, 8, 9, 13, 14, 15, 10, 11, 12];
+        assert_eq!(nodes_of(&Element::Wedge18(nodes)), (5, expected.to_vec()));
     }
 }

@@ -16,6 +16,8 @@ const TETRAHEDRON: u8 = 10;
 const HEXAHEDRON: u8 = 12;
 const QUADRATIC_TETRAHEDRON: u8 = 24;
 const TRIQUADRATIC_HEXAHEDRON: u8 = 29;
+/// Numbered as in the mesh, unlike [`VTK_WEDGE`].
+const BIQUADRATIC_WEDGE: u8 = 32;
 const WEDGE: u8 = 13;
 const TRIANGLE: u8 = 5;
 
@@ -137,6 +139,7 @@ impl<'a> Vtu<'a> {
                 Element::Wedge6(nodes) => (VTK_WEDGE.map(|corner| nodes[corner]).into(), WEDGE),
                 Element::Hex8(_) => (element, HEXAHEDRON),
                 Element::Tet10(_) => (element, QUADRATIC_TETRAHEDRON),
+                Element::Wedge18(_) => (element, BIQUADRATIC_WEDGE),
                 Element::Hex27(_) => (element, TRIQUADRATIC_HEXAHEDRON),
             })
             .collect();

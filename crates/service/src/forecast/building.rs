@@ -51,7 +51,7 @@ pub(super) fn counts(mesh: &Mesh) -> [f64; 4] {
             Element::Tet4(_) => 0,
             Element::Wedge6(_) | Element::Hex8(_) => 1,
             Element::Tet10(_) => 2,
-            Element::Hex27(_) => 3,
+            Element::Wedge18(_) | Element::Hex27(_) => 3,
         }] += 1.0;
     }
     counts

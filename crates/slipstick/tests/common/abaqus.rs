@@ -15,6 +15,7 @@ pub fn abaqus(mesh: &Mesh) -> String {
             Element::Wedge6(_) => "C3D6",
             Element::Hex8(_) => "C3D8",
             Element::Tet10(_) => "C3D10",
+            Element::Wedge18(_) => "C3D15V",
             Element::Hex27(_) => "C3D27",
         };
         let _ = write!(text, "*ELEMENT, TYPE={name}, ELSET=body\n{}", e + 1);

@@ -380,6 +380,7 @@ fn bolt(random: &mut Random) -> String {
 enum Kind {
     Hex8,
     Hex27,
+    Wedge18,
     Tet10,
 }
 
@@ -388,7 +389,7 @@ enum Kind {
 fn quadratic(random: &mut Random, text: &str) -> Problem {
     let mut kinds = [Kind::Hex8; 2];
     while kinds == [Kind::Hex8; 2] {
-        kinds = [0, 1].map(|_| one_of(random, &[Kind::Hex8, Kind::Hex27, Kind::Hex27, Kind::Tet10]));
+        kinds = [0, 1].map(|_| one_of(random, &[Kind::Hex8, Kind::Hex27, Kind::Wedge18, Kind::Tet10]));
     }
     let case = slipstick::case::parse_case(text, "random.toml").expect("a case").case;
     let mut text = text.to_owned();
@@ -408,6 +409,10 @@ fn quadratic(random: &mut Random, text: &str) -> Problem {
         let mesh = match kind {
             Kind::Hex8 => mesh,
             Kind::Hex27 => mesh.second_order(bent).expect("hexahedra"),
+            Kind::Wedge18 => {
+                let along = one_of(random, &[0, 1, 2]);
+                mesh.divided_into_wedges(|_| Some(along)).second_order(bent).expect("wedges")
+            }
             Kind::Tet10 => mesh.divided(|_| true).second_order(bent).expect("tetrahedra"),
         };
         let start = text.find(&format!("name = \"{}\"\nbox", body.name)).expect("a body");

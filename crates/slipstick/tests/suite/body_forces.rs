@@ -15,7 +15,9 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
     let (tet4, wedge6) = (hex8.divided(|_| true), hex8.divided_into_wedges(|_| Some(1)));
     let middle = |of: &[[f64; 3]]| std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64);
     let (hex27, tet10) = (hex8.second_order(middle).unwrap(), tet4.second_order(middle).unwrap());
-    vec![("hex8", hex8), ("wedge6", wedge6), ("tet4", tet4), ("hex27", hex27), ("tet10", tet10)]
+    let wedge18 = wedge6.second_order(middle).unwrap();
+    let quadratic = [("hex27", hex27), ("tet10", tet10), ("wedge18", wedge18)];
+    [("hex8", hex8), ("wedge6", wedge6), ("tet4", tet4)].into_iter().chain(quadratic).collect()
 }
 
 /// A quantity at the end.

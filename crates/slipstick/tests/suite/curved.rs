@@ -84,13 +84,20 @@ fn a_fit_does_not_depend_on_the_divisions() {
 /// stand. Midway between the corners, they would leave the fit to the facets, which differ from Lamé by −61 to +144 %.
 #[test]
 fn a_fit_of_raised_elements_does_not_depend_on_the_divisions() {
+    type Divide = fn(&Mesh) -> Mesh;
     let around = [24, 32];
     let ring = |name, [inner_radius, outer_radius]: [f64; 2], around| {
         half_ring(name, &HalfRingShape { inner_radius, outer_radius, width: 0.5, elements: [around, 4, 1] }).unwrap()
     };
     let rings = [ring("shaft", [INNER, FITTED], around[0]), ring("hub", [FITTED, OUTER], around[1])];
-    for (kind, tetrahedra) in [("hex27", false), ("tet10", true)] {
-        let [shaft, hub] = rings.each_ref().map(|ring| if tetrahedra { ring.divided(|_| true) } else { ring.clone() });
+    let kinds: [(&str, Divide); 4] = [
+        ("hex27", Mesh::clone),
+        ("tet10", |ring| ring.divided(|_| true)),
+        ("wedge18 along ζ", |ring| ring.divided_into_wedges(|_| Some(2))),
+        ("wedge18 along ξ", |ring| ring.divided_into_wedges(|_| Some(0))),
+    ];
+    for (kind, divide) in kinds {
+        let [shaft, hub] = rings.each_ref().map(divide);
         let mut text = String::new();
         for line in fit(around, 2, 0.0, "").lines() {
             text += &if line.starts_with("half_ring") { "mesh = { file = 'NAME' }".into() } else { line.to_owned() };

@@ -245,7 +245,9 @@ fn gradient_of_quadratic_elements() {
         (quadratic(&linear_slab), quadratic(&linear_block)),
         (quadratic(&linear_slab), quadratic(&tetrahedra(&linear_block))),
         (linear_slab.clone(), quadratic(&tetrahedra(&linear_block))),
-        (quadratic(&tetrahedra(&linear_slab)), linear_block),
+        (quadratic(&tetrahedra(&linear_slab)), linear_block.clone()),
+        (quadratic(&linear_slab.divided_into_wedges(|_| Some(1))), quadratic(&linear_block)),
+        (quadratic(&linear_slab), quadratic(&linear_block.divided_into_wedges(|_| Some(2)))),
     ];
     let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".to_string();
     for (k, (slab, block)) in pairs.into_iter().enumerate() {
@@ -275,10 +277,10 @@ fn gradient_of_quadratic_elements() {
     }
 }
 
-/// Hexahedra of 20 nodes on both sides, with curved inner edges: their centres follow, but those of slave faces with
-/// multipliers.
+/// Hexahedra of 20 nodes, or wedges of 15, on both sides, with curved inner edges: their centres follow, but those of
+/// slave faces with multipliers.
 #[test]
-fn gradient_of_hexahedra_of_20_nodes() {
+fn gradient_of_serendipity_elements() {
     let shape = |min: [f64; 3], max: [f64; 3], elements: [usize; 3]| BoxShape { min, max, elements, grading: [1.0; 3] };
     let bent = |of: &[[f64; 3]]| -> [f64; 3] {
         let size = if of.iter().all(|x| x[1] == 1.0) { 0.005 } else { 0.02 };
@@ -291,7 +293,15 @@ fn gradient_of_hexahedra_of_20_nodes() {
     let slab = quadratic("slab", &shape([0.0; 3], [2.0, 1.0, 1.0], [2, 1, 1]));
     let block = quadratic("block", &shape([0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3]));
     let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".to_string();
-    for (m, (method, enforcement)) in methods().into_iter().enumerate() {
+    let wedges = |name: &str, shape: &BoxShape, along: usize| {
+        box_mesh(name, shape).unwrap().divided_into_wedges(|_| Some(along)).second_order(bent).unwrap()
+    };
+    let of_wedges = [
+        wedges("slab", &shape([0.0; 3], [2.0, 1.0, 1.0], [2, 1, 1]), 1),
+        wedges("block", &shape([0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3]), 2),
+    ];
+    let methods = methods().into_iter().enumerate();
+    for ((m, (method, enforcement)), wedges) in methods.flat_map(|method| [(method.clone(), false), (method, true)]) {
         let shape = ["standard", "dual"][m % 2];
         let scene = Scene { friction: 0.3, enforcement, shape, motion: motion.clone(), steps: 4, ..Scene::default() };
         let mut text = scene.text();
@@ -300,10 +310,11 @@ fn gradient_of_hexahedra_of_20_nodes() {
             let end = start + text[start..].find('\n').unwrap();
             text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
         }
-        let keys = ["", "element = \"reduced\"\n", "element = \"f_bar\"\n"][m % 3];
+        let keys = ["", if wedges { "" } else { "element = \"reduced\"\n" }, "element = \"f_bar\"\n"][m % 3];
         text = text.replace("\nmaterial", &format!("\nshape_functions = \"serendipity\"\n{keys}material"));
-        let mut problem = problem_with(&text, &[("slab", slab.clone()), ("block", block.clone())]);
-        let checked = check(&format!("{method} {shape} {keys}"), &mut problem, 7);
+        let [slab, block] = if wedges { of_wedges.clone() } else { [slab.clone(), block.clone()] };
+        let mut problem = problem_with(&text, &[("slab", slab), ("block", block)]);
+        let checked = check(&format!("{method} {shape} {keys}, wedges: {wedges}"), &mut problem, 7);
         assert!(checked.statuses.last().unwrap().contains('l'), "{:?}", checked.statuses);
     }
 }

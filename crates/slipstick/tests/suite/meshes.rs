@@ -281,15 +281,6 @@ fn errors_in_mesh_files_point_at_the_case() {
         assert_eq!((first.code(), &text[first.span()]), (code, at), "{errors}");
         assert!(first.help().contains(help), "{errors}");
     }
-    // wedges of second order: the number of elements of each type, and the remedy
-    let text = from_file("gmsh_wedges_second_order.msh");
-    let errors = read(&text).expect_err("wedge18");
-    let expected =
-        "gmsh_wedges_second_order.msh: body `block`: 16 of 16 elements are second-order: 16 wedge18; the first";
-    let of_block = errors.diagnostics().iter().find(|found| found.message().starts_with(expected));
-    let diagnostic = of_block.unwrap_or_else(|| panic!("{errors}"));
-    assert_eq!((diagnostic.code(), &text[diagnostic.span()]), (CaseCode::MeshFile, "'gmsh_wedges_second_order.msh'"));
-    assert!(diagnostic.help().starts_with("`first_order = true` in the body's `mesh`"), "{diagnostic}");
 }
 
 /// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it is

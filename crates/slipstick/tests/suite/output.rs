@@ -137,6 +137,21 @@ fn elements_of_all_types_are_written() {
     assert_eq!(read.mesh.elements[1..], elements[1..], "read back as they were");
 }
 
+/// Type 32 of VTK's file format: the biquadratic quadratic wedge, with the nodes on its edges before those at the
+/// centres of its quadrilaterals.
+#[test]
+fn wedges_of_18_nodes_are_written() {
+    let shape = slipstick_mesh::BoxShape { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
+    let wedges = slipstick_mesh::box_mesh("a", &shape).unwrap().divided_into_wedges(|_| Some(2));
+    let mesh = wedges.second_order(crate::patch::mean).unwrap();
+    let mut bytes = Vec::new();
+    Vtu::new(&mesh.nodes, &mesh.elements).expect("a mesh").write(&mut bytes).expect("memory");
+    assert_eq!(read_vtu(&bytes)["types"].bytes, [32, 32]);
+    let read = FileMesh::parse(&bytes).expect("readable").body("a", None, 1.0).expect("a body");
+    assert_eq!((&read.mesh.nodes, &read.mesh.elements), (&mesh.nodes, &mesh.elements), "read back as they were");
+    assert!(read.notices.is_empty(), "{:?}", read.notices);
+}
+
 #[test]
 fn wrong_fields_are_refused() {
     let mut vtu = Vtu::new(&POINTS, &HEXES).expect("a mesh");

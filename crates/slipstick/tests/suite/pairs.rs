@@ -210,11 +210,12 @@ type Blocks = (String, Vec<(String, Mesh)>);
 /// matching meshes, where the conditions at cross points are exactly redundant, and others.
 #[test]
 fn uniform_stress_passes_through_ties_that_meet() {
-    let kinds: [(&str, Divide); 5] = [
+    let kinds: [(&str, Divide); 6] = [
         ("hexahedra", Mesh::clone),
         ("wedges", |mesh| distorted(mesh.divided_into_wedges(|_| Some(1)))),
         ("tetrahedra", |mesh| mesh.divided(|_| true)),
         ("27-node hexahedra", |mesh| distorted(mesh.second_order(mean).unwrap())),
+        ("18-node wedges", |mesh| mesh.divided_into_wedges(|_| Some(1)).second_order(mean).unwrap()),
         ("ten-node tetrahedra", |mesh| mesh.divided(|_| true).second_order(mean).unwrap()),
     ];
     for (what, divide) in kinds {

@@ -145,7 +145,9 @@ fn uniaxial_strain(moduli: [(f64, f64); 2]) -> ([f64; 2], f64) {
 /// Deformation gradients at the centre of an element, or at the integration points of a quadratic one,
 /// from its nodes' displacements.
 pub(crate) fn deformation_gradients(mesh: &Mesh, element: usize, d: &[f64]) -> Vec<Matrix3<f64>> {
-    use slipstick_mesh::second_order::{HEX27_POINTS, TET10_POINTS, hex27_shapes, tet10_shapes};
+    use slipstick_mesh::second_order::{
+        HEX27_POINTS, TET10_POINTS, WEDGE18_POINTS, hex27_shapes, tet10_shapes, wedge18_shapes,
+    };
     // gradients of the shape functions there, in coordinates of the parent cube or tetrahedron
     let cube = || slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 8.0)).to_vec();
     let tetrahedron = vec![[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -155,6 +157,9 @@ pub(crate) fn deformation_gradients(mesh: &Mesh, element: usize, d: &[f64]) -> V
         Element::Tet4(nodes) => (vec![tetrahedron], nodes.to_vec()),
         Element::Tet10(nodes) => {
             (TET10_POINTS.iter().map(|point| tet10_shapes(point.0).1.to_vec()).collect(), nodes.to_vec())
+        }
+        Element::Wedge18(nodes) => {
+            (WEDGE18_POINTS.iter().map(|point| wedge18_shapes(point.0).1.to_vec()).collect(), nodes.to_vec())
         }
         Element::Hex27(nodes) => {
             (HEX27_POINTS.iter().map(|point| hex27_shapes(point.0).1.to_vec()).collect(), nodes.to_vec())
@@ -343,6 +348,32 @@ fn uniaxial_strain_passes_through_hexahedra_of_20_nodes() {
                 let stack = Stack { lower, upper, grading, shape, slave_above, divided, more, ..Stack::default() };
                 let (axial, pressure) = uniaxial_strain(stack.moduli);
                 let name = format!("{more}, {upper:?}, {shape}, slave above: {slave_above}");
+                check(&name, &mut stack.problem(), [1.0, 1.0], axial, pressure);
+            }
+        }
+    }
+}
+
+/// The same with wedges of 18 and of 15 nodes, lying on their curved quadrilaterals or standing on triangles; inner
+/// nodes are moved, but the edges of triangles stay straight, as three points in a triangle require.
+#[test]
+fn uniaxial_strain_passes_through_quadratic_wedges() {
+    let standing: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(1))).second_order(mean).unwrap();
+    let lying: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(2))).second_order(mean).unwrap();
+    let hexahedra: Divide = |mesh| distorted(mesh.second_order(mean).unwrap());
+    for (what, divided, more) in [
+        ("lying wedges under standing ones", [Some(lying), Some(standing)], ""),
+        ("standing wedges under hexahedra", [Some(standing), Some(hexahedra)], ""),
+        ("linear hexahedra under lying wedges", [None, Some(lying)], ""),
+        ("wedges of 15 nodes", [Some(lying), Some(standing)], "shape_functions = 'serendipity'"),
+        ("wedges of 15 and 20", [Some(lying), Some(hexahedra)], "shape_functions = 'serendipity'"),
+    ] {
+        for shape in ["standard", "dual"] {
+            for slave_above in [true, false] {
+                let (lower, upper, grading) = ([2, 2, 2], [3, 2, 2], [2.0, 1.0, 0.5]);
+                let stack = Stack { lower, upper, grading, shape, slave_above, divided, more, ..Stack::default() };
+                let (axial, pressure) = uniaxial_strain(stack.moduli);
+                let name = format!("{what}, {shape}, slave above: {slave_above}");
                 check(&name, &mut stack.problem(), [1.0, 1.0], axial, pressure);
             }
         }

@@ -67,20 +67,31 @@ fn gradients_of_all_elements() {
     };
     let slab = divided("slab", [0.0; 3], [4.0, 1.0, 1.0], [3, 1, 1], 2);
     let block = divided("block", [0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3], 1);
-    let files = [("slab", slab), ("block", block)];
-    for (name, keys, tetrahedra) in [
-        ("f_bar", "element = \"f_bar\"\n", false),
-        ("hex27", "order = 2\nelement = \"f_bar\"\n", false),
-        ("tet4", "", true),
-        ("tet10", "order = 2\n", true),
+    let wedges = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3]| {
+        let shape = BoxShape { min, max, elements, grading: [1.0; 3] };
+        box_mesh(name, &shape).expect("a mesh").divided_into_wedges(|_| Some(1))
+    };
+    let tetrahedra = [("slab", slab), ("block", block)];
+    let wedges = [
+        ("slab", wedges("slab", [0.0; 3], [4.0, 1.0, 1.0], [3, 1, 1])),
+        ("block", wedges("block", [0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3])),
+    ];
+    for (name, keys, files) in [
+        ("f_bar", "element = \"f_bar\"\n", None),
+        ("hex27", "order = 2\nelement = \"f_bar\"\n", None),
+        ("tet4", "", Some(&tetrahedra)),
+        ("tet10", "order = 2\n", Some(&tetrahedra)),
+        ("wedge18", "order = 2\n", Some(&wedges)),
+        ("wedge18 with F̄", "order = 2\nelement = \"f_bar\"\n", Some(&wedges)),
     ] {
         let mut text = plastic(&scene().text(), LINEAR).replace("place = {}\n", keys);
-        for name in ["slab", "block"].into_iter().filter(|_| tetrahedra) {
+        for name in ["slab", "block"].into_iter().filter(|_| files.is_some()) {
             let start = text.find("box = ").expect("a box");
             let end = start + text[start..].find('\n').expect("a line");
             text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
         }
-        check(&format!("plastic {name}"), &mut problem_with(&text, &files), 5, &[1.0]);
+        let files = files.map_or(&[][..], |files| &files[..]);
+        check(&format!("plastic {name}"), &mut problem_with(&text, files), 5, &[1.0]);
     }
 }
 

@@ -17,6 +17,7 @@ pub(crate) fn integration_points(element: &Element, formulation: Formulation) ->
     match element {
         Element::Tet4(_) => 1,
         Element::Wedge6(_) | Element::Hex8(_) | Element::Tet10(_) => 8,
+        Element::Wedge18(_) => 9,
         Element::Hex27(_) if formulation == Formulation::Reduced => 8,
         Element::Hex27(_) => 27,
     }

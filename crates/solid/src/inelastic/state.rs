@@ -44,9 +44,10 @@ fn varied(f: &Tensor, history: &[f64; HISTORY]) -> ([[Varied; 3]; 3], [Varied; H
     (from_fn(|a| from_fn(|b| unit(f[a][b], 3 * a + b))), from_fn(|i| unit(history[i], 9 + i)))
 }
 
-/// The points of an element that lists of stresses contain: of hex27, the outermost.
+/// The points of an element that lists of stresses contain: of wedge18 and hex27, the outermost.
 fn listed(element: &PointElement) -> Vec<usize> {
     match element.points() {
+        9 => vec![0, 1, 2, 6, 7, 8],
         27 => vec![0, 2, 8, 6, 18, 20, 26, 24],
         points => (0..points).collect(),
     }

@@ -6,7 +6,9 @@ use crate::interpolation::ElementScaling;
 use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
 use crate::section::{Formulation, Section};
-use slipstick_mesh::second_order::{HEX27_POINTS, Shapes, TET10_POINTS, hex27_shapes, tet10_shapes};
+use slipstick_mesh::second_order::{
+    HEX27_POINTS, Shapes, TET10_POINTS, WEDGE18_POINTS, hex27_shapes, tet10_shapes, wedge18_shapes,
+};
 use std::array::from_fn;
 use std::sync::LazyLock;
 
@@ -58,6 +60,17 @@ impl<const N: usize, const B: usize, const P: usize> Table<N, B, P> {
 pub(super) static TET10: LazyLock<Table<10, 1, 16>> = LazyLock::new(|| {
     let points = TET10_POINTS.map(|(at, _)| at);
     Table::new(&TET10_POINTS, &points, tet10_shapes)
+});
+
+pub(super) static WEDGE18: LazyLock<Table<18, 2, 32>> = LazyLock::new(|| {
+    // two points along the axis, as of hex27
+    let points = [-1.0, 1.0].map(|end| {
+        [0, 1, 2].map(|i| {
+            let [r, s, _] = WEDGE18_POINTS[i].0;
+            [r, s, end / 3.0_f64.sqrt()]
+        })
+    });
+    Table::new(&WEDGE18_POINTS, points.as_flattened(), wedge18_shapes)
 });
 
 pub(super) static HEX27: LazyLock<Table<27, 4, 32>> = LazyLock::new(|| {

@@ -1,4 +1,5 @@
-//! Second-order elements of any [`Section`]: tet10 with eight integration points, hex27 with 3×3×3, or 2×2×2.
+//! Second-order elements of any [`Section`]: tet10 with eight integration points, wedge18 with 3×3, hex27 with
+//! 3×3×3, or 2×2×2.
 //!
 //! The integrals are those of `hex8`, for any number of nodes and points: a register holds a few
 //! points of one element, padded to blocks of eight. `kernel.rs` contains the integrals of the
@@ -26,7 +27,7 @@ use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
 use crate::section::Formulation;
 use crate::stress::AveragedPoints;
-use cell::{Cell, HEX27, REDUCED_HEX27, TET10, Table, gradients_of, plus_identity};
+use cell::{Cell, HEX27, REDUCED_HEX27, TET10, Table, WEDGE18, gradients_of, plus_identity};
 use rayon::prelude::*;
 use slipstick_mesh::{Element, Mesh};
 
@@ -40,6 +41,8 @@ pub(crate) struct Group<const N: usize, const B: usize, const P: usize, const M:
 
 /// Ten-node tetrahedra.
 pub(crate) type Tet10 = Group<10, 1, 16, 1>;
+/// 18-node wedges.
+pub(crate) type Wedge18 = Group<18, 2, 32, 1>;
 /// 27-node hexahedra.
 pub(crate) type Hex27 = Group<27, 4, 32, 4>;
 /// The same with 2×2×2 integration points.
@@ -58,6 +61,16 @@ impl Kind<10, 1, 16> for Tet10 {
 
     fn nodes(element: &Element) -> Option<[u32; 10]> {
         if let Element::Tet10(nodes) = element { Some(*nodes) } else { None }
+    }
+}
+
+impl Kind<18, 2, 32> for Wedge18 {
+    fn table() -> &'static Table<18, 2, 32> {
+        &WEDGE18
+    }
+
+    fn nodes(element: &Element) -> Option<[u32; 18]> {
+        if let Element::Wedge18(nodes) = element { Some(*nodes) } else { None }
     }
 }
 
@@ -153,8 +166,10 @@ pub(crate) fn reference_points(mesh: &Mesh, number: u32, formulation: Formulatio
         let average = (0..points).map(|q| (0..points).map(|p| share(q, p)).collect()).collect();
         Some((nodes.to_vec(), gradients, weights, average))
     }
-    points::<10, 1, 16, 1>(mesh, number).or_else(|| match formulation {
-        Formulation::Reduced => points::<27, 1, 32, 4>(mesh, number),
-        Formulation::Full | Formulation::FBar => points::<27, 4, 32, 4>(mesh, number),
-    })
+    match (&mesh.elements[number as usize], formulation) {
+        (Element::Tet10(_), _) => points::<10, 1, 16, 1>(mesh, number),
+        (Element::Wedge18(_), _) => points::<18, 2, 32, 1>(mesh, number),
+        (_, Formulation::Reduced) => points::<27, 1, 32, 4>(mesh, number),
+        (_, Formulation::Full | Formulation::FBar) => points::<27, 4, 32, 4>(mesh, number),
+    }
 }

@@ -85,11 +85,15 @@ fn kernels_agree_with_the_reference_element() {
     let (u, v) = (field(0.15, 1.3), field(1.0, 0.77));
     // corners of the cube that make a tetrahedron, a wedge and a hexahedron, and the element of
     // these nodes
-    let elements: [(&[usize], Element); 5] = [
+    let elements: [(&[usize], Element); 6] = [
         (&[0, 1, 3, 4], [0, 1, 2, 3].into()),
         (&[0, 1, 3, 4, 5, 7], [0, 1, 2, 3, 4, 5].into()),
         (&[0, 1, 2, 3, 4, 5, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7].into()),
         (&[0, 1, 3, 4, 8, 24, 11, 16, 22, 20], from_fn::<u32, 10, _>(|i| i as u32).into()),
+        (
+            &[0, 1, 3, 4, 5, 7, 8, 24, 11, 12, 25, 15, 16, 17, 19, 22, 26, 20],
+            from_fn::<u32, 18, _>(|i| i as u32).into(),
+        ),
         (&from_fn::<usize, 27, _>(|i| i), from_fn::<u32, 27, _>(|i| i as u32).into()),
     ];
     for (corners, element) in elements {

@@ -27,18 +27,20 @@ use crate::{ElementScaling, Section};
 use slipstick_mesh::Element;
 use std::array::from_fn;
 
-/// Entries per element in lists of stresses: one per point. Linear tetrahedra have one point; their
-/// other entries are 0.
+/// Entries per element in lists of stresses: one per point. Linear tetrahedra have one point and wedge18 six;
+/// their other entries are 0.
 ///
 /// The points of linear elements and of tet10 are those of their integration. Those of hex27 are the
-/// points of the 2×2×2 rule, where the stresses of quadratic elements are most accurate. Source: J.
-/// Barlow, Int. J. Numer. Methods Engrg. 10 (1976) 243–251.
+/// points of the 2×2×2 rule, where the stresses of quadratic elements are most accurate, and those of wedge18
+/// have the two of them along the axis and three in the triangle. Source: J. Barlow, Int. J. Numer. Methods
+/// Engrg. 10 (1976) 243–251.
 pub const STRESS_POINTS: usize = 8;
 
 /// Number of points of an element.
 pub fn stress_points(element: &Element) -> usize {
     match element {
         Element::Tet4(_) => 1,
+        Element::Wedge18(_) => 6,
         Element::Wedge6(_) | Element::Hex8(_) | Element::Tet10(_) | Element::Hex27(_) => STRESS_POINTS,
     }
 }
@@ -255,7 +257,8 @@ mod tests {
                 of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64 + 0.02 * (of[0][(c + 1) % 3] * 7.0).sin()
             })
         };
-        for mesh in [first.second_order(bent).unwrap(), first] {
+        let wedges = box_mesh("block", &shape).unwrap().divided_into_wedges(|_| Some(1)).second_order(bent).unwrap();
+        for mesh in [first.second_order(bent).unwrap(), first, wedges] {
             assert_slopes(&mesh);
         }
     }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, sections};
+use slipstick_case::file::Enforcement;
 use slipstick_mesh::{Element, Mesh};
 use slipstick_solid::{Formulation, LawKind, Material, Section, Value};
 
@@ -121,19 +122,41 @@ impl Writer<'_> {
         own
     }
 
-    /// The nodes that the deck has: not those at the centres of hexahedra of second order.
+    /// The nodes that the deck has: not those at the centres of faces and elements of second order.
     fn deck_nodes(&self, nodes: Vec<u32>) -> Vec<u32> {
         let dropped = self.dropped();
         nodes.into_iter().filter(|node| !dropped.contains(node)).collect()
     }
 
-    /// Nodes at the centres of faces and elements with 27 nodes, which decks do not have.
+    /// Nodes at the centres of faces and elements of second order, which decks do not have.
     pub(super) fn dropped(&self) -> BTreeSet<u32> {
         let of = |element: &Element| match element {
             Element::Hex27(nodes) => nodes[20..].to_vec(),
+            Element::Wedge18(nodes) => nodes[15..].to_vec(),
             _ => Vec::new(),
         };
         self.mesh.elements.iter().flat_map(of).collect()
+    }
+
+    /// Warns of slave faces of serendipity bodies whose centres are unknowns, which decks do not have.
+    fn warn_of_free_centres(&mut self, dropped: &BTreeSet<u32>) {
+        for (i, contact) in self.case.contacts.iter().enumerate() {
+            let Some(slave) = self.mesh.surfaces.get(&contact.slave) else { continue };
+            let free = contact.tied || !matches!(contact.enforcement, Enforcement::Penalty { .. });
+            let serendipity = |node: &u32| {
+                let body = self.body_of(*node).map(|body| &self.case.bodies[body]);
+                body.is_some_and(|body| body.rigid.is_none() && !body.shape_functions.are_lagrange())
+            };
+            if free && slave.nodes().iter().any(|node| dropped.contains(node) && serendipity(node)) {
+                let message = format!(
+                    "the centres of the slave faces of `{}` are unknowns, which C3D20 and C3D15 lack",
+                    contact.slave
+                );
+                let help = "use `penalty`, with which these centres follow from the other nodes, to compare the same \
+                            elements";
+                self.warn(format!("contact[{i}]"), message, help);
+            }
+        }
     }
 
     /// Nodes, elements, materials and sections.
@@ -141,14 +164,15 @@ impl Writer<'_> {
         let mut text = String::from("*NODE\n");
         let dropped = self.dropped();
         let reduced = self.case.bodies.iter().zip(&self.mesh.bodies).any(|(body, of)| {
-            let quadratic = |e: usize| matches!(self.mesh.elements[e], Element::Hex27(_));
+            let quadratic = |e: usize| matches!(self.mesh.elements[e], Element::Wedge18(_) | Element::Hex27(_));
             body.shape_functions.are_lagrange() && of.elements.clone().any(quadratic)
         });
         if reduced {
-            let message = "hexahedra with 27 nodes are written with 20 (C3D20), which are stiffer";
+            let message = "hexahedra with 27 nodes are written with 20 (C3D20), and wedges with 18 nodes with 15 (C3D15), which are stiffer";
             let help = "use `shape_functions = \"serendipity\"`, tetrahedra (C3D10) or linear elements to compare the same elements";
             self.warn("body.order", message, help);
         }
+        self.warn_of_free_centres(&dropped);
         for (node, x) in (0_u32..).zip(&self.mesh.nodes).filter(|(node, _)| !dropped.contains(node)) {
             let _ = writeln!(text, "{}, {}", node + 1, numbers(x));
         }
@@ -228,6 +252,7 @@ impl Writer<'_> {
                 (Element::Hex8(_), Formulation::Full | Formulation::Reduced) => "C3D8",
                 (Element::Hex8(_), Formulation::FBar) => "C3D8I",
                 (Element::Tet10(_), _) => "C3D10",
+                (Element::Wedge18(_), _) => "C3D15",
                 (Element::Hex27(_), Formulation::Reduced) => "C3D20R",
                 (Element::Hex27(_), _) => "C3D20",
             };
@@ -248,7 +273,12 @@ impl Writer<'_> {
             let _ = writeln!(text, "*ELEMENT, TYPE={kind}, ELSET={name}");
             for e in elements {
                 let nodes = self.mesh.elements[e].nodes();
-                let nodes = &nodes[..nodes.len().min(20)];
+                let count = match kind {
+                    "C3D15" => 15,
+                    "C3D20" | "C3D20R" => 20,
+                    _ => nodes.len(),
+                };
+                let nodes = &nodes[..count];
                 let fields: Vec<String> = nodes.iter().map(|node| (node + 1).to_string()).collect();
                 let _ = write!(text, "{}, {}", e + 1, fields[..fields.len().min(10)].join(", "));
                 if fields.len() > 10 {

@@ -1,6 +1,6 @@
 //! What CalculiX can report of a case: reactions, contact forces, displacements.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use slipstick_case::file::{
@@ -112,7 +112,7 @@ impl Writer<'_> {
                 Err(why) => record.left_out.push((quantity.name.clone(), why.into())),
             }
         }
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = BTreeSet::new();
         for motion in &self.case.dirichlet {
             for (set, unknowns) in self.held(&motion.set) {
                 // as in the columns of slipstick, a component that several supports prescribe belongs to the first
@@ -212,9 +212,17 @@ impl Writer<'_> {
 
     /// The sum of the loads on unknowns, numbered from 1.
     fn loads_on(&self, unknowns: &[(u32, u8)]) -> [f64; 3] {
+        // loads on centres, which the deck lacks, act on the nodes from which these follow
+        let mut external = self.external.clone();
+        for centre in self.mesh.serendipity_centres(0..self.mesh.elements.len(), &BTreeSet::new()) {
+            for c in 0..3 {
+                let own = std::mem::take(&mut external[3 * centre.node as usize + c]);
+                centre.terms.iter().for_each(|&(node, weight)| external[3 * node as usize + c] += weight * own);
+            }
+        }
         let mut sum = [0.0; 3];
         for &(node, c) in unknowns {
-            sum[usize::from(c)] += self.external[3 * (node as usize - 1) + usize::from(c)];
+            sum[usize::from(c)] += external[3 * (node as usize - 1) + usize::from(c)];
         }
         sum
     }
@@ -279,7 +287,7 @@ impl Writer<'_> {
                     Some(surface) => nodal_areas(&self.mesh.faces_of_surface(surface), self.mesh.nodes.as_flattened()),
                     None => self.mesh.set_nodes(&of.set).unwrap_or_default().iter().map(|&node| (node, 1.0)).collect(),
                 };
-                if self.mesh.elements.iter().any(|element| matches!(element, slipstick_mesh::Element::Hex27(_))) {
+                if !self.dropped().is_empty() {
                     return Err("CalculiX has no nodes at the centres of faces");
                 }
                 let total: f64 = weights.iter().map(|(_, weight)| weight).sum();

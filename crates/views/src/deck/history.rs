@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::ops::Range;
 
+use slipstick_case::construct::sections;
 use slipstick_case::file::{Bolt, Keeps, LoadKind};
 use slipstick_model::model::preload_at;
 use slipstick_solid::load::{add_pressure, nodal_areas};
@@ -207,7 +208,7 @@ impl Writer<'_> {
             groups.entry((component, curve.iter().map(|x| x.to_bits()).collect())).or_default().push(node);
         }
         if lost {
-            let message = "a force on hexahedra with 27 nodes acts on centres of faces, where C3D20 has no nodes";
+            let message = "a force acts on the centres of faces of second order, where C3D20 and C3D15 have no nodes";
             self.refuse("load", message, "use a pressure, or other elements");
         }
         let mut count = 0;
@@ -232,7 +233,9 @@ impl Writer<'_> {
         let body = body.and_then(|name| self.mesh.body(name));
         let range = body.map_or(0..self.mesh.elements.len(), |body| body.elements.clone());
         let x = self.mesh.nodes.as_flattened();
-        MassiveElements::new(self.mesh, range).add_forces(&field, masses, factor, x, |_| true, &mut self.external);
+        let formulations = sections(self.case, self.mesh).map(|all| all.formulations(self.mesh)).unwrap_or_default();
+        let elements = MassiveElements::new(self.mesh, range, |e| formulations.get(e).copied().unwrap_or_default());
+        elements.add_forces(&field, masses, factor, x, |_| true, &mut self.external);
     }
 
     /// A load on the mass of one body or of all.

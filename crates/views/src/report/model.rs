@@ -113,6 +113,7 @@ fn eight(element: &Element) -> [u32; 8] {
     match *element {
         Element::Tet4([a, b, c, d]) => [a, b, c, c, d, d, d, d],
         Element::Wedge6(nodes) => WEDGE_AS_HEX.map(|corner| nodes[corner]),
+        Element::Wedge18(nodes) => WEDGE_AS_HEX.map(|corner| nodes[corner]),
         Element::Hex8(nodes) => nodes,
         Element::Tet10([a, b, c, d, ..]) => [a, b, c, c, d, d, d, d],
         Element::Hex27(nodes) => std::array::from_fn(|corner| nodes[corner]),

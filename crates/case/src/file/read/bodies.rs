@@ -79,36 +79,33 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
             CaseCode::OutOfRange,
             |order| matches!(order, 1 | 2),
             "must be 1 or 2",
-            "1: linear elements, or those of a mesh file; 2: hexahedra of 27 and tetrahedra of 10 nodes",
+            "1: linear elements, or those of a mesh file; 2: hexahedra of 27, wedges of 18 and tetrahedra of 10 nodes",
         )
         .or(1) as u8;
-    if let (2, Some(shape)) = (order, &shape)
-        && let Shape::Mesh(file) = shape
-        && file.mesh.elements.iter().any(|element| matches!(element, mesh::Element::Wedge6(_)))
-    {
-        let help = "omit `order`, or mesh the body with tetrahedra or hexahedra";
-        let message = "wedges have no elements of order 2";
-        table.reader.error(&table.path_of("order"), CaseCode::OutOfRange, message, help);
-    }
-    let second_order = match &shape {
+    // whether there are hexahedra, and wedges, of second order
+    let [hexahedra, wedges] = match &shape {
         Some(Shape::Mesh(file)) => {
-            let hexahedron = |element: &mesh::Element| match element {
-                mesh::Element::Hex8(_) => order == 2,
-                element => matches!(element, mesh::Element::Hex27(_)),
+            let any = |is: fn(&mesh::Element) -> [bool; 2]| {
+                file.mesh.elements.iter().map(is).any(|[linear, quadratic]| quadratic || linear && order == 2)
             };
-            file.mesh.elements.iter().any(hexahedron)
+            [
+                any(|e| [matches!(e, mesh::Element::Hex8(_)), matches!(e, mesh::Element::Hex27(_))]),
+                any(|e| [matches!(e, mesh::Element::Wedge6(_)), matches!(e, mesh::Element::Wedge18(_))]),
+            ]
         }
-        shape => order == 2 || shape.is_none(),
+        shape => [order == 2 || shape.is_none(), false],
     };
-    if element == Formulation::Reduced && shape_functions.are_lagrange() && rigid.is_none() && second_order {
+    if element == Formulation::Reduced && shape_functions.are_lagrange() && rigid.is_none() && hexahedra {
         let message = "eight integration points do not hold all motions of hexahedra of 27 nodes";
         let help = "add `shape_functions = \"serendipity\"`, or omit `element`";
         table.reader.error(&table.path_of("element"), CaseCode::OutOfRange, message, help);
     }
-    if rigid.is_none() && !second_order {
-        let idle = [("element", element == Formulation::Reduced), ("shape_functions", !shape_functions.are_lagrange())];
-        for (key, _) in idle.into_iter().filter(|(_, given)| *given) {
-            let message = "the key has no effect on this body, which has no hexahedra of second order";
+    if rigid.is_none() {
+        let reduced = element == Formulation::Reduced && !hexahedra;
+        let shapes = !shape_functions.are_lagrange() && !hexahedra && !wedges;
+        for (key, _) in [("element", reduced), ("shape_functions", shapes)].into_iter().filter(|(_, idle)| *idle) {
+            let of = if key == "element" { "hexahedra" } else { "hexahedra or wedges" };
+            let message = format!("the key has no effect on this body, which has no {of} of second order");
             table.reader.warning(
                 &table.path_of(key),
                 CaseCode::OutOfRange,
@@ -117,7 +114,7 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
             );
         }
     }
-    let element = if second_order || element != Formulation::Reduced { element } else { Formulation::Full };
+    let element = if hexahedra || element != Formulation::Reduced { element } else { Formulation::Full };
     if rigid.is_none() {
         warn_of_locking(&table, "material", shape.as_ref(), &material, element, order);
         for (i, section) in sections.iter().enumerate() {
@@ -429,7 +426,7 @@ fn warn_of_locking(
     };
     let tetrahedra = if order == 2 { 0 } else { count(|element| matches!(element, mesh::Element::Tet4(_))) };
     let quadratic = order == 2 || count(|element| element.is_second_order()) > 0;
-    let wedges = count(|element| matches!(element, mesh::Element::Wedge6(_)));
+    let wedges = if order == 2 { 0 } else { count(|element| matches!(element, mesh::Element::Wedge6(_))) };
     let warn = |key: &str, message: String, help: &str| {
         table.reader.warning(&table.path_of(key), CaseCode::Locking, message, help);
     };

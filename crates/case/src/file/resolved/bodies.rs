@@ -36,11 +36,11 @@ pub struct Body {
     pub sections: Vec<BodySection>,
     /// How its elements are integrated.
     pub element: Formulation,
-    /// Shape functions of its hexahedra of second order.
+    /// Shape functions of its hexahedra and wedges of second order.
     #[serde(skip_serializing_if = "ShapeFunctions::are_lagrange")]
     pub shape_functions: ShapeFunctions,
     /// 1: the elements of the shape, linear ones or those of the mesh file; 2: linear ones get
-    /// mid-side nodes, so that hexahedra have 27 nodes and tetrahedra 10. The new nodes of curved
+    /// mid-side nodes, so that hexahedra have 27 nodes, wedges 18 and tetrahedra 10. The new nodes of curved
     /// shapes lie on the true shape, those of meshes from files midway.
     pub order: u8,
 }
@@ -115,14 +115,14 @@ impl Body {
     }
 }
 
-/// Shape functions of hexahedra of second order.
+/// Shape functions of hexahedra and wedges of second order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeFunctions {
-    /// Those of 27 nodes.
+    /// Those of 27 and 18 nodes.
     #[default]
     Lagrange,
-    /// Those of 20 nodes. The nodes at the centres of elements and faces follow from the others, in the mesh and
+    /// Those of 20 and 15 nodes. The nodes at the centres of elements and faces follow from the others, in the mesh and
     /// at each displacement; but the centres of slave faces with multipliers are free.
     Serendipity,
 }

@@ -7,7 +7,7 @@ use crate::equations::{LoadTime, Share};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::{FaceNodes, Mesh, Reference};
 use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
-use slipstick_solid::{Acceleration, MassiveElements};
+use slipstick_solid::{Acceleration, Formulation, MassiveElements};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -78,13 +78,21 @@ enum Action {
 }
 
 impl Loads {
-    /// `targets[i]` is the target of `loads[i]`; `cases` are the names of the load cases.
-    pub fn new(loads: Vec<Load>, targets: Vec<Loaded>, mesh: &Mesh, cases: &[&str]) -> Self {
+    /// `targets[i]` is the target of `loads[i]`; `formulations` are those of the elements, empty if all are fully
+    /// integrated; `cases` are the names of the load cases.
+    pub fn new(
+        loads: Vec<Load>,
+        targets: Vec<Loaded>,
+        mesh: &Mesh,
+        formulations: &[Formulation],
+        cases: &[&str],
+    ) -> Self {
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let formulation = |element: usize| formulations.get(element).copied().unwrap_or_default();
         let mut massive: Vec<(Range<usize>, Arc<MassiveElements>)> = Vec::new();
         let mut of_mass = |range: Range<usize>, acceleration: Acceleration| {
             if !massive.iter().any(|(known, _)| *known == range) {
-                massive.push((range.clone(), Arc::new(MassiveElements::new(mesh, range.clone()))));
+                massive.push((range.clone(), Arc::new(MassiveElements::new(mesh, range.clone(), formulation))));
             }
             let elements = massive.iter().find(|(known, _)| *known == range).map(|(_, elements)| elements.clone());
             Action::Mass(elements.expect("pushed above"), acceleration)
@@ -317,7 +325,7 @@ mod tests {
         let loads = [LoadKind::Pressure(2.0), LoadKind::Gravity([1.0, 2.0, 3.0]), LoadKind::Centrifugal(rotation)];
         let faces = mesh.faces_of_surface(&mesh.surfaces["box_xmax"]);
         let targets = vec![Loaded::Facets(faces), Loaded::Mass(0..6), Loaded::Mass(0..12)];
-        let loads = Loads::new(loads.map(load).to_vec(), targets, &mesh, &[]);
+        let loads = Loads::new(loads.map(load).to_vec(), targets, &mesh, &[], &[]);
         let x: Vec<f64> = mesh.nodes.iter().flatten().enumerate().map(|(i, x)| x + 0.1 * (i as f64).sin()).collect();
         let masses: Vec<f64> = (0..12).map(|e| 1.0 + 0.1 * f64::from(e)).collect();
         let weights: Vec<f64> = (0..x.len()).map(|i| (0.7 * i as f64).cos()).collect();
