@@ -11,7 +11,7 @@ use std::fmt;
 use serde::Serialize;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, facet_area};
 
-use crate::equations::{ContactModel, ContactResults, Design, ModelInterface, NodalContact};
+use crate::equations::{ContactModel, ContactResults, Design, NodalContact};
 use crate::words::quantity;
 
 /// Density below which an element is void.
