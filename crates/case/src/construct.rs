@@ -325,9 +325,10 @@ fn build_interfaces(
             let distance = adjust.distance();
             adjust.gap().abs() + if distance.is_finite() { distance } else { size }
         });
+        let across = contact.enforcement.pressure_law().map_or(0.0, |law| law.reach());
         let reach = match contact.tied {
             true => tie_reach(contact, i, mesh, &points)?,
-            false => contact.search_radius.unwrap_or(2.0 * size + 1.5 * approach + largest_offset + adjust),
+            false => contact.search_radius.unwrap_or(2.0 * size + 1.5 * approach + largest_offset + adjust + across),
         };
         if reach < approach && !contact.tied {
             let message = format!(

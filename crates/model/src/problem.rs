@@ -59,16 +59,16 @@ impl Problem {
         &self.initial_density
     }
 
-    /// Densities of all elements if all variables have this value. `None` without a design.
-    pub fn uniform_start(&self, value: f64) -> Option<ElementValues> {
+    /// Densities of all elements if the design starts with this one. `None` without a design, or for a density outside
+    /// [0, 1].
+    pub fn uniform_start(&self, density: f64) -> Option<ElementValues> {
         let map = &self.start.as_ref()?.map;
-        let values = ElementValues::from(vec![value; self.initial_density.len()]);
-        Some(map.densities(&map.variables().mean(&values)))
+        Some(map.densities(&map.uniform(density).ok()?))
     }
 
     /// Starts from variables with these values at the designed elements, or with their mean where
-    /// elements share a variable; the other values have no effect. Densities may serve as variables: a filter then blurs them, and a projection sharpens
-    /// them. Does nothing without a design.
+    /// elements share a variable; the other values have no effect. Densities may serve as variables: a filter then blurs
+    /// them, and a projection sharpens them. Does nothing without a design.
     pub fn start_from(&mut self, values: &ElementValues) {
         let Some(start) = &mut self.start else { return };
         start.variables = start.map.variables().mean(values);

@@ -3,7 +3,8 @@
 //! Where a contact surface belongs to void elements, contact acts on them as on solid ones, and their small stiffness
 //! carries a part of the force. A part has no such surface. The force of a pair on void is Σ w_k ‖Σ_j b_jk z_j‖ over
 //! the points k of a surface, with the share w_k of void in the stiffness Σ E_e A_f of the facets around the point (a
-//! node at the rim of solid material presses on the solid); of slave and master, the larger sum counts. Test: `contact_on_void_is_told` (slipstick/tests/suite/void_contact.rs).
+//! node at the rim of solid material presses on the solid); of slave and master, the larger sum counts. Test:
+//! `contact_on_void_is_reported` (slipstick/tests/suite/void_contact.rs).
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -106,6 +106,7 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
                 || contact.adjust.is_some()
                 || !contact.offset.is_empty()
                 || contact.active != Contact::ALWAYS
+                || contact.enforcement.pressure_law().is_some_and(|law| law.reach() > 0.0)
             {
                 return None;
             }

@@ -21,7 +21,7 @@ pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
     let mut all = Sections::from(case.bodies.iter().map(own).collect::<Vec<_>>());
     for (b, body) in case.bodies.iter().enumerate() {
         let elements = mesh.bodies[b].elements.clone().map(|e| e as u32);
-        turn(&mut all, mesh, (b, b), elements.collect(), body.axes_about.as_ref())?;
+        turn(&mut all, mesh, (b, b), elements.collect(), (body.axes_about.as_ref(), &format!("body[{b}].axes_about")))?;
     }
     for (b, body) in case.bodies.iter().enumerate().filter(|(_, body)| !body.sections.is_empty()) {
         let elements: Vec<u32> = mesh.bodies[b].elements.clone().map(|e| e as u32).collect();
@@ -50,7 +50,8 @@ pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
             all.list.push(section(of.material, [of.mass_density, of.thermal_expansion], body));
             all.regions.push((b, inside.clone()));
             let own = all.list.len() - 1;
-            turn(&mut all, mesh, (own, b), inside, of.axes_about.as_ref())?;
+            let path = format!("body[{b}].section[{i}].axes_about");
+            turn(&mut all, mesh, (own, b), inside, (of.axes_about.as_ref(), &path))?;
         }
     }
     integrate_enriched(case, mesh, &mut all)?;
@@ -67,7 +68,7 @@ fn turn(
     mesh: &Mesh,
     (section, body): (usize, usize),
     elements: Vec<u32>,
-    about: Option<&file::AxesAbout>,
+    (about, path): (Option<&file::AxesAbout>, &str),
 ) -> Result<(), BuildError> {
     let Some(file::AxesAbout { point, direction }) = about else { return Ok(()) };
     let axial = Vector3::from(*direction).normalize();
@@ -77,7 +78,7 @@ fn turn(
         let across = arm - axial * axial.dot(&arm);
         if across.norm() <= 1e-9 * arm.norm().max(mesh.element_volume(element as usize).cbrt()) {
             return Err(BuildError::new(
-                format!("body[{body}].axes_about"),
+                path.to_owned(),
                 format!(
                     "the line goes through the centroid {:?} of an element, where no direction is radial",
                     mesh.centroid(element as usize)

@@ -224,16 +224,18 @@ fn passive_elements_are_told() {
     // it
     assert_eq!(place.good("solve case.toml").err, "");
     assert_eq!(place.good("check case.toml --set design.initial=0.2").err, "");
-    // a filter spreads the solid layer: less is left for the others, and the advice works
-    let text =
-        place.read("case.toml").replace("sensitivity_filter = { radius = 1.2 }", "density_filter = { radius = 0.6 }");
-    place.write("blurred.toml", &text);
-    let told = place.good("check blurred.toml").err;
-    let advice = told.split("an initial density of ").nth(1).and_then(|rest| rest.split(' ').next()).expect("advice");
-    assert!((0.001..0.2).contains(&number(advice)), "{told}");
-    assert_eq!(place.good(&format!("check blurred.toml --set design.initial={advice}")).err, "");
-    let more = number(advice) + 0.002;
-    assert!(place.good(&format!("check blurred.toml --set design.initial={more}")).err.contains("initial_volume"));
+    // a filter spreads the solid layer: less is left for the others, and the advice works, also with a projection
+    for filter in ["density_filter = { radius = 0.6 }", "density_filter = { radius = 0.6 }\nprojection = {}"] {
+        let text = place.read("case.toml").replace("sensitivity_filter = { radius = 1.2 }", filter);
+        place.write("blurred.toml", &text);
+        let told = place.good("check blurred.toml").err;
+        let advice = told.split("an initial density of ").nth(1).and_then(|rest| rest.split(' ').next());
+        let advice = advice.expect("advice");
+        assert!((0.001..0.2).contains(&number(advice)), "{told}");
+        assert_eq!(place.good(&format!("check blurred.toml --set design.initial={advice}")).err, "");
+        let more = number(advice) + 0.002;
+        assert!(place.good(&format!("check blurred.toml --set design.initial={more}")).err.contains("initial_volume"));
+    }
     // 0.3 everywhere except in one passive element, and in one element of the block
     let of = |e: usize| {
         if e == 4 {

@@ -11,7 +11,7 @@ pub enum PressureLaw {
         /// The gap c₀ at which the pressure is 1 % of p₀. \[L\]
         clearance: f64,
     },
-    /// Linear between these penetrations and pressures; constant before the first and after the last.
+    /// Linear between these penetrations and pressures, of which the first is 0; constant after the last.
     /// Penetrations ascend. \[L, F/L²\]
     Table(Vec<[f64; 2]>),
 }
@@ -21,6 +21,14 @@ pub enum PressureLaw {
 pub const RANGE: f64 = 6.0;
 
 impl PressureLaw {
+    /// The largest gap across which there may be a pressure. \[L\]
+    pub fn reach(&self) -> f64 {
+        match self {
+            Self::Exponential { clearance, .. } => RANGE * clearance,
+            Self::Table(points) => points.first().map_or(0.0, |[penetration, _]| (-penetration).max(0.0)),
+        }
+    }
+
     /// The pressure at a gap, and its derivative with respect to it. \[F/L², F/L³\]
     ///
     /// Test: `pressures_match_finite_differences`.

@@ -206,8 +206,9 @@ impl Reader<'_> {
                 let rows = self.numbers(card);
                 let table: Vec<[f64; 2]> = rows.iter().filter_map(|row| Some([*row.first()?, *row.get(1)?])).collect();
                 let rises = table.windows(2).all(|two| two[1][0] >= two[0][0] && two[1][1] > two[0][1]);
-                if table.is_empty() || table.len() < rows.len() || !rises || table[0][0] < 0.0 {
-                    let why = "a line has a pressure and a penetration; penetrations rise, and pressures do not fall";
+                if table.is_empty() || table.len() < rows.len() || !rises || table[0][0] != 0.0 {
+                    let why = "a line has a pressure and a penetration; penetrations rise, and pressures do not fall, \
+                               from 0";
                     return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], why, DAMAGED);
                 }
                 let how = "`penalty` with a `table` of pressures, constant beyond its ends, as in CalculiX";

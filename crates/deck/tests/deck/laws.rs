@@ -29,6 +29,7 @@ fn soft_pressures() {
         ("=EXPONENTIAL\n0., 3.\n", "must be positive"),
         ("=TABULAR\n0., 0.\n5., 0.\n", "penetrations rise"),
         ("=TABULAR\n5., 0.\n4., 1.\n", "pressures do not fall"),
+        ("=TABULAR\n5., 0.\n6., 1.\n", "from 0"),
         ("=TABULAR\n5.\n", "a line has a pressure and a penetration"),
     ] {
         let found = refused(&law(data));

@@ -76,7 +76,8 @@ fn an_interference_is_resolved_along_the_path() {
     assert_eq!(found.len(), 4);
 }
 
-/// With sticking, slipping and opening, for both laws and shapes of multipliers.
+/// With sticking, slipping and opening, for both laws and shapes of multipliers, and with the automatic stiffness of
+/// sticking, which depends on the moduli.
 #[test]
 fn gradients_of_soft_contact() {
     let motions = [
@@ -91,8 +92,8 @@ fn gradients_of_soft_contact() {
         "table = { penetration = [-0.011, 0.013, 0.06], pressure = [0, 30, 400] }",
     ];
     for (law, (friction, motion)) in laws.into_iter().flat_map(|law| motions.map(|motion| (law, motion))) {
-        for shape in ["standard", "dual"] {
-            let enforcement = format!("{{ penalty = {{ pressure = {{ {law} }}, stiffness = 2e4 }} }}");
+        for (shape, stiffness) in [("standard", ", stiffness = 2e4"), ("dual", ", stiffness = 2e4"), ("dual", "")] {
+            let enforcement = format!("{{ penalty = {{ pressure = {{ {law} }}{stiffness} }} }}");
             let scene = Scene { enforcement, shape, friction, motion: motion.into(), ..Scene::default() };
             check(&format!("{law} {shape} {friction}"), &mut problem(&scene.text()), 7);
         }

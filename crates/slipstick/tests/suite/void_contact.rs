@@ -27,10 +27,11 @@ fn columns(swapped: bool, within: f64) -> Quantities {
     quantities(&problem, &forward.path)
 }
 
-/// By hand, with dual shapes, whose multipliers are nodal forces per area: all columns are strained alike, so that the void ones carry 2 × 0.05 of 2 + 2 × 0.05. A rim of void takes
-/// its part of the force on the nodes between, and without void there is no finding.
+/// By hand, with dual shapes, whose multipliers are nodal forces per area: all columns are strained alike, so that the
+/// void ones carry 2 × 0.05 of 2 + 2 × 0.05. A rim of void takes its part of the force on the nodes between, and without
+/// void there is no finding.
 #[test]
-fn contact_on_void_is_told() {
+fn contact_on_void_is_reported() {
     for swapped in [false, true] {
         let found = columns(swapped, 4.0);
         let slave = if swapped { "plate_ymin" } else { "block_ymax" };

@@ -340,10 +340,10 @@ fn pressure(table: Table<'_>) -> Option<Pressure> {
                 let good = penetration.len() == pressure.len()
                     && !pressure.is_empty()
                     && penetration.windows(2).all(|two| two[1] > two[0])
-                    && pressure[0] >= 0.0
+                    && pressure[0] == 0.0
                     && pressure.windows(2).all(|two| two[1] >= two[0]);
                 if !good {
-                    let message = "the table needs ascending penetrations, and a pressure for each that does not fall";
+                    let message = "the table needs ascending penetrations, and for each a pressure that begins with 0 and does not fall";
                     let help = "for instance penetration = [0, 0.1], pressure = [0, 50]";
                     inner.reader.error(inner.path(), CaseCode::OutOfRange, message, help);
                 }

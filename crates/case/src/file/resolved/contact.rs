@@ -319,11 +319,11 @@ pub enum Pressure {
         /// The gap c₀ > 0 at which the pressure is 1 % of p₀. \[L\]
         clearance: f64,
     },
-    /// Linear between points, constant before the first and after the last.
+    /// Linear between points, of which the first has no pressure, and constant after the last.
     Table {
         /// Ascending; negative: gaps. \[L\]
         penetration: Vec<f64>,
-        /// The pressure ≥ 0 at each penetration, not descending. \[F/L²\]
+        /// The pressure at each penetration, from 0, not descending. \[F/L²\]
         pressure: Vec<f64>,
     },
 }
