@@ -48,24 +48,15 @@ pub(crate) fn refuse_unusable(
     let Some(&first) = chosen.iter().find(|&&cell| !usable(file.cells.kind(cell as usize))) else { return Ok(()) };
     let mut counts = file.count(chosen.iter().copied());
     counts.retain(|&kind, _| !usable(kind));
-    let pyramids = |kind: CellKind| kind.first_order() == CellKind::Pyramid5;
-    let mut reasons = Vec::new();
-    let mut cures = Vec::new();
-    for (what, is_pyramid) in [("second-order", false), ("pyramids", true)] {
-        let mut of_this = counts.clone();
-        of_this.retain(|&kind, _| pyramids(kind) == is_pyramid);
-        let Some((kind, _)) = of_this.first_key_value() else { continue };
-        let count: usize = of_this.values().sum();
-        reasons.push(format!("{count} of {} elements are {what}: {}", chosen.len(), listed(&of_this)));
-        cures.push(kind.cure());
-    }
-    let mut message = reasons.join("; ");
+    let Some((kind, _)) = counts.first_key_value() else { return Ok(()) };
+    let count: usize = counts.values().sum();
+    let mut message = format!("{count} of {} elements are pyramids: {}", chosen.len(), listed(&counts));
     if part.is_none() {
         message += &by_part(file, usable);
     }
     let (number, nodes) = (file.cells.number(first as usize), file.cells.nodes(first as usize));
     message += &format!("; the first is element {number} at {}", file.middle(nodes));
-    Err(MeshFileError::new(format!("body `{body}`"), message, cures.join("; ")))
+    Err(MeshFileError::new(format!("body `{body}`"), message, kind.cure()))
 }
 
 /// `20 tet10 (C3D10), 4 hex20 (C3D20)`.

@@ -34,14 +34,7 @@ pub struct MeshCase {
 pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError> {
     let mesh = FileMesh::parse(bytes)?;
     let survey = Survey::new(&mesh)?;
-    let notice = |part: &Part| {
-        let elements = part.second_order()?;
-        Some(format!(
-            "body `{}` has second-order elements ({elements}): `first_order = true` drops their mid-side nodes",
-            part.name
-        ))
-    };
-    let mut notices: Vec<String> = survey.parts.iter().filter_map(notice).collect();
+    let mut notices = Vec::new();
     if survey.left_out > 0 {
         let parts = survey.parts.iter().filter_map(|part| part.part.as_deref());
         let (elements, parts) = (counted(survey.left_out, "solid element"), parts.collect::<Vec<_>>().join(", "));

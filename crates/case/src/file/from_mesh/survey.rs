@@ -1,11 +1,11 @@
 //! Surveys the contents of a mesh file, and which of its surfaces face each other.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 use slipstick_mesh::{Mesh, Surface, facet_area_vector};
-use slipstick_meshio::{CellKind, FileMesh, MeshFileError};
+use slipstick_meshio::{FileMesh, MeshFileError};
 
 /// Maximum number of facets of a surface that are compared with those of another one.
 const SAMPLES: usize = 400;
@@ -27,9 +27,6 @@ pub struct Part {
     pub name: String,
     /// The set of the file that makes up the body; `None`: the whole file.
     pub part: Option<String>,
-    /// Its second-order elements in the file, if they are read without their mid-side nodes: some of
-    /// them are no elements of this program.
-    second_order: BTreeMap<CellKind, usize>,
     /// Its mesh.
     pub mesh: Mesh,
     /// Its named surfaces; if there are none, the parts of its skin that face the six coordinate
@@ -42,12 +39,6 @@ pub struct Part {
 }
 
 impl Part {
-    /// Number of second-order elements by type in the file, if any.
-    pub fn second_order(&self) -> Option<String> {
-        let counts = self.second_order.iter().map(|(kind, count)| format!("{count} {}", kind.label()));
-        (!self.second_order.is_empty()).then(|| counts.collect::<Vec<_>>().join(", "))
-    }
-
     /// Edge length of a cube with the mean volume of the elements.
     pub fn element_size(&self) -> f64 {
         (self.volume / self.mesh.elements.len() as f64).cbrt()
@@ -239,16 +230,7 @@ fn proper(set: &str) -> String {
 }
 
 fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, MeshFileError> {
-    let mut second_order = file.solids(part.as_deref());
-    second_order.retain(|kind, _| kind.is_second_order());
-    if second_order.keys().all(|kind| kind.is_element()) {
-        second_order.clear();
-    }
-    let read = match second_order.is_empty() {
-        true => file.body(&name, part.as_deref(), 1.0)?,
-        false => file.first_order_body(&name, part.as_deref(), 1.0)?,
-    };
-    let mesh = read.mesh;
+    let mesh = file.body(&name, part.as_deref(), 1.0)?.mesh;
     // facets of groups that the user made are not listed again as faces of Gmsh's geometry
     let prefix = format!("{name}_");
     let of_geometry = |surface: &str| is_elementary(surface.strip_prefix(&prefix).unwrap_or(surface));
@@ -265,7 +247,7 @@ fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, Mes
     }
     let bounds = mesh.bounding_box().unwrap_or_default();
     let volume = mesh.element_volumes().iter().sum();
-    Ok(Part { name, part, second_order, faces, bounds: [bounds.0.into(), bounds.1.into()], volume, mesh })
+    Ok(Part { name, part, faces, bounds: [bounds.0.into(), bounds.1.into()], volume, mesh })
 }
 
 /// The parts of the skin that face the six coordinate directions, as `surface.normal` selects them

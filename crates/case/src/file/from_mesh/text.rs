@@ -63,10 +63,7 @@ fn head(file: &str) -> String {
 }
 
 fn body(text: &mut String, part: &Part, file: &str) {
-    let mut of = part.part.as_ref().map_or(String::new(), |part| format!(", part = {}", quoted(part)));
-    if part.second_order().is_some() {
-        of += ", first_order = true";
-    }
+    let of = part.part.as_ref().map_or(String::new(), |part| format!(", part = {}", quoted(part)));
     let size = part.bounds.iter().fold(0.0, |size: f64, corner| size.max(corner.amax()));
     let [low, high] = part.bounds.map(|corner| corner.map(|x| rounded(short(x, size))));
     let elements = part.mesh.elements.len();
@@ -81,9 +78,6 @@ fn body(text: &mut String, part: &Part, file: &str) {
         high.y,
         high.z
     );
-    if let Some(elements) = part.second_order() {
-        let _ = writeln!(text, "#   second-order in the file ({elements}): first_order drops mid-side nodes");
-    }
     for face in part.faces.iter().filter(|face| face.selected.is_none()) {
         let direction = face.direction().map(|x| (100.0 * x).round() / 100.0 + 0.0);
         let [x, y, z] = [direction.x, direction.y, direction.z];
