@@ -21,6 +21,9 @@ pub const VOID: f64 = 0.1;
 /// Part of a contact force on void above which it is reported.
 const COUNTED: f64 = 0.01;
 
+/// Contact forces of a load case below this part of the largest one are not judged.
+const ROUND_OFF: f64 = 1e-8;
+
 /// A contact pair whose force acts on void by more than 1 %.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VoidContact {
@@ -32,7 +35,7 @@ pub struct VoidContact {
     pub step: usize,
     /// That force. \[F\]
     pub force: f64,
-    /// The same as a fraction of the largest contact force on the path.
+    /// The same as a fraction of the pair's largest contact force in the load case.
     pub fraction: f64,
     /// Point of the surface with most of it.
     pub node: u32,
@@ -133,7 +136,7 @@ impl VoidSurfaces {
     }
 
     fn on_void(&self, model: &ContactModel, contact: &ContactResults) -> Vec<OnVoid> {
-        let of = |shares: &Shares, nodes: &[NodalContact], rows: &[Vec<(u32, f64)>]| {
+        let of = |own: bool, shares: &Shares, nodes: &[NodalContact], rows: &[Vec<(u32, f64)>]| {
             if shares.iter().all(BTreeMap::is_empty) {
                 return OnVoid::default();
             }
@@ -151,48 +154,81 @@ impl VoidSurfaces {
                 let points: Vec<(f64, u32)> =
                     shares.iter().filter_map(|(k, share)| Some((share * size(forces.get(k)?), *k))).collect();
                 let worst = points.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
-                OnVoid { force: points.iter().map(|(force, _)| force).sum(), whole, worst }
+                let force: f64 = points.iter().map(|(force, _)| force).sum();
+                // a surface that touches itself is both sides
+                OnVoid { force: if own { 0.5 * force } else { force }, whole, worst }
             };
             let [slave, master] = [side(&shares[0]), side(&shares[1])];
             if slave.force >= master.force { slave } else { master }
         };
         let pairs = model.by_pair(&contact.nodes).zip(model.by_pair(&contact.transfer));
-        self.shares.iter().zip(pairs).map(|(shares, (nodes, rows))| of(shares, nodes, rows)).collect()
+        let own = model.interfaces().iter().map(|pair| pair.interface.is_with_itself());
+        let all = self.shares.iter().zip(own).zip(pairs);
+        all.map(|((shares, own), (nodes, rows))| of(own, shares, nodes, rows)).collect()
     }
 }
 
 /// The largest forces on void so far.
 #[derive(Debug, Default)]
 pub(crate) struct VoidContacts {
-    worst: Vec<(OnVoid, usize)>,
-    /// The largest contact force of each pair. \[F\]
-    largest: Vec<f64>,
+    /// Of each pair in the load case in progress.
+    case: Vec<Worst>,
+    /// Of each pair in the load case whose force acts on void by the largest part.
+    worst: Vec<Worst>,
+    /// The largest contact force of all load cases. \[F\]
+    largest: f64,
+}
+
+/// The largest force on void in a load case, its load step, and the largest contact force of the pair.
+#[derive(Debug, Clone, Copy, Default)]
+struct Worst {
+    on_void: OnVoid,
+    step: usize,
+    /// \[F\]
+    largest: f64,
+}
+
+impl Worst {
+    fn fraction(&self) -> f64 {
+        if self.largest > 0.0 { self.on_void.force / self.largest } else { 0.0 }
+    }
 }
 
 impl VoidContacts {
     /// Adds the end of a load step.
     pub fn add(&mut self, void: &VoidSurfaces, model: &ContactModel, step: usize, contact: &ContactResults) {
         let found = void.on_void(model, contact);
-        self.worst.resize(found.len(), Default::default());
-        self.largest.resize(found.len(), 0.0);
-        for (i, now) in found.into_iter().enumerate() {
-            self.largest[i] = self.largest[i].max(now.whole);
-            if now.force > self.worst[i].0.force {
-                self.worst[i] = (now, step);
+        self.case.resize(found.len(), Worst::default());
+        for (known, now) in self.case.iter_mut().zip(found) {
+            known.largest = known.largest.max(now.whole);
+            self.largest = self.largest.max(now.whole);
+            if now.force > known.on_void.force {
+                (known.on_void, known.step) = (now, step);
             }
         }
     }
 
-    /// Pairs for which it is more than 1 % of the largest contact force.
+    /// Ends a load case: of each pair, the case with the larger fraction stays, unless its forces are round-off.
+    pub fn end_case(&mut self) {
+        let case = std::mem::take(&mut self.case);
+        self.worst.resize(self.worst.len().max(case.len()), Worst::default());
+        for (worst, case) in self.worst.iter_mut().zip(case) {
+            if case.fraction() > worst.fraction() && case.largest > ROUND_OFF * self.largest {
+                *worst = case;
+            }
+        }
+    }
+
+    /// Pairs for which it is more than 1 % of the largest contact force of a load case.
     pub fn reported(self, model: &ContactModel, reference: &[[f64; 3]]) -> Vec<VoidContact> {
-        let pairs = model.interfaces().iter().zip(self.worst.into_iter().zip(self.largest)).enumerate();
-        let found = pairs.filter(|(_, (_, ((at, _), largest)))| at.force > COUNTED * largest);
+        let pairs = model.interfaces().iter().zip(self.worst).enumerate();
+        let found = pairs.filter(|(_, (_, worst))| worst.fraction() > COUNTED);
         found
-            .map(|(pair, (interface, ((at, step), largest)))| {
-                let OnVoid { force, worst: (_, node), .. } = at;
-                let (surfaces, fraction) = (interface.surfaces.clone(), force / largest);
+            .map(|(pair, (interface, worst))| {
+                let OnVoid { force, worst: (_, node), .. } = worst.on_void;
+                let (surfaces, fraction) = (interface.surfaces.clone(), worst.fraction());
                 let position = reference.get(node as usize).copied().unwrap_or_default();
-                VoidContact { pair, surfaces, step, force, fraction, node, position }
+                VoidContact { pair, surfaces, step: worst.step, force, fraction, node, position }
             })
             .collect()
     }

@@ -133,6 +133,7 @@ impl<'a> Recording<'a> {
     /// Reports what the load case that ends has lost.
     fn end_case(&mut self) {
         self.accounted.push(self.sums.report(self.recorder.mesh, self.recorder.model, &mut self.found));
+        self.on_void.end_case();
     }
 
     /// What was computed at the last state; `None` if it could not be evaluated.
@@ -212,8 +213,9 @@ impl<'a> Recording<'a> {
             let stored = recorder.stored(energies, &old.state);
             sums.largest = sums.largest.max(stored);
             let energies = [stored, recorder.stored(&data.energy, &now), sums.largest];
-            // where material flows, the plastic work of a step is not known here
-            let released = (!recorder.model.has_memory()).then(|| {
+            // where material flows, the plastic work of a step is not known here; soft contact stores energy itself
+            let soft = recorder.model.interfaces().iter().any(|pair| pair.pressure.is_some());
+            let released = (!recorder.model.has_memory() && !soft).then(|| {
                 let (done, contact) = (external + offset + thermal, [&before.nodes[..], &contact.nodes[..]]);
                 ReleasedEnergy::between(
                     recorder.model,

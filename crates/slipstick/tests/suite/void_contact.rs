@@ -48,3 +48,43 @@ fn contact_on_void_is_reported() {
     assert_eq!(solid.get("block_ymax_force_on_void"), Some(vec![0.0, 0.0]));
     assert!(solid.on_void.is_empty());
 }
+
+/// The user's case: one pad on solid material, one on void, each pressed in a load case of its own. Of the second, by hand,
+/// all of the force acts on void, however small it is beside the first.
+#[test]
+fn each_load_case_is_judged_on_its_own() {
+    let pad = |name: &str, x: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\nbox = {{ min = [{x:?}, 1, 0], max = [{:?}, 2, 1], elements = [1, 1, 1] }}\n\
+             material = {{ linear_elastic = {{ youngs_modulus = 10.0, poisson_ratio = 0.0 }} }}\n",
+            x + 1.0
+        )
+    };
+    let motion = |name: &str, case: &str| {
+        format!("[[dirichlet]]\nset = '{name}_ymax'\nload_case = '{case}'\nmotion = [{{ t = 1, u = [0, -0.01, 0] }}]\n")
+    };
+    let held = |name: &str, case: &str| format!("[[dirichlet]]\nset = '{name}_ymax'\nload_case = '{case}'\n");
+    let text = format!(
+        "[[body]]\nname = 'block'\nbox = {{ min = [0, 0, 0], max = [6, 1, 1], elements = [6, 1, 1] }}\n\
+         material = {{ linear_elastic = {{ youngs_modulus = 10.0, poisson_ratio = 0.0 }} }}\n{}{}\
+         [[load_case]]\nname = 'first'\n[[load_case]]\nname = 'second'\n\
+         [[surface]]\nname = 'pads'\nof = ['left_ymin', 'right_ymin']\n\
+         [[contact]]\nslave = 'pads'\nmaster = 'block_ymax'\nfriction = 0.0\nmultiplier_shape = 'dual'\n\
+         [[dirichlet]]\nset = 'block_ymin'\n{}{}{}{}[load_path]\nsteps = 1\n\
+         [design]\nbodies = ['block']\nvolume_fraction = 1.0\nsimp = {{ p = 3.0, min = 1e-3 }}\n\
+         passive_void = [{{ min = [3, 0, 0], max = [6, 1, 1] }}]\n[objective]\ncontact_force = {{}}\n",
+        pad("left", 1.0),
+        pad("right", 4.0),
+        motion("left", "first"),
+        held("right", "first"),
+        held("left", "second"),
+        motion("right", "second"),
+    );
+    let mut problem = crate::common::problem(&text);
+    let density = problem.initial_density().iter().map(|&density| if density > 0.0 { 1.0 } else { 0.0 });
+    let density: Vec<f64> = density.collect();
+    let forward = problem.analysis.forward(&density.into(), &mut Silent).unwrap_or_else(|e| panic!("{e}"));
+    let found = quantities(&problem, &forward.path);
+    let [told] = &found.on_void[..] else { panic!("{:?}", found.on_void) };
+    assert!((told.fraction - 1.0).abs() < 1e-6 && told.step == 2, "{told:?}");
+}
