@@ -151,7 +151,7 @@ impl Finder<'_> {
         };
         let terms = nodes.iter().flat_map(|node| order.map(|component| term(node, component)));
         let terms = terms.filter(|term| term.factor.abs() > NOTHING).collect();
-        Equation { terms, lines: mpc.lines }
+        Equation { terms, global: true, lines: mpc.lines }
     }
 
     /// A kinematic coupling of nodes to a node of no body.
