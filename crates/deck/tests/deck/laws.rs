@@ -47,6 +47,13 @@ fn interferences() {
         contact(&second),
         "; offset = [{ t = 0.5, offset = 0.0 }, { t = 0.75, offset = -0.05 }, { t = 1.0, offset = 0.0 }]"
     );
+    // the last value in a step counts, in one keyword or two
+    for twice in ["DOWN, UP, 0.3\nDOWN, UP, 0.1", "DOWN, UP, 0.3\n*CONTACT INTERFERENCE\nDOWN, UP, 0.1"] {
+        assert_eq!(contact(&first.replace("DOWN, UP, 0.1", twice)), contact(&first), "{twice}");
+    }
+    let tied = first.replace("=HARD\n*FRICTION\n0.3\n", "=TIED\n1e6\n*FRICTION\n0.3, 1e6\n");
+    let found = refused(&tied);
+    assert!(found.len() == 1 && found[0].contains("in step 1 of surfaces that are tied"), "{found:?}");
     for (line, why) in [("DOWN, UP", "above 0"), ("DOWN, UP, -0.1", "above 0"), ("DOWN, OVER, 0.1", "no *CONTACT PAIR")]
     {
         let found = refused(&first.replace("DOWN, UP, 0.1", line));
