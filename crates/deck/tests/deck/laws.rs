@@ -96,7 +96,14 @@ fn multi_point_constraints() {
     assert_eq!(equations("TIE, 5, 15"), equations("PIN, 5, 15"));
     assert_eq!(equations("LINK, 5, 1"), [terms(&[(5, 'z', 1.0), (1, 'z', -1.0)])]);
     let large = CUBES.replace("*MATERIAL, NAME", "*MPC\nLINK, 5, 1\n*MATERIAL, NAME").replace("*STEP", "*STEP, NLGEOM");
-    assert!(refused(&large)[0].contains("LINK keeps no distance at large rotations"));
+    assert!(refused(&large)[0].contains("LINK does not keep the distance at large rotations"));
+    // planes and lines do not turn; two nodes that stay together do
+    for (mpc, warned) in [("PLANE, 5, 6, 7, 8", true), ("SLIDER, 8, 1, 7", true), ("PIN, 5, 15", false)] {
+        let notices = mesh_of(&large.replace("LINK, 5, 1", mpc)).notices;
+        assert_eq!(notices.iter().any(|notice| notice.contains("right for small rotations only")), warned, "{mpc}");
+        let notices = mesh_of(&large.replace("LINK, 5, 1", mpc).replace(", NLGEOM", "")).notices;
+        assert_eq!(notices, [""; 0], "{mpc}");
+    }
     for (mpc, why) in [
         ("PLANE, 5, 6", "define no plane"),
         ("PLANE, 5", "three nodes that define"),
