@@ -87,7 +87,7 @@ impl Writer<'_> {
                         self.warn(at("adjust.distance"), message, "omit it to compare the same gaps");
                     }
                     if adjust.gap() < 0.0 {
-                        let message = "CalculiX 2.20 lets a clearance below 0 grow anew in every step";
+                        let message = "CalculiX 2.20 applies a negative clearance again from zero in every step";
                         self.warn(
                             at("adjust.gap"),
                             message,
