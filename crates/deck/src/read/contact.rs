@@ -347,7 +347,11 @@ impl Reader<'_> {
             let is =
                 |pair: &&mut Pair| pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master);
             match self.deck.pairs.iter_mut().find(is) {
-                Some(pair) => pair.interferences.push((step, value)),
+                // the last value in a step counts
+                Some(pair) => match pair.interferences.last_mut().filter(|(known, _)| *known == step) {
+                    Some((_, known)) => *known = value,
+                    None => pair.interferences.push((step, value)),
+                },
                 None => {
                     let why = format!("there is no *CONTACT PAIR of `{slave}` and `{master}` before it");
                     self.ledger.wrong(

@@ -8,6 +8,8 @@ use super::{DAMAGED, Reader, Target};
 #[derive(Debug)]
 pub struct Equation {
     pub terms: Vec<EquationTerm>,
+    /// Whether the components are global ones, whatever the axes of the nodes.
+    pub global: bool,
     /// Of the keyword and of its first line of data.
     pub lines: [usize; 2],
 }
@@ -35,7 +37,9 @@ impl Reader<'_> {
                     .and_then(|field| field.parse::<usize>().ok())
                     .filter(|&n| n > 0 && fields.len() == 1)
                 {
-                    Some(count) => open = Some((count, Equation { terms: Vec::new(), lines: [line, data] })),
+                    Some(count) => {
+                        open = Some((count, Equation { terms: Vec::new(), global: false, lines: [line, data] }))
+                    }
                     None => {
                         let why = "an equation begins with a line that has the number of its terms";
                         return self.ledger.wrong("EQUATION", [line, data], why, DAMAGED);

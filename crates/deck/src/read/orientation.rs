@@ -40,7 +40,10 @@ impl Reader<'_> {
         }
         let rows = self.numbers(card);
         let axis = match *rows.first().map_or(&[][..], Vec::as_slice) {
-            [a, b, c, d, e, f] => unit(sub([d, e, f], [a, b, c])).map(|direction| [[a, b, c], direction]),
+            // parts with their instances have an origin, too
+            [a, b, c, d, e, f] | [a, b, c, d, e, f, _, _, _] => {
+                unit(sub([d, e, f], [a, b, c])).map(|direction| [[a, b, c], direction])
+            }
             _ => None,
         };
         if axis.is_none() {

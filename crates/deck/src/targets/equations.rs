@@ -112,7 +112,8 @@ impl Finder<'_> {
     pub(super) fn equations(&mut self) -> Vec<EquationOfSets> {
         let (deck, constraints, mut found) = (self.deck, std::mem::take(&mut self.constraints), Vec::new());
         let all = || deck.equations.iter().chain(&constraints);
-        let targets = all().flat_map(|of| of.terms.iter().map(move |term| (&term.target, of.lines)));
+        let targets =
+            all().filter(|of| !of.global).flat_map(|of| of.terms.iter().map(move |term| (&term.target, of.lines)));
         let used: BTreeSet<u32> =
             targets.flat_map(|(target, lines)| self.own_nodes(target, "EQUATION", lines)).collect();
         let axes = self.local_axes(|node| used.contains(&node));
@@ -130,7 +131,7 @@ impl Finder<'_> {
                 for (term, nodes) in equation.terms.iter().zip(&columns) {
                     let node = nodes[if nodes.len() == 1 { 0 } else { at }];
                     let (set, body) = self.joined_node(node);
-                    let local = axes.get(&node).filter(|_| term.component < 3);
+                    let local = axes.get(&node).filter(|_| term.component < 3 && !equation.global);
                     let Some((axes, on_axis, line)) = local else {
                         terms.push(Joined { set, body, component: term.component, factor: term.factor });
                         continue;

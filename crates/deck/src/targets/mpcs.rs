@@ -24,6 +24,9 @@ impl Finder<'_> {
             let columns: Vec<Vec<u32>> =
                 mpc.targets.iter().map(|target| self.own_nodes(target, "MPC", mpc.lines)).collect();
             let nodes = columns.concat();
+            if matches!(mpc.kind, MpcKind::Plane | MpcKind::Straight | MpcKind::Slider) {
+                self.warn_of_turns(mpc);
+            }
             match mpc.kind {
                 MpcKind::Plane => self.plane(mpc, &nodes, &mut found),
                 MpcKind::Straight => self.straight(mpc, &nodes, &mut found),
@@ -61,6 +64,17 @@ impl Finder<'_> {
             self.beam(node, nodes, line);
         }
         found
+    }
+
+    /// Warns that planes and lines do not turn with their nodes.
+    fn warn_of_turns(&mut self, mpc: &Mpc) {
+        let line = mpc.lines[0];
+        if self.deck.steps.iter().any(|step| step.nlgeom) {
+            let how = "`[[equation]]`: planes and lines of PLANE, STRAIGHT and SLIDER keep their directions, although \
+                       steps have NLGEOM, so that results are right for small rotations only";
+            self.mesh.notices.push(format!("line {line}: *MPC: {how}"));
+            self.ledger.translated("MPC", line, how);
+        }
     }
 
     fn miscounted(&mut self, mpc: &Mpc, why: &str) {
@@ -132,7 +146,7 @@ impl Finder<'_> {
         }
         if self.deck.steps.iter().any(|step| step.nlgeom) {
             let cure = "use a stiff *SPRING of type SPRINGA, which turns with its ends, or no NLGEOM";
-            self.ledger.refuse("MPC", mpc.lines[0], "LINK keeps no distance at large rotations", cure);
+            self.ledger.refuse("MPC", mpc.lines[0], "LINK does not keep the distance at large rotations", cure);
         }
         match unit(sub(self.point_of(p), self.point_of(q))) {
             Some(direction) => found.push(self.weighted(mpc, &weights, direction)),
@@ -151,7 +165,7 @@ impl Finder<'_> {
         };
         let terms = nodes.iter().flat_map(|node| order.map(|component| term(node, component)));
         let terms = terms.filter(|term| term.factor.abs() > NOTHING).collect();
-        Equation { terms, lines: mpc.lines }
+        Equation { terms, global: true, lines: mpc.lines }
     }
 
     /// A kinematic coupling of nodes to a node of no body.

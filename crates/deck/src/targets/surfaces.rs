@@ -12,6 +12,9 @@ use crate::vector::{dot, unit};
 /// Cosine of the normals of faces that face each other, at most.
 const FACING: f64 = -0.5;
 
+/// Sum of area vectors over area, below which a master faces all sides.
+const CLOSED: f64 = 1e-3;
+
 impl Finder<'_> {
     /// Makes surfaces of the sets of nodes that contact pairs and ties name: the free faces between them.
     pub(super) fn faces_of_nodes(&mut self) {
@@ -56,11 +59,13 @@ impl Finder<'_> {
         }
     }
 
-    /// The free faces around nodes that face a master surface.
+    /// The free faces around nodes that face a master surface; none if this is closed.
     fn faces_towards(&self, nodes: &HashSet<u32>, master: &str) -> Vec<ElementFace> {
         let faces = find(&self.mesh.face_sets, master).map_or(&[][..], |set| &self.mesh.face_sets[set]);
-        let areas = faces.iter().map(|&face| self.mesh.area_vector(face));
-        let Some(opposite) = unit(areas.fold([0.0; 3], |sum, area| [0, 1, 2].map(|c| sum[c] + area[c]))) else {
+        let areas = || faces.iter().map(|&face| self.mesh.area_vector(face));
+        let sum = areas().fold([0.0; 3], |sum, area| [0, 1, 2].map(|c| sum[c] + area[c]));
+        let area: f64 = areas().map(|area| dot(area, area).sqrt()).sum();
+        let Some(opposite) = unit(sum).filter(|_| dot(sum, sum).sqrt() > CLOSED * area) else {
             return Vec::new();
         };
         let facing = |face: &ElementFace| {

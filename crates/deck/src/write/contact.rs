@@ -46,6 +46,16 @@ impl Writer<'_> {
                 let why = "the *CLEARANCE of surfaces that are tied, with the gap that they have in the mesh";
                 self.ledger.wrong("CONTACT PAIR", [pair.line; 2], why, "move a body in the mesh instead");
             }
+            if let Some((step, _)) = pair.interferences.iter().find(|(step, _)| (steps[0]..steps[1]).contains(step)) {
+                let why =
+                    format!("the *CONTACT INTERFERENCE in step {} of surfaces that are tied has no effect", step + 1);
+                self.ledger.wrong(
+                    "CONTACT PAIR",
+                    [pair.line; 2],
+                    why,
+                    "remove it, or choose another *SURFACE BEHAVIOR",
+                );
+            }
             return self.line("tied = true");
         }
         if !self.is_curved([&pair.slave, &pair.master]) {

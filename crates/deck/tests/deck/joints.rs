@@ -252,6 +252,15 @@ fn motions_along_local_axes() {
         format!("{}, {}", term("x", x), term("y", y))
     };
     assert_eq!(terms, format!("[[equation]]; terms = [{}, {}]", node(15, -0.8, 0.6), node(16, 0.8, -0.6)));
+    // those of a constraint of nodes are not
+    let pinned = rotated(oblique, "TOP, 3, 3\n").replace("*STEP\n", "*MPC\nPIN, 15, 5\n*STEP\n");
+    let pinned: Vec<String> =
+        new_tables(&pinned).into_iter().filter(|table| table.starts_with("[[equation]]")).collect();
+    let pin = |c: &str| {
+        let of = |set: &str, factor: f64| format!("{{ set = \"{set}\", component = \"{c}\", factor = {factor:?} }}");
+        format!("[[equation]]; terms = [{}, {}]", of("HIGH_node_15", 1.0), of("LOW_node_5", -1.0))
+    };
+    assert_eq!(pinned, ["x", "y", "z"].map(pin));
     // cylindrical axes about z through (0.5, 0.5): the radial direction at node 17 is the diagonal
     let cylinder = "C\n0.5, 0.5, 0., 0.5, 0.5, 1.";
     let force = new_tables(&rotated(cylinder, "TOP, 3, 3\n*CLOAD\n17, 1, 2.\n"));

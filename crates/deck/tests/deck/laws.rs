@@ -48,6 +48,13 @@ fn interferences() {
         contact(&second),
         "; offset = [{ t = 0.5, offset = 0.0 }, { t = 0.75, offset = -0.05 }, { t = 1.0, offset = 0.0 }]"
     );
+    // the last value in a step counts, in one keyword or two
+    for twice in ["DOWN, UP, 0.3\nDOWN, UP, 0.1", "DOWN, UP, 0.3\n*CONTACT INTERFERENCE\nDOWN, UP, 0.1"] {
+        assert_eq!(contact(&first.replace("DOWN, UP, 0.1", twice)), contact(&first), "{twice}");
+    }
+    let tied = first.replace("=HARD\n*FRICTION\n0.3\n", "=TIED\n1e6\n*FRICTION\n0.3, 1e6\n");
+    let found = refused(&tied);
+    assert!(found.len() == 1 && found[0].contains("in step 1 of surfaces that are tied"), "{found:?}");
     for (line, why) in [("DOWN, UP", "above 0"), ("DOWN, UP, -0.1", "above 0"), ("DOWN, OVER, 0.1", "no *CONTACT PAIR")]
     {
         let found = refused(&first.replace("DOWN, UP, 0.1", line));
@@ -90,7 +97,14 @@ fn multi_point_constraints() {
     assert_eq!(equations("TIE, 5, 15"), equations("PIN, 5, 15"));
     assert_eq!(equations("LINK, 5, 1"), [terms(&[(5, 'z', 1.0), (1, 'z', -1.0)])]);
     let large = CUBES.replace("*MATERIAL, NAME", "*MPC\nLINK, 5, 1\n*MATERIAL, NAME").replace("*STEP", "*STEP, NLGEOM");
-    assert!(refused(&large)[0].contains("LINK keeps no distance at large rotations"));
+    assert!(refused(&large)[0].contains("LINK does not keep the distance at large rotations"));
+    // planes and lines do not turn; two nodes that stay together do
+    for (mpc, warned) in [("PLANE, 5, 6, 7, 8", true), ("SLIDER, 8, 1, 7", true), ("PIN, 5, 15", false)] {
+        let notices = mesh_of(&large.replace("LINK, 5, 1", mpc)).notices;
+        assert_eq!(notices.iter().any(|notice| notice.contains("right for small rotations only")), warned, "{mpc}");
+        let notices = mesh_of(&large.replace("LINK, 5, 1", mpc).replace(", NLGEOM", "")).notices;
+        assert_eq!(notices, [""; 0], "{mpc}");
+    }
     for (mpc, why) in [
         ("PLANE, 5, 6", "define no plane"),
         ("PLANE, 5", "three nodes that define"),
@@ -127,8 +141,24 @@ fn a_node_touches_with_the_faces_around_it() {
     assert_eq!(mesh.face_sets["DOWN"][0], mesh_of(CUBES).face_sets["DOWN"][0]);
     assert!(mesh.notices.iter().any(|notice| notice.contains("also beyond the nodes")), "{:?}", mesh.notices);
     assert_eq!(translated(&deck).errors(), []);
+    // the whole lower cube faces all sides; of distorted cubes of 400, areas sum up to round-off
+    let closed = deck.replace("NAME=UP\nLOW, S2\n", "NAME=UP\nLOW, S1\nLOW, S2\nLOW, S3\nLOW, S4\nLOW, S5\nLOW, S6\n");
+    let (start, rest) = closed.split_once("*NODE\n").expect("nodes");
+    let (nodes, end) = rest.split_once("*NODE, NSET=REF").expect("another node");
+    let large = |line: &str| {
+        let fields = line.split(',').enumerate();
+        let x = fields.map(|(k, field)| if k == 0 { field.to_owned() } else { scaled(field) });
+        x.collect::<Vec<_>>().join(", ") + "\n"
+    };
+    let nodes: String = nodes.replace("7,1,1,1\n", "7,1.1,1.2,1.03\n").lines().map(large).collect();
+    let found = refused(&format!("{start}*NODE\n{nodes}*NODE, NSET=REF{end}"));
+    assert!(found.len() == 1 && found[0].contains("no face of an element has all its nodes in `DOWN`"), "{found:?}");
 }
 
 fn mesh_of(deck: &str) -> slipstick_meshio::FileMesh {
     slipstick_deck::mesh(deck.as_bytes()).expect("a mesh")
+}
+
+fn scaled(coordinate: &str) -> String {
+    format!("{:?}", 400.1 * coordinate.parse::<f64>().expect("a number"))
 }

@@ -117,6 +117,18 @@ fn axes_of_parts_turn_with_them() {
             assert!(axis.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{key} {axis:?}: {table}");
         }
     }
+    // about an edge of each cube, along x in the part and along y in the second instance
+    let cylindrical = tables(&deck.replace("NAME=AX\n1,0,0, 0,1,0\n", "NAME=AX, SYSTEM=CYLINDRICAL\n0,1,0, 2,1,0\n"));
+    for (table, expected) in
+        cylindrical.iter().zip([[[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]], [[4.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+    {
+        let about = table.split("axes_about = { ").nth(1).expect("axes");
+        for (key, expected) in ["point", "direction"].into_iter().zip(expected) {
+            let list = about.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).expect(key);
+            let found: Vec<f64> = list.split(", ").map(|number| number.parse().expect(number)).collect();
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{key} {found:?}: {table}");
+        }
+    }
 }
 
 /// Cylindrical axes turn about a line, in the section of the lower cube only.

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
 
-use slipstick_case::construct::{BuildError, sections};
 use slipstick_case::file::Enforcement;
 use slipstick_mesh::{Element, Mesh};
 use slipstick_solid::{Formulation, LawKind, Material, Section, Value};
@@ -160,7 +159,7 @@ impl Writer<'_> {
     }
 
     /// Nodes, elements, materials and sections.
-    pub(super) fn bodies(&mut self) -> Result<String, BuildError> {
+    pub(super) fn bodies(&mut self) -> String {
         let mut text = String::from("*NODE\n");
         let dropped = self.dropped();
         let reduced = self.case.bodies.iter().zip(&self.mesh.bodies).any(|(body, of)| {
@@ -168,15 +167,17 @@ impl Writer<'_> {
             body.shape_functions.are_lagrange() && of.elements.clone().any(quadratic)
         });
         if reduced {
-            let message = "hexahedra with 27 nodes are written with 20 (C3D20), and wedges with 18 nodes with 15 (C3D15), which are stiffer";
-            let help = "use `shape_functions = \"serendipity\"`, tetrahedra (C3D10) or linear elements to compare the same elements";
+            let message = "hexahedra with 27 nodes are written with 20 (C3D20), and wedges with 18 nodes with 15 \
+                           (C3D15), which are stiffer";
+            let help = "use `shape_functions = \"serendipity\"`, tetrahedra (C3D10) or linear elements to compare the \
+                        same elements";
             self.warn("body.order", message, help);
         }
         self.warn_of_free_centres(&dropped);
         for (node, x) in (0_u32..).zip(&self.mesh.nodes).filter(|(node, _)| !dropped.contains(node)) {
             let _ = writeln!(text, "{}, {}", node + 1, numbers(x));
         }
-        let all = sections(self.case, self.mesh)?;
+        let all = self.sections;
         for b in 0..self.mesh.bodies.len() {
             self.body(b, &all.list[b], &mut text);
         }
@@ -187,23 +188,16 @@ impl Writer<'_> {
         let small = self.small();
         for b in 0..self.mesh.bodies.len() {
             let name = self.names.bodies[b].clone();
-            let regions: Vec<usize> = (0..all.regions.len()).filter(|&r| all.regions[r].0 == b).collect();
             let mut parts = Vec::new();
-            if regions.is_empty() {
+            if all.regions.iter().all(|(of, _)| *of != b) {
                 parts.push((name.clone(), &all.list[b]));
             } else {
-                let in_part = |part: Option<usize>| {
-                    self.mesh.bodies[b]
-                        .elements
-                        .clone()
-                        .map(|e| e as u32)
-                        .filter(|e| of_element.get(e).copied() == part)
-                        .collect::<Vec<_>>()
-                };
-                let own = std::iter::once((None, &all.list[b]));
-                let of_regions = regions.iter().map(|&r| (Some(r), &all.list[self.mesh.bodies.len() + r]));
-                let found: Vec<_> = own.chain(of_regions).map(|(part, section)| (in_part(part), section)).collect();
-                for (elements, section) in found.into_iter().filter(|(elements, _)| !elements.is_empty()) {
+                let mut found: BTreeMap<Option<usize>, Vec<u32>> = BTreeMap::new();
+                for element in self.mesh.bodies[b].elements.clone().map(|e| e as u32) {
+                    found.entry(of_element.get(&element).copied()).or_default().push(element);
+                }
+                for (region, elements) in found {
+                    let section = &all.list[region.map_or(b, |r| self.mesh.bodies.len() + r)];
                     let set = self.names.fresh(&format!("{name}_section_{}", parts.len() + 1));
                     let _ = writeln!(text, "*ELSET, ELSET={set}");
                     list(&mut text, elements);
@@ -220,12 +214,12 @@ impl Writer<'_> {
                 let _ = writeln!(text, "*SOLID SECTION, ELSET={set}, MATERIAL={material}{turned}");
             }
         }
-        Ok(text)
+        text
     }
 
     /// Mass per reference volume of all elements.
-    pub(super) fn masses(&self) -> Result<Vec<f64>, BuildError> {
-        let all = sections(self.case, self.mesh)?;
+    pub(super) fn masses(&self) -> Vec<f64> {
+        let all = self.sections;
         let mut masses = vec![0.0; self.mesh.elements.len()];
         for (body, section) in self.mesh.bodies.iter().zip(&all.list) {
             masses[body.elements.clone()].fill(section.mass_density);
@@ -233,7 +227,7 @@ impl Writer<'_> {
         for ((_, elements), section) in all.regions.iter().zip(&all.list[self.mesh.bodies.len()..]) {
             elements.iter().for_each(|&element| masses[element as usize] = section.mass_density);
         }
-        Ok(masses)
+        masses
     }
 
     /// Whether all laws are linear elasticity, so that steps have no NLGEOM.

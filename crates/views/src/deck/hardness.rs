@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use slipstick_case::construct::{BuildError, sections};
 use slipstick_case::file::Contact;
 use slipstick_solid::{LawKind, Material, Section, Sections};
 
@@ -19,13 +18,13 @@ const FIRM: f64 = 100.0;
 const LEAST: f64 = 1.0;
 
 /// Materials of all elements.
-pub(super) struct Moduli {
-    sections: Sections,
+pub(super) struct Moduli<'a> {
+    sections: &'a Sections,
     /// Positions in the list of sections of the elements of regions.
     regions: HashMap<u32, usize>,
 }
 
-impl Moduli {
+impl Moduli<'_> {
     fn of(&self, body: usize, element: u32) -> &Section {
         &self.sections.list[self.regions.get(&element).copied().unwrap_or(body)]
     }
@@ -55,19 +54,18 @@ fn first_constant(material: &Material) -> f64 {
     }
 }
 
-impl Writer<'_> {
-    pub(super) fn moduli(&self) -> Result<Moduli, BuildError> {
-        let sections = sections(self.case, self.mesh)?;
-        let count = self.mesh.bodies.len();
+impl<'a> Writer<'a> {
+    pub(super) fn moduli(&self) -> Moduli<'a> {
+        let (sections, count) = (self.sections, self.mesh.bodies.len());
         let of_region = |(r, (_, elements)): (usize, &(usize, Vec<u32>))| {
             elements.iter().map(|&element| (element, count + r)).collect::<Vec<_>>()
         };
         let regions = sections.regions.iter().enumerate().flat_map(of_region).collect();
-        Ok(Moduli { sections, regions })
+        Moduli { sections, regions }
     }
 
     /// Pressure per penetration of hard contact in CalculiX. \[F/L³\]
-    pub(super) fn hard(&self, moduli: &Moduli) -> f64 {
+    pub(super) fn hard(&self, moduli: &Moduli<'_>) -> f64 {
         let Some(body) = self.mesh.bodies.first() else { return 0.0 };
         // elements outside of all regions come first
         let outside = body.elements.clone().any(|element| !moduli.regions.contains_key(&(element as u32)));
@@ -77,7 +75,7 @@ impl Writer<'_> {
 
     /// Pressure per penetration that hides the penetration of a pair; `None` if hard contact in CalculiX, or nothing but
     /// rigid bodies, makes it unnecessary. \[F/L³\]
-    pub(super) fn firm(&self, contact: &Contact, moduli: &Moduli) -> Option<f64> {
+    pub(super) fn firm(&self, contact: &Contact, moduli: &Moduli<'_>) -> Option<f64> {
         let stiffest = |name: &String| {
             let facets = self.mesh.surfaces.get(name).map_or(&[][..], |of| &of.facets[..]);
             let of_element = |element: u32| {

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use slipstick_case::construct::sections;
 use slipstick_case::file::{Bolt, Keeps, LoadKind};
 use slipstick_model::model::preload_at;
 use slipstick_solid::load::{add_pressure, nodal_areas};
@@ -233,7 +232,7 @@ impl Writer<'_> {
         let body = body.and_then(|name| self.mesh.body(name));
         let range = body.map_or(0..self.mesh.elements.len(), |body| body.elements.clone());
         let x = self.mesh.nodes.as_flattened();
-        let formulations = sections(self.case, self.mesh).map(|all| all.formulations(self.mesh)).unwrap_or_default();
+        let formulations = self.sections.formulations(self.mesh);
         let elements = MassiveElements::new(self.mesh, range, |e| formulations.get(e).copied().unwrap_or_default());
         elements.add_forces(&field, masses, factor, x, |_| true, &mut self.external);
     }

@@ -22,8 +22,8 @@ const REACH: f64 = 2.0;
 type SpringSection = ((u64, Option<usize>), Vec<(u32, Option<u32>)>);
 
 impl Writer<'_> {
-    pub(super) fn contact(&mut self) -> Result<(), BuildError> {
-        let moduli = self.moduli()?;
+    pub(super) fn contact(&mut self) {
+        let moduli = self.moduli();
         for (i, contact) in self.case.contacts.iter().enumerate() {
             let at = |key: &str| format!("contact[{i}].{key}");
             let (slave, master) = (self.surface(&contact.slave), self.surface(&contact.master));
@@ -87,7 +87,7 @@ impl Writer<'_> {
                         self.warn(at("adjust.distance"), message, "omit it to compare the same gaps");
                     }
                     if adjust.gap() < 0.0 {
-                        let message = "CalculiX 2.20 lets a clearance below 0 grow anew in every step";
+                        let message = "CalculiX 2.20 applies a negative clearance again from zero in every step";
                         self.warn(
                             at("adjust.gap"),
                             message,
@@ -142,11 +142,10 @@ impl Writer<'_> {
             }
             self.active(contact, &slave, &master);
         }
-        Ok(())
     }
 
     /// The slope of contact that CalculiX would soften if it were hard.
-    fn hardened(&mut self, contact: &Contact, moduli: &Moduli, at: &dyn Fn(&str) -> String) -> Option<f64> {
+    fn hardened(&mut self, contact: &Contact, moduli: &Moduli<'_>, at: &dyn Fn(&str) -> String) -> Option<f64> {
         let hard = self.hard(moduli);
         let slope = self.firm(contact, moduli);
         if let Some(slope) = slope {

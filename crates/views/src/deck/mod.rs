@@ -20,12 +20,15 @@ mod reduce;
 mod results;
 mod supports;
 mod symmetry;
+#[cfg(test)]
+mod tests;
 mod text;
 
 use serde::{Deserialize, Serialize};
-use slipstick_case::construct::{BuildError, moved_mesh};
+use slipstick_case::construct::{BuildError, moved_mesh, sections};
 use slipstick_case::file::{Case, Promise};
 use slipstick_mesh::Mesh;
+use slipstick_solid::Sections;
 
 pub use compare::{Compared, Source};
 pub use reduce::{Reduced, solid_part};
@@ -113,6 +116,8 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         uncut = mesh.uncut();
         &uncut
     };
+    // regions hold before bodies move
+    let sections = sections(case, mesh)?;
     let moved = moved_mesh(case, mesh, options.load_case)?;
     let mesh = moved.as_ref().unwrap_or(mesh);
     let pressed = press::pressed(case, mesh);
@@ -121,6 +126,7 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
     let mut writer = Writer {
         case,
         mesh,
+        sections: &sections,
         options,
         notes: Vec::new(),
         names: Names::new(mesh),
@@ -132,14 +138,14 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
         slope: None,
     };
     let mut text = writer.heading();
-    writer.contact()?;
+    writer.contact();
     writer.couplings();
     writer.springs()?;
     writer.motions();
     writer.held_couplings();
     writer.bolts(&touching);
     writer.equations()?;
-    writer.loads(&writer.masses()?);
+    writer.loads(&writer.masses());
     writer.temperatures();
     writer.settings();
     writer.interrupted_supports();
@@ -148,7 +154,7 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
     let steps = writer.steps(&record);
     let (case, left_out) = writer.case_text(&deck_file);
     let record = DeckRecord { left_out: [record.left_out, left_out].concat(), ..record };
-    let bodies = writer.bodies()?;
+    let bodies = writer.bodies();
     text.push_str(&bodies);
     text.push_str(&writer.sets());
     text.push_str(&writer.model);
@@ -160,6 +166,8 @@ pub fn deck(case: &Case, mesh: &Mesh, options: DeckOptions<'_>) -> Result<Writte
 struct Writer<'a> {
     case: &'a Case,
     mesh: &'a Mesh,
+    /// Materials of the elements.
+    sections: &'a Sections,
     options: DeckOptions<'a>,
     notes: Vec<Note>,
     names: Names,

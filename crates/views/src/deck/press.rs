@@ -92,7 +92,7 @@ impl Writer<'_> {
              from the deck, has all of it from the first load step on",
             number(moved)
         );
-        self.warn(at("offset"), message, "none is needed if friction meanwhile hardly matters");
+        self.warn(at("offset"), message, "nothing to do if friction hardly matters while the fit closes");
     }
 
     /// Notes offsets that CalculiX closes too early.
@@ -102,13 +102,14 @@ impl Writer<'_> {
             let closed = fit(contact, case.load_path.steps).map_or(0, |fit| fit.closed);
             if closed > first {
                 let message = format!(
-                    "the first step of the deck ends at t = {}, where CalculiX has closed the overlap",
+                    "the first step of the deck ends at t = {}: by then CalculiX has closed the overlap, earlier than \
+                     the case",
                     number(first as f64 / case.load_path.steps as f64)
                 );
                 self.warn(
                     format!("contact[{i}].offset"),
                     message,
-                    "let motions and loads bend after the last waypoint",
+                    "let motions and loads change direction only after the last waypoint of `offset`",
                 );
             }
         }
