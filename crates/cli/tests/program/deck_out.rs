@@ -170,6 +170,7 @@ fn calculix_agrees_without_contact() {
     place.good("export case.toml --deck deck --force");
     assert!(place.read("deck/model.inp").contains("TYPE=C3D15"));
     let compared = verified(&place, "deck", "1e-4");
+    assert!(compared["displacements"].as_f64().expect("a number") < 1e-4, "{compared}");
     let rows = compared["compared"].as_array().expect("rows");
     let near = |row: &Value| row["deviation"].as_f64().is_some_and(|deviation| deviation < 1e-5);
     assert!(rows.len() == 3 && rows.iter().all(near), "{compared}");
