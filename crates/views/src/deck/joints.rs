@@ -56,7 +56,15 @@ impl Writer<'_> {
             } else {
                 let soft = soft_behavior(&contact.enforcement).filter(|_| self.options.contact_stiffness.is_none());
                 match normal.or_else(|| self.hardened(contact, &moduli, &at)) {
-                    Some(_) if soft.is_some() => self.model.push_str(&soft.unwrap_or_default()),
+                    Some(_) if soft.is_some() => {
+                        let soft = soft.unwrap_or_default();
+                        if soft.contains("=TABULAR") {
+                            let message = "CalculiX 2.20 ignores contact with a table of pressures between surfaces";
+                            let cure = "write TYPE=NODE TO SURFACE in the deck, or use an `exponential` pressure";
+                            self.warn(at("enforcement.penalty.pressure"), message, cure);
+                        }
+                        self.model.push_str(&soft);
+                    }
                     Some(slope) => {
                         let _ =
                             writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
