@@ -1,6 +1,6 @@
 //! `slipstick verify deck`: a deck in CalculiX and in slipstick.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -168,8 +168,12 @@ fn field(args: &VerifyDeck, deck: &DeckRecord, values: &Values) -> Option<f64> {
     // the deck does not have the copies of nodes at the sections of bolts, and CalculiX may write either side
     let copies = mesh.copies();
     let sections: HashSet<u32> = copies.values().copied().collect();
+    // nor the centres of faces and elements of second order
+    let centres = mesh.serendipity_centres(0..mesh.elements.len(), &BTreeSet::new());
+    let centres: HashSet<u32> = centres.into_iter().map(|centre| centre.node).collect();
+    let in_deck = |node: &usize| !copies.contains_key(&(*node as u32)) && !centres.contains(&(*node as u32));
     let nodes = mesh.bodies.iter().flat_map(|body| body.nodes.clone());
-    for (at, node) in nodes.filter(|node| !copies.contains_key(&(*node as u32))).enumerate() {
+    for (at, node) in nodes.filter(in_deck).enumerate() {
         if file.points.get(at) != mesh.nodes.get(node) {
             return None;
         }

@@ -78,6 +78,40 @@ fn laws_survive_as_a_deck() {
     }
 }
 
+/// A block of serendipity hexahedra that a set or equations move: the deck, which lacks the centres of faces, has the
+/// reactions of the case. F̄, which it lacks too, gives a warning.
+#[test]
+fn second_order_motions_survive_as_a_deck() {
+    let body = "[[body]]\nname = \"a\"\norder = 2\nshape_functions = \"serendipity\"\n\
+                box = { min = [0, 0, 0], max = [2, 1, 1], elements = [2, 1, 1] }\n\
+                material = { st_venant_kirchhoff = { youngs_modulus = 1000, poisson_ratio = 0.3 } }\n\
+                [[dirichlet]]\nset = \"a_xmin\"\n[load_path]\nsteps = 2\ntolerance = { relative = 1e-11 }\n";
+    let turned = "[[dirichlet]]\nset = \"a_xmax\"\nrotation = { point = [0, 0.5, 0.5], direction = [1, 0, 0] }\n\
+                  motion = [{ t = 1, u = [0, 0, 0], angle = 2 }]\n";
+    let pulled = "[[point]]\nname = \"p\"\nat = [3, 0, 0]\n[[dirichlet]]\nset = \"p\"\n\
+                  motion = [{ t = 1, u = [0.1, 0, 0] }]\n[[equation]]\nterms = [{ set = \"a_xmax\", component = \"x\"MEAN }, \
+                  { set = \"p\", component = \"x\", factor = -1 }]\n";
+    let place = Place::new();
+    for motion in [turned, &pulled.replace("MEAN", ", mean = true"), &pulled.replace("MEAN", "")] {
+        place.write("case.toml", &format!("{body}{motion}"));
+        place.good("export case.toml --deck deck --force");
+        place.good("solve case.toml -q --force");
+        place.good("solve deck/case.toml -q --force");
+        let (own, again) = (place.table("case_solve/quantities.csv"), place.table("deck/case_solve/quantities.csv"));
+        let (row, other) = (&own[own.len() - 1], &again[again.len() - 1]);
+        let mut compared = 0;
+        for (name, cell) in own[0].iter().zip(row).filter(|(name, _)| name.contains("reaction")) {
+            let Some(at) = again[0].iter().position(|known| known.replace("_nodes", "") == *name) else { continue };
+            assert!((number(cell) - number(&other[at])).abs() < 1e-8 * 50.0, "{name}: {cell} {}", other[at]);
+            compared += 1;
+        }
+        assert!(compared >= 3, "{:?}\n{:?}", own[0], again[0]);
+    }
+    place.write("case.toml", &body.replace("shape_functions = \"serendipity\"", "element = \"f_bar\""));
+    let written = place.good("export case.toml --deck deck --force");
+    assert!(format!("{}{}", written.out, written.err).contains("F̄ is lost in `a`"), "{} {}", written.out, written.err);
+}
+
 /// A ring of 15-node wedges under its weight, of which a part acts on the nodes of the support.
 const WEDGES: &str = r#"
 [[body]]
@@ -136,6 +170,7 @@ fn calculix_agrees_without_contact() {
     place.good("export case.toml --deck deck --force");
     assert!(place.read("deck/model.inp").contains("TYPE=C3D15"));
     let compared = verified(&place, "deck", "1e-4");
+    assert!(compared["displacements"].as_f64().expect("a number") < 1e-4, "{compared}");
     let rows = compared["compared"].as_array().expect("rows");
     let near = |row: &Value| row["deviation"].as_f64().is_some_and(|deviation| deviation < 1e-5);
     assert!(rows.len() == 3 && rows.iter().all(near), "{compared}");

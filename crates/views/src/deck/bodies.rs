@@ -263,6 +263,17 @@ impl Writer<'_> {
                 "compare with `element = \"full\"` where the material is not nearly incompressible",
             );
         }
+        if section.formulation == Formulation::FBar && of_type.keys().any(|kind| *kind != "C3D8I") {
+            let message = format!(
+                "F̄ is lost in `{}`: tetrahedra, wedges and elements of second order of a deck have their plain formulation",
+                self.case.bodies[b].name
+            );
+            self.warn(
+                format!("body[{b}].element"),
+                message,
+                "compare with `element = \"full\"` where the material is not nearly incompressible",
+            );
+        }
         for (kind, elements) in of_type {
             let _ = writeln!(text, "*ELEMENT, TYPE={kind}, ELSET={name}");
             for e in elements {

@@ -1,6 +1,6 @@
 //! Contact pairs, ties, couplings, springs and equations.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, equations_of, springs_of};
@@ -56,7 +56,15 @@ impl Writer<'_> {
             } else {
                 let soft = soft_behavior(&contact.enforcement).filter(|_| self.options.contact_stiffness.is_none());
                 match normal.or_else(|| self.hardened(contact, &moduli, &at)) {
-                    Some(_) if soft.is_some() => self.model.push_str(&soft.unwrap_or_default()),
+                    Some(_) if soft.is_some() => {
+                        let soft = soft.unwrap_or_default();
+                        if soft.contains("=TABULAR") {
+                            let message = "CalculiX 2.20 ignores contact with a table of pressures between surfaces";
+                            let cure = "write TYPE=NODE TO SURFACE in the deck, or use an `exponential` pressure";
+                            self.warn(at("enforcement.penalty.pressure"), message, cure);
+                        }
+                        self.model.push_str(&soft);
+                    }
                     Some(slope) => {
                         let _ =
                             writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
@@ -388,15 +396,32 @@ impl Writer<'_> {
         let mut dependent: BTreeSet<u32> = BTreeSet::new();
         let mut used: BTreeSet<u32> = BTreeSet::new();
         let rotations: BTreeSet<u32> = self.mesh.rigid.iter().map(|rigid| rigid.rotation()).collect();
-        for (i, equations) in all.iter().enumerate() {
-            for terms in equations {
+        let centres = self.mesh.serendipity_centres(0..self.mesh.elements.len(), &BTreeSet::new());
+        let centres: BTreeMap<u32, Vec<(u32, f64)>> = centres.into_iter().map(|of| (of.node, of.terms)).collect();
+        let has_centre = |terms: &[(u32, f64)]| terms.iter().any(|(unknown, _)| centres.contains_key(&(unknown / 3)));
+        let mut written: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        // those of centres of faces, which the deck lacks, come last: most follow from those of the other nodes
+        for last in [false, true] {
+            let all = all.iter().enumerate().flat_map(|(i, of)| of.iter().map(move |terms| (i, terms)));
+            for (i, terms) in all.filter(|(_, terms)| has_centre(terms) == last) {
                 // one term for each unknown
                 let mut merged: Vec<(u32, f64)> = Vec::new();
                 for &(unknown, factor) in terms {
-                    match merged.iter_mut().find(|(known, _)| *known == unknown) {
-                        Some((_, sum)) => *sum += factor,
-                        None => merged.push((unknown, factor)),
+                    match centres.get(&(unknown / 3)) {
+                        Some(of) => {
+                            of.iter().for_each(|&(node, w)| add(&mut merged, 3 * node + unknown % 3, factor * w))
+                        }
+                        None => add(&mut merged, unknown, factor),
                     }
+                }
+                if last {
+                    let size = merged.iter().fold(0.0, |size: f64, (_, factor)| size.max(factor.abs()));
+                    while let Some(at) = merged.iter().position(|(unknown, _)| written.contains_key(unknown)) {
+                        let (unknown, factor) = merged.swap_remove(at);
+                        let of = &written[&unknown];
+                        of[1..].iter().for_each(|&(other, own)| add(&mut merged, other, -factor * own / of[0].1));
+                    }
+                    merged.retain(|(_, factor)| factor.abs() > 1e-12 * size);
                 }
                 merged.retain(|(_, factor)| *factor != 0.0);
                 let free = |&(unknown, _): &(u32, f64)| {
@@ -426,6 +451,7 @@ impl Writer<'_> {
                 };
                 merged.swap(0, first);
                 dependent.insert(merged[0].0);
+                written.insert(merged[0].0, merged.clone());
                 used.extend(merged[1..].iter().map(|(unknown, _)| *unknown));
                 let _ = writeln!(self.model, "*EQUATION\n{}", merged.len());
                 for line in merged.chunks(4) {
@@ -437,6 +463,14 @@ impl Writer<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// Adds to the factor of an unknown.
+fn add(terms: &mut Vec<(u32, f64)>, unknown: u32, factor: f64) {
+    match terms.iter_mut().find(|(known, _)| *known == unknown) {
+        Some((_, sum)) => *sum += factor,
+        None => terms.push((unknown, factor)),
     }
 }
 

@@ -264,8 +264,13 @@ impl Writer<'_> {
         }
         let point = self.case.points.iter().any(|point| point.name == motion.set);
         if turns.is_some() || point {
+            let dropped = self.dropped();
             for &node in &nodes {
                 for &c in &components {
+                    if dropped.contains(&node) {
+                        self.history.supports.own(&(node + 1).to_string(), [(node, c as u8)]);
+                        continue;
+                    }
                     self.prescribe(&[node], (node + 1).to_string(), c, c + 1, curve(self.mesh.nodes[node as usize], c));
                 }
             }
