@@ -47,6 +47,7 @@
 
 mod recording;
 mod spring_force;
+mod sums;
 
 pub use recording::{Reached, Recording};
 pub use spring_force::SpringForce;

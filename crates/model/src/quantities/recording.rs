@@ -4,21 +4,20 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use slipstick_design::quantity::{ExternalWork, FrictionStep, Quantity, Reads};
+use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
 
+use super::sums::Sums;
 use super::{
-    Quantities, QuantityName, QuantityRow, Slipped, Subject, Support, built_in, external_work, has_force_on_void,
-    has_offset, normal_force, supports,
+    Quantities, QuantityName, QuantityRow, Subject, Support, built_in, external_work, has_force_on_void, has_offset,
+    normal_force, supports,
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
-use crate::coarse_friction::CoarseSteps;
 use crate::equations::{
     ContactModel, ContactResults, Design, Known, Method, ModelInterface, NodalContact, StateResults,
 };
 use crate::imbalance::Imbalance;
-use crate::losses::{ContactAt, Losses};
 use crate::overlaps::OpenOverlap;
 use crate::problem::Problem;
 use crate::releases::ReleasedEnergy;
@@ -298,107 +297,6 @@ fn pressed(model: &ContactModel, contact: &ContactResults, time: LoadTime) -> Ve
         [nodes.iter().enumerate().map(force).sum(), pair.offset_at(time)]
     };
     model.interfaces().iter().zip(model.by_pair(&contact.nodes)).map(of).collect()
-}
-
-/// Work since the start of the load case. \[F L\]
-#[derive(Debug, Default)]
-struct Sums {
-    external: f64,
-    offset: f64,
-    thermal: f64,
-    viscous: f64,
-    holding: f64,
-    /// Largest stored energy before the last state.
-    largest: f64,
-    contact: f64,
-    /// Of each pair.
-    friction: Vec<f64>,
-    /// Of the case's own quantities that accumulate; the others are 0.
-    own: Vec<f64>,
-    /// As [`QuantityRow::slipped`].
-    slipped: Vec<Slipped>,
-    /// Sum of the magnitudes of the work of loads, supports and offsets in each (sub-)step.
-    done: f64,
-    lost: Losses,
-    coarse: CoarseSteps,
-    /// A state since then could not be evaluated.
-    broken: bool,
-}
-
-impl Sums {
-    /// Adds what the load case lost, or is coarse for, to the pairs that are reported, or replaces a smaller
-    /// finding. Returns the part of `energy_balance` that these findings account for. \[F L\]
-    fn report(&self, mesh: &Mesh, model: &ContactModel, to: &mut Quantities) -> f64 {
-        let lost = self.lost.reported(model, &mesh.nodes, self.done);
-        let losses: f64 = lost.iter().map(|loss| loss.work).sum();
-        keep_largest(&mut to.losses, lost, |loss| (loss.pair, loss.fraction));
-        let coarse = self.coarse.reported(model, &mesh.nodes, &self.friction, self.done);
-        let errors: f64 = coarse.iter().map(|work| work.error).sum();
-        keep_largest(&mut to.coarse_friction, coarse, |work| (work.pair, work.fraction));
-        losses - errors
-    }
-
-    fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
-        for ((sum, quantity), value) in self.own.iter_mut().zip(own).zip(values) {
-            *sum += if quantity.accumulates() { *value } else { 0.0 };
-        }
-    }
-
-    fn add(
-        &mut self,
-        model: &ContactModel,
-        (before, earlier, old): (&StepState, LoadTime, &ContactResults),
-        (now, time, contact): (&StepState, LoadTime, &ContactResults),
-    ) {
-        let [from, to] = [before, now].map(|state| model.contact_positions(&state.unknowns));
-        self.lost.add(
-            model,
-            &ContactAt { positions: &from, results: old, time: earlier },
-            &ContactAt { positions: &to, results: contact, time },
-        );
-        for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
-            self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
-        }
-    }
-
-    /// Adds the slip of a (sub-)step, and the work that friction dissipates at each slave node.
-    fn add_friction(
-        &mut self,
-        model: &ContactModel,
-        [before, nodes]: [&[NodalContact]; 2],
-        steps: impl Iterator<Item = FrictionStep>,
-    ) {
-        if self.slipped.is_empty() {
-            self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
-        }
-        // where the master hardly covers a tie, it slips elastically, which dissipates nothing
-        let bonded = model.by_pair(nodes).zip(model.interfaces());
-        let bonded = bonded.flat_map(|(nodes, pair)| std::iter::repeat_n(pair.is_bonded(), nodes.len()));
-        self.coarse.resize(nodes.len());
-        let all = self.slipped.iter_mut().zip(nodes).zip(steps).zip(bonded).enumerate();
-        for (j, (((slipped, at), step), _)) in all.filter(|(_, (_, bonded))| !bonded) {
-            if at.status as u8 != 0 {
-                slipped.distance += at.slip[0].hypot(at.slip[1]);
-            }
-            slipped.work += step.work;
-            let slid = at.weighted_slip[0].hypot(at.weighted_slip[1]);
-            let apart = before.get(j).is_none_or(|old| old.gap.is_none() || old.weighted_gap > 1e-6 * slid);
-            self.coarse.add(j, step, apart);
-        }
-        self.friction = model.by_pair(&self.slipped).map(|nodes| nodes.iter().map(|node| node.work).sum()).collect();
-    }
-}
-
-/// Adds findings of pairs to those known; of the same pair, the one with the larger fraction stays. `of` gives
-/// pair and fraction.
-fn keep_largest<T>(known: &mut Vec<T>, found: Vec<T>, of: impl Fn(&T) -> (usize, f64)) {
-    for new in found {
-        match known.iter_mut().find(|old| of(old).0 == of(&new).0) {
-            Some(old) if of(old).1.abs() < of(&new).1.abs() => *old = new,
-            Some(_) => {}
-            None => known.push(new),
-        }
-    }
 }
 
 struct Recorder<'a> {
