@@ -13,7 +13,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use slipstick_design::quantity::Quantity;
 
-use crate::equations::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::equations::{ContactModel, ContactResults, ModelInterface, NodalContact, point_forces};
 use crate::words::{counted, quantity};
 
 /// Ratio of the largest multiplier to the largest force per area from which pressures are rough: 1.5 is that of a single
@@ -92,14 +92,7 @@ impl RoughPressures {
             let Some(interface) = model.interfaces().get(pair).filter(own) else { continue };
             let Some(nodes) = model.by_pair(&contact.nodes).nth(pair) else { continue };
             let Some(rows) = model.by_pair(&contact.transfer).nth(pair) else { continue };
-            // Σ_j b_jk z_j at the points k of the surface
-            let mut forces: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
-            for (at, row) in nodes.iter().zip(rows) {
-                for &(point, b) in row {
-                    let force = forces.entry(point).or_default();
-                    (0..3).for_each(|c| force[c] += b * at.global_multiplier[c]);
-                }
-            }
+            let forces = point_forces(nodes, rows);
             let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let (mut largest, mut node, mut force_per_area, mut count) = (0.0, 0, 0.0_f64, 0);
             let touches = |at: &&NodalContact| at.status as u8 != 0 && at.covered_area > 0.0;

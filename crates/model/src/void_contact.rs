@@ -12,7 +12,7 @@ use std::fmt;
 use serde::Serialize;
 use slipstick_mesh::{ContactMap, FacetNodes, Mesh, facet_area};
 
-use crate::equations::{ContactModel, ContactResults, Design, NodalContact};
+use crate::equations::{ContactModel, ContactResults, Design, NodalContact, point_forces};
 use crate::words::quantity;
 
 /// Density below which an element is void.
@@ -140,13 +140,7 @@ impl VoidSurfaces {
             if shares.iter().all(BTreeMap::is_empty) {
                 return OnVoid::default();
             }
-            let mut forces: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
-            for (at, row) in nodes.iter().zip(rows) {
-                for &(point, b) in row {
-                    let force = forces.entry(point).or_default();
-                    (0..3).for_each(|c| force[c] += b * at.global_multiplier[c]);
-                }
-            }
+            let forces = point_forces(nodes, rows);
             let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             // both surfaces together carry the force twice
             let whole = 0.5 * forces.values().map(size).sum::<f64>();

@@ -27,16 +27,18 @@ fn elements_are_counted_by_kind_and_part() {
     assert_eq!(hexahedra.solids(None), [(CellKind::Hex27, 20)].into());
 }
 
+/// Boxes as Gmsh wrote them: a file of second order, one of first order, and the body.
+const BOXES: [(&str, &str, &str); 4] = [
+    ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "slab"),
+    ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "block"),
+    ("gmsh_wedges_second_order.msh", "gmsh_wedges.msh", "block"),
+    ("gmsh_wedges_second_order.inp", "gmsh_wedges.msh", "block"),
+];
+
 /// The same boxes, as first order from the same program: nodes, volumes and surfaces.
 #[test]
 fn corners_of_second_order_are_the_mesh_of_first_order() {
-    let cases = [
-        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "slab"),
-        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "block"),
-        ("gmsh_wedges_second_order.msh", "gmsh_wedges.msh", "block"),
-        ("gmsh_wedges_second_order.inp", "gmsh_wedges.msh", "block"),
-    ];
-    for (second, first, body) in cases {
+    for (second, first, body) in BOXES {
         let (found, expected) =
             (of_corners(&file(second), body, Some(body)), sound(&file(first), body, Some(body)).mesh);
         let all = |mesh: &Mesh| (0..mesh.nodes.len() as u32).collect::<Vec<_>>();
@@ -157,13 +159,7 @@ fn cells_of_vtk_are_read_by_their_corners() {
 /// node, which is that of the shape functions of the linear element.
 #[test]
 fn elements_of_second_order_are_read_whole() {
-    let cases = [
-        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "slab"),
-        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "block"),
-        ("gmsh_wedges_second_order.msh", "gmsh_wedges.msh", "block"),
-        ("gmsh_wedges_second_order.inp", "gmsh_wedges.msh", "block"),
-    ];
-    for (second, first, body) in cases {
+    for (second, first, body) in BOXES {
         let found = sound(&file(second), body, Some(body)).mesh;
         let linear = sound(&file(first), body, Some(body)).mesh;
         assert_eq!(found.elements.len(), linear.elements.len());

@@ -53,6 +53,7 @@ use pattern::ContactPattern;
 use points::ContactPoints;
 use prescribed::Prescribed;
 use results::element_fields;
+pub(crate) use results::point_forces;
 pub use results::{ContactResults, NodalContact};
 use rigid::RigidBodies;
 pub use share::Share;

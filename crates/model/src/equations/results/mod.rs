@@ -22,6 +22,7 @@ use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{FacetCorners, facet_corner_areas};
 use slipstick_path::{LoadTime, StateError, StepState};
+use std::collections::BTreeMap;
 
 /// Contact results at the mortar row of a slave node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,6 +68,19 @@ pub struct ContactResults {
     /// Row of each slave node that transmits a force: points of the contact surfaces and weights b_jk,
     /// empty for the others. \[L²\]
     pub transfer: Vec<Vec<(u32, f64)>>,
+}
+
+/// Forces Σ_j b_jk z_j at the points k of the surfaces of a pair, from its slave nodes and their
+/// [`transfer`](ContactResults::transfer): of slave and master with opposite signs. \[F\]
+pub(crate) fn point_forces(nodes: &[NodalContact], rows: &[Vec<(u32, f64)>]) -> BTreeMap<u32, [f64; 3]> {
+    let mut forces: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+    for (at, row) in nodes.iter().zip(rows) {
+        for &(point, b) in row {
+            let force = forces.entry(point).or_default();
+            (0..3).for_each(|c| force[c] += b * at.global_multiplier[c]);
+        }
+    }
+    forces
 }
 
 impl Design {
