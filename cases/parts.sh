@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Takes six designs to parts, compares what they promised with what the parts do, and puts the table between the marks of
-# docs/measurements/parts.md; seven minutes on two cores.
+# docs/measurements/parts.md.
 #
 #   cases/parts.sh
 #

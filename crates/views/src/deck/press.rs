@@ -80,7 +80,7 @@ impl Writer<'_> {
             return;
         }
         let Some(Fit { moved, closed }) = fit(contact, self.case.load_path.steps) else {
-            let message = "in a deck, surfaces overlap from the start: only an offset that grows in a straight line from \
+            let message = "in a deck, surfaces overlap from the start: only an offset that grows linearly from \
                            t = 0, and is then constant, is written";
             return self.refuse(at("offset"), message, "give it one waypoint");
         };
