@@ -173,13 +173,15 @@ def markdown(doc: str, properties: list[str] | None = None) -> str:
 
 
 def prose(text: str) -> str:
-    """Paragraphs, with the roles and literals of reStructuredText replaced; literals stay whole."""
+    """Paragraphs and tables; roles and literals of reStructuredText replaced, literals whole."""
     text = re.sub(r":\w+:`~?(?:slipstick\.)?([^`]*)`", r"`\1`", text.strip())
     text = re.sub(r"``([^`]*)``", r"`\1`", text)
     paragraphs = []
     for paragraph in re.split(r"\n\s*\n", text):
         if paragraph.startswith(">>>"):
             paragraphs.append(f"```python\n{paragraph}\n```")
+        elif paragraph.startswith("|"):
+            paragraphs.append(paragraph)
         else:
             words = paragraph.split()
             paragraphs.append(textwrap.fill(" ".join(words), 100, break_on_hyphens=False))

@@ -166,5 +166,22 @@ def test_errors_come_through(problem: ss.Problem, density: NDArray[np.float64]) 
         jax.block_until_ready(f(2.0 * density))
 
 
+def test_what_jax_cannot_do_is_an_error(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    """The rows of the table in the module's docstring that name errors, and ``jacrev``."""
+    f = ss.jax.objective(problem)
+    with pytest.raises(TypeError, match="forward-mode"):
+        jax.jvp(f, (density,), (density,))
+    with pytest.raises(TypeError, match="forward-mode"):
+        jax.jacfwd(f)(density)
+    with pytest.raises(Exception, match=r"JVP|forward-mode|differentiat"):
+        jax.hessian(f)(density)
+    with pytest.raises(Exception, match=r"JVP|differentiat"):
+        jax.grad(lambda x: jax.numpy.sum(jax.grad(f)(x)))(density)
+    rows = jax.jacrev(lambda x: ss.jax.quantities(problem, "grip")(x)["grip"])(density)
+    _, pullback = problem.vjp(density, "grip")
+    for step, row in enumerate(rows):
+        assert np.allclose(row, pullback(np.eye(len(rows))[step : step + 1]), rtol=1e-10, atol=0)
+
+
 def test_examples_of_docstrings() -> None:
     assert doctest.testmod(ss.jax).failed == 0

@@ -1,9 +1,12 @@
-"""The notebooks in docs/notebooks run, cell by cell."""
+"""The notebooks in docs/notebooks run, cell by cell, and give the results stored in them."""
 
 from __future__ import annotations
 
 import ast
+import contextlib
+import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +15,37 @@ import pytest
 NOTEBOOKS = sorted((Path(__file__).parents[3] / "docs" / "notebooks").glob("*.ipynb"))
 
 
-def run(code: str, names: dict[str, Any]) -> Any:
-    """The value of the last expression, as a notebook shows it."""
+def run(code: str, names: dict[str, Any]) -> tuple[Any, str]:
+    """The value of the last expression, as a notebook shows it, and what the cell prints."""
     tree = ast.parse(code)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
-    exec(compile(tree, "cell", "exec"), names)
-    return (
-        None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
-    )
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(compile(tree, "cell", "exec"), names)
+        value = last and eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+    return value, printed.getvalue()
+
+
+def numbers(text: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[-+]\d+)?", text)]
+
+
+def agrees(stored: str, found: str) -> bool:
+    """Whether the words are the same, and the numbers but for round-off."""
+    a, b = numbers(stored), numbers(found)
+    return len(a) == len(b) and b == pytest.approx(a, rel=1e-4, abs=1e-6)
+
+
+def check_outputs(cell: dict[str, Any], value: Any, printed: str) -> None:
+    """Every number stored with a cell is that of this run; of pictures, there is one."""
+    kept = cell["outputs"]
+    text = "".join("".join(output["text"]) for output in kept if output["output_type"] == "stream")
+    assert agrees(text, printed), f"stored {text!r}, printed {printed!r}"
+    results = [output["data"] for output in kept if output["output_type"] != "stream"]
+    assert value is None or results, "a value is shown, but none is stored"
+    for data in results:
+        if not any(kind.startswith("image/") for kind in data):
+            stored = "".join(data["text/plain"])
+            assert agrees(stored, repr(value)), f"stored {stored!r}, found {value!r}"
 
 
 @pytest.mark.skipif(not NOTEBOOKS, reason="the notebooks are only in the repository")
@@ -73,9 +99,10 @@ def test_notebook(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setenv("MPLBACKEND", "Agg")
     cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
     names: dict[str, Any] = {}
-    shown = [run("".join(cell["source"]), names) for cell in cells if cell["cell_type"] == "code"]
+    shown = []
+    for cell in (cell for cell in cells if cell["cell_type"] == "code"):
+        value, printed = run("".join(cell["source"]), names)
+        check_outputs(cell, value, printed)
+        shown.append(value)
     assert len(shown) >= 2
     globals()[notebook.stem](names, shown)
-    assert not any(cell.get("outputs") for cell in cells), (
-        "notebooks are kept without their outputs"
-    )

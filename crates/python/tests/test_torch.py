@@ -135,5 +135,12 @@ def test_a_design_of_an_optimizer_of_torch(problem: ss.Problem) -> None:
     assert values[-1] < values[0]
 
 
+def test_there_are_no_second_derivatives(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    x = tensor(density)
+    (gradient,) = torch.autograd.grad(ss.torch.objective(problem)(x), x, create_graph=True)
+    with pytest.raises(RuntimeError, match="once_differentiable"):
+        gradient.sum().backward()
+
+
 def test_examples_of_docstrings() -> None:
     assert doctest.testmod(ss.torch).failed == 0

@@ -1,11 +1,20 @@
 """Differentiable functions of a problem for JAX (extra ``slipstick[jax]``).
 
-The functions are ``jax.custom_vjp`` over callbacks, so ``jax.grad``, ``jax.vjp`` and ``jax.jit``
-work, with respect to the densities and to friction, moduli and amplitudes; under ``jax.vmap``,
-densities are analysed one after the other. There are no second derivatives and no forward mode.
+The functions are ``jax.custom_vjp`` over callbacks to the host. Their derivatives are those with
+respect to the densities and to parameters such as friction, moduli and amplitudes.
 
-Analyses always compute with 64-bit floats; unless they are enabled in JAX, densities and results
-are rounded to 32 bits. ``jax.config.update("jax_enable_x64", True)`` enables them.
+| in JAX | |
+|---|---|
+| ``grad``, ``value_and_grad``, ``vjp`` | one sweep along the load path |
+| ``jacrev`` | one sweep for each row of the Jacobian, along the same path |
+| ``jit`` | works; load paths are computed as without it |
+| ``vmap`` | works; densities are analysed one after the other |
+| ``jvp``, ``jacfwd`` | a ``TypeError``: there is no forward mode |
+| ``hessian``, ``grad`` of ``grad`` | an error: there are no second derivatives |
+| 32 bits, JAX's default | densities and results are rounded; analyses compute with 64 bits |
+| arrays on a GPU | JAX copies them to the host and back; not tested |
+
+``jax.config.update("jax_enable_x64", True)`` enables 64 bits.
 
 Examples
 --------

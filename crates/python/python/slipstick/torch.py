@@ -1,8 +1,15 @@
 """Differentiable functions of a problem for PyTorch (extra ``slipstick[torch]``).
 
-The functions are ``torch.autograd.Function``: ``backward`` and ``torch.autograd.gradcheck`` work.
-There are no second derivatives. Analyses use 64-bit floats on the CPU; results have the type and
-the device of the densities.
+The functions are ``torch.autograd.Function``; analyses use 64-bit floats on the CPU.
+
+| in PyTorch | |
+|---|---|
+| ``backward``, ``torch.autograd.grad`` | one sweep along the load path |
+| ``torch.autograd.gradcheck`` | passes |
+| derivatives of derivatives | a ``RuntimeError``: there are no second derivatives |
+| ``torch.func`` and ``torch.compile`` | not supported |
+| 32 bits | densities and results are rounded; results have the type of the densities |
+| tensors on a GPU | are copied to the host; results return to their device; not tested |
 
 Examples
 --------
