@@ -1,6 +1,7 @@
 //! Draws the quantities of mortar contact: a slave facet above two master facets.
 //!
-//! `cargo run --release -p slipstick-contact --example mortar_picture > docs/figures/mortar.svg`
+//! The picture is a file of the crate, whose documentation shows it, and a figure of the book; the test `picture`
+//! writes both with `UPDATE_PAGES=1`.
 
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::clip::{Point, clip};

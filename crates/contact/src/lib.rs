@@ -15,7 +15,7 @@
 //! so the enforcement methods only need the coefficients and their gradients from the geometry.
 //! This crate has no notion of design variables or time.
 //!
-#![doc = include_str!("../../../docs/figures/mortar.svg")]
+#![doc = include_str!("../mortar.svg")]
 //!
 //! The mortar segments are the parts of the slave facet opposite to each master facet. D and M are
 //! integrated over them; they give each slave node its gap, and the forces of its multiplier.

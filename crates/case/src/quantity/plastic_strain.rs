@@ -37,7 +37,7 @@ impl Kind for PlasticStrain {
         let has_memory = |e: &u32| at.model.solid().material(*e as usize).kind().has_memory();
         if !elements.iter().any(has_memory) {
             let message = "no element here has a law with plastic strain, so it is always 0".into();
-            let help = "give the body a `j2_linear` or `j2_voce` material, or omit the quantity";
+            let help = "give the body a material whose name begins with `j2_`, or omit the quantity";
             return Err(at.constant(message, help));
         }
         Ok(Arc::new(quantity::PlasticStrain::new(name, elements, self.sharpness).map_err(|error| at.error(error))?))

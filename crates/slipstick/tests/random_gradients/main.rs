@@ -4,8 +4,10 @@
 //!
 //!     cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture
 
+mod bodies;
 #[path = "../common/mod.rs"]
 mod common;
+mod connections;
 mod curved;
 mod fields;
 mod maps;
@@ -19,11 +21,13 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
+use bodies::{FIRST_OF_PLASTIC, FIRST_OF_RIGID};
+use connections::{FIRST_OF_BOLTS, FIRST_OF_EQUATIONS, FIRST_OF_SPRINGS};
 use curved::FIRST_OF_CURVED;
 use fields::FIRST_OF_FIELDS;
 use problem::{
-    FIRST_OF_BOLTS, FIRST_OF_EQUATIONS, FIRST_OF_JOINTS, FIRST_OF_PLASTIC, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES,
-    FIRST_OF_RIGID, FIRST_OF_SCENARIOS, FIRST_OF_SOFT, FIRST_OF_SPRINGS, RandomProblem, random_problem,
+    FIRST_OF_JOINTS, FIRST_OF_QUADRATIC, FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, FIRST_OF_SOFT, RandomProblem,
+    random_problem,
 };
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;

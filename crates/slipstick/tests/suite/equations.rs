@@ -392,6 +392,26 @@ fn the_readme_shows_the_program_of_the_python_package() {
     assert_eq!(program("README.md"), program("crates/python/README.md"));
 }
 
+/// A crate that includes a file from elsewhere builds here, but not from its package.
+#[test]
+fn crates_include_their_own_files() {
+    let absolute = |path: &Path| path.canonicalize().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut files = 0;
+    for source in sources() {
+        let Some((own, inner)) = source.path.split_once("/src/") else { continue };
+        if inner.ends_with("tests.rs") || inner.contains("tests/") {
+            continue;
+        }
+        for rest in ["include_str!(\"", "include_bytes!(\""].iter().flat_map(|word| source.text.split(word).skip(1)) {
+            let (name, _) = rest.split_once('"').expect("the end of a name");
+            let file = absolute(&Path::new(&source.path).with_file_name(name));
+            assert!(file.starts_with(absolute(Path::new(own))), "{} includes {name} of another folder", source.path);
+            files += 1;
+        }
+    }
+    assert!(files > 5, "only {files} included files");
+}
+
 #[test]
 fn ranges_and_lists_of_equations_are_read() {
     let read = |tag: &str| numbers(tag).into_iter().collect::<Vec<_>>();

@@ -58,6 +58,7 @@ mod table;
 mod tapers;
 mod temperature;
 mod temporary;
+mod ties;
 mod void;
 mod void_contact;
 mod wound;

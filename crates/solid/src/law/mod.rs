@@ -7,9 +7,8 @@
 //!
 //! **To add a law**, write its file with the list of its constants, declare it below, add a line to
 //! the list and a row to `docs/case_file/bodies.md`. Enum, dispatch, the words and keys in case files,
-//! their checks and their JSON schema follow from the lists. A further form of a law, which shares
-//! its name in case files, goes into the block of other forms and sets `Law::FORM`. The tests also follow from them: they
-//! compare every law, in every element type, with the derivatives of its energy (`reference.rs`).
+//! their checks, their JSON schema and the tests (`reference.rs`) follow from the lists. A further form
+//! of a law, which shares its name in case files, goes into the block of other forms and sets `Law::FORM`.
 
 mod any;
 mod constants;
@@ -32,6 +31,7 @@ mod yeoh;
 
 pub(crate) use any::AnyLaw;
 pub use constants::{Constant, Form, Range, Value};
+pub use j2::HardeningTable;
 pub use memory::HISTORY;
 
 use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
@@ -247,13 +247,15 @@ laws! { $
         j2: J2Linear of j2_linear,
         /// J2 plasticity at finite strains with hardening that saturates (Voce).
         j2: J2Voce of j2_voce,
+        /// J2 plasticity at finite strains with hardening by a power law (Swift).
+        j2: J2Swift of j2_swift,
         /// J2 plasticity at finite strains with hardening from a table.
         j2: J2Table of j2_table,
     }
 }
 
 impl LawKind {
-    /// The law with the name `word` in case files; if it has several forms, the default.
+    /// The law with the name `word` in case files, in its default form.
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|law| law.word() == word)
     }
@@ -331,8 +333,7 @@ pub(crate) trait Law: Stress {
     /// derivatives can be computed with dual numbers.
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T;
 
-    /// Energy density Ψ_L of the small-strain limit at H = ∂u/∂X: the second-order terms of Ψ.
-    /// \[F/L²\]
+    /// Energy density Ψ_L of the small-strain limit at H = ∂u/∂X: the second-order terms of Ψ. \[F/L²\]
     fn small_strain_energy<T: Real>(&self, h: &[[T; 3]; 3]) -> T {
         self.hooke().energy(h)
     }

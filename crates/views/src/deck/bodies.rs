@@ -314,10 +314,6 @@ impl Writer<'_> {
         let rigid = self.case.bodies[b].rigid.is_some();
         let hooke = || format!("*ELASTIC\n{}\n", numbers(&[one("youngs_modulus"), one("poisson_ratio")]));
         let bulk = || number(2.0 / one("bulk_modulus"));
-        let rows = |stresses: &[f64], strains: &[f64]| -> String {
-            let rows = stresses.iter().zip(strains).map(|(stress, strain)| numbers(&[*stress, *strain]));
-            format!("*PLASTIC\n{}\n", rows.collect::<Vec<_>>().join("\n"))
-        };
         match kind {
             LawKind::LinearElastic => {
                 text.push_str(&hooke());
@@ -365,25 +361,17 @@ impl Writer<'_> {
                 let _ =
                     writeln!(text, "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{},\n{}", numbers(&all[..8]), number(all[8]));
             }
-            LawKind::J2Linear => {
-                let (stress, slope) = (one("yield_stress"), one("hardening_modulus"));
+            LawKind::J2Linear | LawKind::J2Voce | LawKind::J2Swift | LawKind::J2Table => {
+                let table = material.hardening().expect("laws of plasticity harden");
                 text.push_str(&hooke());
-                text.push_str(&rows(&[stress, stress + 10.0 * slope], &[0.0, 10.0]));
-            }
-            LawKind::J2Voce => {
-                let (first, last) = (one("yield_stress"), one("saturation_stress"));
-                let (rate, slope) = (one("saturation_rate"), one("hardening_modulus"));
-                // denser at the start, up to eight times the decay and one more row far beyond
-                let strain = |k: usize| (k as f64 / 30.0).powi(2) * 8.0 / rate;
-                let strains: Vec<f64> = (0..31).map(strain).chain([10.0 + 8.0 / rate]).collect();
-                let stress = |a: &f64| first + (last - first) * (1.0 - (-rate * a).exp()) + slope * a;
-                text.push_str(&hooke());
-                text.push_str(&rows(&strains.iter().map(stress).collect::<Vec<_>>(), &strains));
-                self.warn(key, "the curve of hardening is written as a table of 32 rows", "none is needed");
-            }
-            LawKind::J2Table => {
-                text.push_str(&hooke());
-                text.push_str(&rows(&many("yield_stress"), &many("plastic_strain")));
+                let rows =
+                    table.stresses.iter().zip(&table.strains).map(|(stress, strain)| numbers(&[*stress, *strain]));
+                let _ = writeln!(text, "*PLASTIC\n{}", rows.collect::<Vec<_>>().join("\n"));
+                if !table.exact {
+                    let count = table.strains.len();
+                    let message = format!("the curve of hardening is written as a table of {count} rows");
+                    self.warn(key, message, "none is needed");
+                }
             }
         }
         let hexahedra = self.mesh.bodies[b].elements.clone().any(|e| matches!(self.mesh.elements[e], Element::Hex8(_)));

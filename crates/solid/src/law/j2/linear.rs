@@ -53,4 +53,8 @@ impl Hardening for Linear {
     fn work<R: Real>(&self, strain: R) -> R {
         (R::from(self.initial) + R::from(0.5 * self.modulus) * strain) * strain
     }
+
+    fn rows(&self) -> (Vec<f64>, bool) {
+        (vec![0.0, 10.0], true)
+    }
 }

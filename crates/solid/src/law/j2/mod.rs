@@ -23,12 +23,14 @@
 //! `derivatives_of_an_update_match_differences`.
 
 mod linear;
+mod swift;
 mod table;
 #[cfg(test)]
 mod tests;
 mod voce;
 
 pub use linear::Linear;
+pub use swift::Swift;
 pub use table::Table;
 pub use voce::Voce;
 
@@ -36,7 +38,7 @@ use super::constants::{ELASTIC, Hooke};
 use super::hencky::Hencky;
 use super::memory::{Differentiable, HISTORY, Inelastic, Isotropic, Tensor};
 use super::principal::Spectrum;
-use super::{Constant, Law, Local, MaterialError, Real, Stress, Value, inverse};
+use super::{Constant, Law, Local, Material, MaterialError, Real, Stress, Value, inverse, with_memory};
 use crate::registers::{AtPoints, Matrix};
 use pulp::Simd;
 use std::array::from_fn;
@@ -68,6 +70,10 @@ pub trait Hardening: Copy {
 
     /// ∫ σ_y dα from 0: the plastic work per volume. \[F/L²\]
     fn work<R: Real>(&self, strain: R) -> R;
+
+    /// The plastic strains of a table that stands for the curve, from 0 to beyond those that occur, and
+    /// whether the curve is linear between them.
+    fn rows(&self) -> (Vec<f64>, bool);
 }
 
 /// J2 plasticity with a hardening law.
@@ -79,10 +85,35 @@ pub struct J2<H> {
 
 /// J2 plasticity with linear hardening.
 pub type J2Linear = J2<Linear>;
+/// J2 plasticity with Swift's hardening.
+pub type J2Swift = J2<Swift>;
 /// J2 plasticity with hardening from a table.
 pub type J2Table = J2<Table>;
 /// J2 plasticity with Voce's hardening.
 pub type J2Voce = J2<Voce>;
+
+/// A curve of hardening as a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HardeningTable {
+    /// Equivalent plastic strains, from 0.
+    pub strains: Vec<f64>,
+    /// True yield stresses. \[F/L²\]
+    pub stresses: Vec<f64>,
+    /// Whether the curve is linear between the rows.
+    pub exact: bool,
+}
+
+impl Material {
+    /// The curve of hardening, of laws that have one.
+    pub fn hardening(&self) -> Option<HardeningTable> {
+        fn table<H: Hardening>(law: &J2<H>) -> HardeningTable {
+            let (strains, exact) = law.hardening.rows();
+            let stresses = strains.iter().map(|strain| law.hardening.yield_stress(*strain)).collect();
+            HardeningTable { strains, stresses, exact }
+        }
+        self.kind().has_memory().then(|| with_memory!(self, law => table(law)))
+    }
+}
 
 /// ½ ln bᵉ.
 fn elastic_strain<R: Differentiable>(f: &Tensor<R>, history: &[R; HISTORY]) -> Tensor<R> {

@@ -105,4 +105,8 @@ impl Hardening for Table {
         let rest = strain - R::from(self.strain[last]);
         R::from(before) + (R::from(self.stress[last]) + R::from(0.5 * self.slope_behind(last)) * rest) * rest
     }
+
+    fn rows(&self) -> (Vec<f64>, bool) {
+        (self.strain[..self.rows].to_vec(), true)
+    }
 }

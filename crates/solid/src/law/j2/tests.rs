@@ -14,6 +14,10 @@ fn voce() -> J2Voce {
     J2Voce::from_values(&[E, NU, 30.0, 50.0, 12.0, 20.0].map(Value::from)).unwrap()
 }
 
+fn swift() -> J2Swift {
+    J2Swift::from_values(&[E, NU, 30.0, 0.02, 0.25].map(Value::from)).unwrap()
+}
+
 fn table() -> J2Table {
     let rows: [&[f64]; 2] = [&[30.0, 40.0, 42.0, 60.0], &[0.0, 0.03, 0.1, 0.6]];
     J2Table::from_values(&[E.into(), NU.into(), rows[0].into(), rows[1].into()]).unwrap()
@@ -71,6 +75,7 @@ fn uniaxial_stress_is_analytic() {
         _ => 42.0 + 18.0 * (flow - 0.1) / 0.5,
     };
     uniaxial(&table(), between);
+    uniaxial(&swift(), |flow| 30.0 * (1.0 + flow / 0.02).powf(0.25));
     uniaxial(&voce(), |flow| 30.0 + 20.0 * (1.0 - (-12.0 * flow).exp()) + 20.0 * flow);
 }
 
@@ -202,6 +207,7 @@ fn derivatives_of_an_update_match_differences() {
     }
     check(&linear());
     check(&voce());
+    check(&swift());
     check(&table());
 }
 
@@ -222,6 +228,7 @@ fn work_is_the_integral_of_the_yield_stress() {
     }
     check(&linear().hardening);
     check(&voce().hardening);
+    check(&swift().hardening);
     check(&table().hardening);
 }
 

@@ -70,4 +70,10 @@ impl Hardening for Voce {
         (R::from(self.saturation) + R::from(0.5 * self.modulus) * strain) * strain
             + R::from(range / self.rate) * decayed
     }
+
+    fn rows(&self) -> (Vec<f64>, bool) {
+        // denser at the start, up to eight times the decay and one more row far beyond
+        let strain = |k: i32| (f64::from(k) / 30.0).powi(2) * 8.0 / self.rate;
+        ((0..31).map(strain).chain([10.0 + 8.0 / self.rate]).collect(), false)
+    }
 }
