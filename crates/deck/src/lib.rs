@@ -24,6 +24,7 @@
 //! ```
 
 mod bodies;
+mod constants;
 mod history;
 mod ledger;
 mod read;
@@ -69,10 +70,11 @@ pub fn translate(bytes: &[u8], file: &str, ignored: &[String]) -> Result<Transla
     let flat = flat(&text).map_err(|error| Places::new(&text).told(error))?;
     let places = Places::new(&flat);
     let mut ledger = Ledger::new(file, ignored);
-    let deck = read::deck(&cards(&flat)?, &mut ledger);
+    let mut deck = read::deck(&cards(&flat)?, &mut ledger);
     let mut mesh = FileMesh::parse(&flat)?;
     let centres = mesh.complete_centres();
     let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
+    deck.evaluate_constants(&mesh, &centres, &bodies, &mut ledger);
     let targets = Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     let text = write::case(&deck, &mesh, &bodies, &targets, file, &places, &mut ledger);
     ledger.place(&places);
@@ -93,7 +95,7 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     let cards = cards(&flat)?;
     if cards.iter().any(|card| card.keyword.name == "STEP") {
         let mut ledger = Ledger::new("", &[]);
-        let deck = read::deck(&cards, &mut ledger);
+        let mut deck = read::deck(&cards, &mut ledger);
         // the case of the deck has F̄ for these
         mesh.notices.retain(|notice| !notice.contains("are read as C3D8:"));
         if !deck.spring_elements.is_empty() {
@@ -101,6 +103,7 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
         }
         let centres = mesh.complete_centres();
         let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
+        deck.evaluate_constants(&mesh, &centres, &bodies, &mut ledger);
         Targets::new(&mut mesh, &centres, &deck, &bodies, &mut ledger);
     }
     Ok(mesh)

@@ -96,9 +96,9 @@ impl FileMesh {
             (CellKind::Wedge6, "wedges", "bottom and top are swapped"),
             (CellKind::Tet4, "tetrahedra", "two nodes are swapped"),
             (CellKind::Hex20, "hexahedra of 20 nodes", "bottom and top are swapped"),
-            (CellKind::Hex27, "hexahedra of 27 nodes", "bottom and top are swapped"),
+            (CellKind::Hex27, "hexahedra of second order", "bottom and top are swapped"),
             (CellKind::Wedge15, "wedges of 15 nodes", "bottom and top are swapped"),
-            (CellKind::Wedge18, "wedges of 18 nodes", "bottom and top are swapped"),
+            (CellKind::Wedge18, "wedges of second order", "bottom and top are swapped"),
             (CellKind::Tet10, "tetrahedra of 10 nodes", "two corners are swapped"),
         ] {
             let cells: Vec<u32> = flipped.iter().copied().filter(|&cell| extraction.kind(cell) == kind).collect();

@@ -31,6 +31,15 @@ pub fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) -> Resul
         Parameter::Load { load } => {
             case.loads[load].amplitude.iter_mut().for_each(|point| point.factor *= value);
         }
+        Parameter::Expansion { body } => {
+            let body = &mut case.bodies[body];
+            let factor = value / body.thermal_expansion.unwrap_or(1.0);
+            body.thermal_expansion = Some(value);
+            body.sections.iter_mut().filter_map(|of| of.thermal_expansion.as_mut()).for_each(|alpha| *alpha *= factor);
+        }
+        Parameter::Temperature { change } => {
+            case.temperatures[change].amplitude.iter_mut().for_each(|point| point.factor *= value);
+        }
     }
     Ok(())
 }
@@ -52,5 +61,7 @@ pub fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
         Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion")),
         Parameter::Preload { bolt } => ("amplitude", format!("bolt[{bolt}].force")),
         Parameter::Load { load } => ("amplitude", format!("load[{load}]")),
+        Parameter::Expansion { body } => ("thermal_expansion", case.bodies[body].name.clone()),
+        Parameter::Temperature { change } => ("amplitude", format!("temperature[{change}]")),
     }
 }

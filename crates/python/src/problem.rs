@@ -173,7 +173,11 @@ impl Problem {
             let value = match parameter {
                 Parameter::Friction { interface } => case.contacts[interface].friction,
                 Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus(),
-                Parameter::Amplitude { .. } | Parameter::Preload { .. } | Parameter::Load { .. } => 1.0,
+                Parameter::Expansion { body } => case.bodies[body].thermal_expansion.unwrap_or(0.0),
+                Parameter::Amplitude { .. }
+                | Parameter::Preload { .. }
+                | Parameter::Load { .. }
+                | Parameter::Temperature { .. } => 1.0,
             };
             (kind, place, value)
         };

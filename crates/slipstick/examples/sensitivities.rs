@@ -96,6 +96,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             Parameter::Amplitude { motion } => format!("amplitude of motion {motion}"),
             Parameter::Preload { bolt } => format!("force of bolt {bolt}"),
             Parameter::Load { load } => format!("amplitude of load {load}"),
+            Parameter::Expansion { body } => format!("thermal expansion of {}", problem.mesh.bodies[*body].name),
+            Parameter::Temperature { change } => format!("amplitude of temperature {change}"),
         };
         println!("derivative of θ with respect to the {name}: {derivative:.6e}");
     }

@@ -68,6 +68,16 @@ impl SolidModel {
         self.pull_back(self.state(d, step), weights, &mut into)
     }
 
+    /// A list like the history, with the entries of each element times its weight.
+    pub fn weighted_history(&self, history: &[f64], weights: &[f64]) -> Vec<f64> {
+        let mut out = history.to_vec();
+        for element in self.memory().flat_map(|block| &block.elements) {
+            let entries = (0..element.points()).flat_map(|q| element.entries(q));
+            entries.for_each(|entry| out[entry] *= weights[element.number()]);
+        }
+        out
+    }
+
     /// Adds (∂f/∂h)ᵀ λ + (∂h′/∂h)ᵀ η for the history h at the start of the step.
     ///
     /// # Errors

@@ -111,5 +111,11 @@ fn name(case: &Case, parameter: Parameter) -> (&'static str, String) {
         }
         Parameter::Preload { bolt } => ("amplitude", format!("bolt[{bolt}].force ({})", case.bolts[bolt].name)),
         Parameter::Load { load } => ("amplitude", format!("load[{load}] ({})", case.loads[load].target())),
+        Parameter::Expansion { body } => ("thermal_expansion", case.bodies[body].name.clone()),
+        Parameter::Temperature { change } => {
+            let of = &case.temperatures[change];
+            let place = of.body.as_ref().or(of.set.as_ref()).map_or("all bodies", String::as_str);
+            ("amplitude", format!("temperature[{change}] ({place})"))
+        }
     }
 }

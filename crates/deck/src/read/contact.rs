@@ -205,10 +205,7 @@ impl Reader<'_> {
             "TABULAR" => {
                 let rows = self.numbers(card);
                 let table: Vec<[f64; 2]> = rows.iter().filter_map(|row| Some([*row.first()?, *row.get(1)?])).collect();
-                let rises = table.windows(2).all(|two| two[1][0] >= two[0][0] && two[1][1] > two[0][1]);
-                if table.is_empty() || table.len() < rows.len() || !rises || table[0][0] != 0.0 {
-                    let why = "a line has a pressure and a penetration; penetrations rise, and pressures do not fall, \
-                               from 0";
+                if let Some(why) = table_fault(&table, rows.len()) {
                     return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], why, DAMAGED);
                 }
                 let how = "`penalty` with a `table` of pressures, constant beyond its ends, as in CalculiX";
@@ -427,6 +424,25 @@ impl Reader<'_> {
         }
         self.ledger.translated("MODEL CHANGE", line, "`active`");
     }
+}
+
+/// What is wrong with a table of pressures and penetrations that has this number of lines.
+fn table_fault(table: &[[f64; 2]], lines: usize) -> Option<String> {
+    if table.is_empty() || table.len() < lines {
+        return Some("a line of a table has a pressure and a penetration".into());
+    }
+    if table[0][0] != 0.0 {
+        return Some(format!("the first pressure of the table is {} instead of 0", table[0][0]));
+    }
+    table.windows(2).find_map(|two| match two {
+        [[_, before], [_, after]] if !(after > before) => {
+            Some(format!("penetrations of a table rise, but {after} follows {before}"))
+        }
+        [[before, _], [after, _]] if !(after >= before) => {
+            Some(format!("pressures of a table do not fall, but {after} follows {before}"))
+        }
+        _ => None,
+    })
 }
 
 /// A name without quotes.

@@ -14,9 +14,42 @@ pub struct Material {
     pub density: Option<f64>,
     /// Coefficient of thermal expansion.
     pub expansion: Option<f64>,
+    /// Constants that depend on temperature; those above are of the first row.
+    pub tables: Vec<Tabled>,
     /// Whether an option is refused, which has its own message.
     pub refused: bool,
     pub line: usize,
+}
+
+/// Constants that depend on temperature.
+#[derive(Debug)]
+pub struct Tabled {
+    pub of: TableOf,
+    /// Ascending temperatures with the constants there.
+    pub rows: Vec<(f64, Vec<f64>)>,
+    pub line: usize,
+}
+
+/// Whose constants they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TableOf {
+    Elastic,
+    Density,
+    /// With the temperature of no expansion.
+    Expansion {
+        zero: f64,
+    },
+}
+
+impl Tabled {
+    /// The constants at a temperature: linear in between, constant beyond the first and the last row.
+    pub fn at(&self, temperature: f64) -> Vec<f64> {
+        let next = self.rows.partition_point(|(at, _)| *at <= temperature);
+        let (before, after) = (next.max(1) - 1, next.min(self.rows.len() - 1));
+        let ((a, from), (b, to)) = (&self.rows[before], &self.rows[after]);
+        let share = if a == b { 0.0 } else { (temperature - a) / (b - a) };
+        from.iter().zip(to).map(|(from, to)| from + share * (to - from)).collect()
+    }
 }
 
 /// Constants of `*ELASTIC`.
@@ -125,6 +158,28 @@ impl Reader<'_> {
         Some(all)
     }
 
+    /// The first row of constants, each of which may be followed by a temperature; what follows from others is kept.
+    pub(super) fn by_temperature(&mut self, card: &Card<'_>, count: usize, of: TableOf) -> Option<Vec<f64>> {
+        let (name, line) = (card.keyword.name.clone(), card.keyword.line);
+        let rows = self.numbers(card);
+        if rows.len() < 2 || rows[0].len() < count {
+            return self.constants(card, count);
+        }
+        let row = |row: &Vec<f64>| (row.get(count).copied().unwrap_or(0.0), row[..count.min(row.len())].to_vec());
+        let rows: Vec<(f64, Vec<f64>)> = rows.iter().map(row).collect();
+        let complete = rows.iter().all(|(_, constants)| constants.len() == count);
+        if !complete || !rows.windows(2).all(|two| two[0].0 < two[1].0) {
+            let why = "a row has the constants and a temperature, and temperatures rise";
+            self.ledger.wrong(&name, [line, line], why, super::DAMAGED);
+            return None;
+        }
+        let first = rows[0].1.clone();
+        if rows.iter().any(|(_, constants)| *constants != first) {
+            self.own(card)?.tables.push(Tabled { of, rows, line });
+        }
+        Some(first)
+    }
+
     fn elastic(&mut self, card: &Card<'_>) {
         self.allow(card, &["TYPE"]);
         let (line, of) =
@@ -137,7 +192,7 @@ impl Reader<'_> {
         };
         let elastic = match kind {
             None => {
-                let Some(row) = self.constants(card, 2) else { return };
+                let Some(row) = self.by_temperature(card, 2, TableOf::Elastic) else { return };
                 Elastic::Isotropic { youngs_modulus: row[0], poisson_ratio: row[1] }
             }
             Some(convert) => {
@@ -163,7 +218,7 @@ impl Reader<'_> {
 
     fn density(&mut self, card: &Card<'_>) {
         let line = card.keyword.line;
-        let Some(row) = self.constants(card, 1) else { return };
+        let Some(row) = self.by_temperature(card, 1, TableOf::Density) else { return };
         if row[0] < 0.0 {
             return self.ledger.wrong("DENSITY", [line, line], "the density is negative", "correct the line");
         }

@@ -23,7 +23,7 @@ pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Friction, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
 pub use equation::{Equation, EquationTerm};
-pub use material::{Elastic, Hyperelastic, Material};
+pub use material::{Elastic, Hyperelastic, Material, TableOf};
 pub use mpc::{Mpc, MpcKind};
 pub use orientation::Orientation;
 pub use spring::{SpringElement, SpringSection};

@@ -29,6 +29,8 @@ pub enum MpcKind {
     Link,
     /// The first nodes rigidly on the last.
     Beam,
+    /// The mean rotation of the first nodes is the first component of the last, whose position is the axis.
+    MeanRotation,
 }
 
 const KINDS: &[(&str, MpcKind)] = &[
@@ -39,13 +41,12 @@ const KINDS: &[(&str, MpcKind)] = &[
     ("TIE", MpcKind::Pin),
     ("LINK", MpcKind::Link),
     ("BEAM", MpcKind::Beam),
+    ("MEANROT", MpcKind::MeanRotation),
 ];
 
 /// What to write instead of others.
-const INSTEAD: &[(&str, &str)] = &[
-    ("DIST", "let surfaces touch with *CONTACT PAIR; LINK keeps the distance of two nodes"),
-    ("MEANROT", "write *COUPLING with *DISTRIBUTING, and prescribe the rotation of its reference node"),
-];
+const INSTEAD: &[(&str, &str)] =
+    &[("DIST", "let surfaces touch with *CONTACT PAIR; LINK keeps the distance of two nodes")];
 
 impl Reader<'_> {
     pub(super) fn mpc(&mut self, card: &Card<'_>) {
@@ -71,7 +72,8 @@ impl Reader<'_> {
                 }
                 None => {
                     let instead = INSTEAD.iter().find(|(kind, _)| *kind == name).map(|(_, instead)| *instead);
-                    let cure = instead.unwrap_or("use PLANE, STRAIGHT, SLIDER, PIN, TIE, LINK or BEAM, or *EQUATION");
+                    let cure =
+                        instead.unwrap_or("use PLANE, STRAIGHT, SLIDER, PIN, TIE, LINK, BEAM or MEANROT, or *EQUATION");
                     let shown: String = name.chars().take(30).collect();
                     self.ledger.refuse_at("MPC", [line, data], format!("{shown} is not supported"), cure);
                 }

@@ -2,6 +2,7 @@
 
 use slipstick_meshio::abaqus::Card;
 
+use super::material::TableOf;
 use super::step::Condition;
 use super::{DAMAGED, Reader, Target};
 
@@ -52,7 +53,8 @@ impl Reader<'_> {
         found
     }
 
-    /// `*EXPANSION`: with one coefficient, the temperature of no expansion (`ZERO`) does not matter.
+    /// `*EXPANSION`: with one coefficient, the temperature of no expansion (`ZERO`) does not matter. One that depends on
+    /// temperature is the secant from there.
     pub(super) fn expansion(&mut self, card: &Card<'_>) {
         self.allow(card, &["TYPE", "ZERO"]);
         let (line, of) = (card.keyword.line, card.keyword.parameter("TYPE").unwrap_or("ISO").to_ascii_uppercase());
@@ -60,7 +62,8 @@ impl Reader<'_> {
             let why = format!("TYPE={of} is not supported");
             return self.ledger.refuse("EXPANSION", line, why, "give one coefficient of expansion");
         }
-        let Some(row) = self.constants(card, 1) else { return };
+        let zero = card.keyword.parameter("ZERO").and_then(|zero| zero.parse().ok()).unwrap_or(0.0);
+        let Some(row) = self.by_temperature(card, 1, TableOf::Expansion { zero }) else { return };
         self.ledger.translated("EXPANSION", line, "`thermal_expansion`");
         if let Some(material) = self.own(card) {
             material.expansion = Some(row[0]).filter(|&alpha| alpha != 0.0);

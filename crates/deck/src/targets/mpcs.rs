@@ -37,6 +37,7 @@ impl Finder<'_> {
                     };
                     self.straight(mpc, &[a, b, first], &mut found);
                 }
+                MpcKind::MeanRotation => self.mean_rotation(mpc, &nodes, &mut found),
                 MpcKind::Pin | MpcKind::Link => {
                     let [first, second] = &columns[..] else {
                         self.miscounted(mpc, "it needs two nodes, or two sets of equally many");
@@ -152,6 +153,61 @@ impl Finder<'_> {
             Some(direction) => found.push(self.weighted(mpc, &weights, direction)),
             None => self.miscounted(mpc, "the nodes coincide: write PIN"),
         }
+    }
+
+    /// The mean of the rotations of nodes about an axis through their centre is the first component of the last node,
+    /// whose position is the direction a of the axis. For small rotations, with positions p and displacements u relative
+    /// to those of the centre,
+    ///
+    /// ```text
+    /// φ = 1/N Σ (a × p)·u/|p − (a·p) a|²
+    /// ```
+    fn mean_rotation(&mut self, mpc: &Mpc, nodes: &[u32], found: &mut Vec<Equation>) {
+        let Some((&last, first)) = nodes.split_last().filter(|(_, first)| !first.is_empty()) else {
+            return self.miscounted(mpc, "it needs nodes, and a last one for the rotation and its axis");
+        };
+        if self.deck.steps.iter().any(|step| step.nlgeom) {
+            let cure =
+                "write *COUPLING with *DISTRIBUTING, and prescribe the rotation of its reference node, or no NLGEOM";
+            self.ledger.refuse("MPC", mpc.lines[0], "MEANROT does not follow large rotations", cure);
+        }
+        let Some(axis) = unit(self.point_of(last)).filter(|_| self.bodies.of(last).is_none()) else {
+            let why = "the last node of MEANROT belongs to no body, and its position is the direction of the axis";
+            return self.miscounted(mpc, why);
+        };
+        // the deck names each node three times
+        let mut own = first.to_vec();
+        own.sort_unstable();
+        own.dedup();
+        let count = own.len() as f64;
+        let sum = |of: &[[f64; 3]]| of.iter().fold([0.0; 3], |sum, x| std::array::from_fn(|c| sum[c] + x[c]));
+        let points: Vec<[f64; 3]> = own.iter().map(|&node| self.point_of(node)).collect();
+        let centre = sum(&points).map(|x| x / count);
+        let by_displacement = |x: &[f64; 3]| {
+            let around = cross(axis, sub(*x, centre));
+            let square = dot(around, around);
+            let far = square > LINE * LINE * dot(sub(*x, centre), sub(*x, centre));
+            if far { around.map(|component| component / (count * square)) } else { [0.0; 3] }
+        };
+        let slopes: Vec<[f64; 3]> = points.iter().map(by_displacement).collect();
+        let mean = sum(&slopes).map(|slope| slope / count);
+        let terms = own
+            .iter()
+            .zip(&slopes)
+            .flat_map(|(&node, slope)| (0..3).map(move |c| (node, c, slope[usize::from(c)] - mean[usize::from(c)])));
+        let mut terms: Vec<(u32, u8, f64)> = terms.collect();
+        let largest = terms.iter().fold(0.0, |largest: f64, term| largest.max(term.2.abs()));
+        if largest == 0.0 {
+            return self.miscounted(mpc, "all nodes of MEANROT lie on its axis");
+        }
+        terms.retain(|term| term.2.abs() > NOTHING * largest);
+        // the first term is the one that the equation determines
+        terms.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+        terms.push((last, 0, -1.0));
+        let number = |node: u32| Target::Node(self.mesh.point_numbers[node as usize]);
+        let term = |(node, component, factor): (u32, u8, f64)| EquationTerm { target: number(node), component, factor };
+        let terms = terms.into_iter().map(term).collect();
+        found.push(Equation { terms, global: true, lines: mpc.lines });
     }
 
     /// The weighted sum of displacements has no component along a direction.

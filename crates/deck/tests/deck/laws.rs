@@ -27,10 +27,10 @@ fn soft_pressures() {
     for (data, why) in [
         ("=EXPONENTIAL\n0.02\n", "it needs the gap"),
         ("=EXPONENTIAL\n0., 3.\n", "must be positive"),
-        ("=TABULAR\n0., 0.\n5., 0.\n", "penetrations rise"),
-        ("=TABULAR\n5., 0.\n4., 1.\n", "pressures do not fall"),
-        ("=TABULAR\n5., 0.\n6., 1.\n", "from 0"),
-        ("=TABULAR\n5.\n", "a line has a pressure and a penetration"),
+        ("=TABULAR\n0., 0.\n5., 0.\n", "penetrations of a table rise, but 0 follows 0"),
+        ("=TABULAR\n0., 0.\n5., 1.\n4., 2.\n", "pressures of a table do not fall, but 4 follows 5"),
+        ("=TABULAR\n5., 0.\n6., 1.\n", "the first pressure of the table is 5 instead of 0"),
+        ("=TABULAR\n5.\n", "a line of a table has a pressure and a penetration"),
     ] {
         let found = refused(&law(data));
         assert!(found.len() == 1 && found[0].contains(why), "{data}: {found:?}");
@@ -105,7 +105,26 @@ fn multi_point_constraints() {
         let notices = mesh_of(&large.replace("LINK, 5, 1", mpc).replace(", NLGEOM", "")).notices;
         assert_eq!(notices, [""; 0], "{mpc}");
     }
+    // about z through the middle of the upper face: corners at √½ turn by u/√½, a quarter of which counts
+    let mean = |step: &str| {
+        let deck = CUBES.replace("100, 0.5, 0.5, 2.01", "100, 0., 0., 2.").replace("*STEP", step);
+        let deck = deck.replace("*MATERIAL, NAME", "*MPC\nMEANROT, 5,5,5,6,6,6,7,7,7,8,8,8,100\n*MATERIAL, NAME");
+        deck.replace("BASE, 1, 3\n", "BASE, 1, 3\n100, 1, 1, 0.01\n")
+    };
+    let turned = new_tables(&mean("*STEP"));
+    let equation = turned.iter().find(|table| table.starts_with("[[equation]]")).expect("an equation");
+    for (node, x, y) in [(5, 0.25, -0.25), (6, 0.25, 0.25), (7, -0.25, 0.25), (8, -0.25, -0.25)] {
+        for (component, factor) in [("x", x), ("y", y)] {
+            let term = format!("{{ set = \"LOW_node_{node}\", component = \"{component}\", factor = {factor:?} }}");
+            assert!(equation.contains(&term), "{term}: {equation}");
+        }
+    }
+    assert_eq!(equation.matches("component").count(), 9, "{equation}");
+    assert!(equation.contains("component = \"x\", factor = -1.0 }]"), "{equation}");
+    let large = refused(&mean("*STEP, NLGEOM"));
+    assert!(large[0].contains("MEANROT does not follow large rotations"), "{large:?}");
     for (mpc, why) in [
+        ("MEANROT, 5, 5, 5", "belongs to no body"),
         ("PLANE, 5, 6", "define no plane"),
         ("PLANE, 5", "three nodes that define"),
         ("PLANE, 5, 6, 6, 5", "on one line"),

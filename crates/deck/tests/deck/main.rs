@@ -226,7 +226,7 @@ fn forces_on_nodes() {
 #[test]
 fn what_is_not_supported_is_refused() {
     for (from, to, what, cure) in [
-        ("*STEP", "*MPC\nMEANROT,1,2\n*STEP", "*MPC: MEANROT is not supported", "*COUPLING with *DISTRIBUTING"),
+        ("*STEP", "*MPC\nDIST,1,2\n*STEP", "*MPC: DIST is not supported", "*CONTACT PAIR"),
         ("*STEP", "*MPC\nBEAM,1,2\n*STEP", "*MPC: a beam needs", "--ignore \"MPC\""),
         ("*STATIC\n0.5, 1", "*DYNAMIC\n0.5, 1", "*DYNAMIC", "use *STATIC"),
         ("*BOUNDARY", "*DLOAD\nLOW, BX, 9.81\n*BOUNDARY", "*DLOAD: the load `BX`", "pressure"),

@@ -150,3 +150,57 @@ fn cylindrical_axes() {
         assert!(refused(&deck(data))[0].contains("two different points"), "{data}");
     }
 }
+
+/// Constants at the temperature that the step prescribes: with these numbers, CalculiX 2.20 has the reaction −884.448 of a
+/// cube between walls, −E α ΔT, and the width 6.81984e-3, (1 + ν) α ΔT. Without temperatures, it uses the first row.
+#[test]
+fn constants_depend_on_temperature() {
+    let tabled = CUBES.replace(
+        "1000, 0.3\n",
+        "210000., 0.3, 0.\n100000., 0.25, 1000.\n*EXPANSION, ZERO=20.\n12e-6, 0.\n24e-6, 1000.\n*DENSITY\n2., 0.\n1., 100.\n",
+    );
+    let heated = |initial: &str, given: &str| {
+        let sets = "*NSET, NSET=BOTH\n1,2,3,4,5,6,7,8, 11,12,13,14,15,16,17,18\n*NSET, NSET=LOW_NODES, GENERATE\n1, 8\n*INITIAL CONDITIONS, TYPE=TEMPERATURE\n";
+        let deck = tabled.replacen("*STEP", &format!("{sets}{initial}\n*STEP"), 1);
+        deck.replacen("*BOUNDARY", &format!("*TEMPERATURE\n{given}\n*BOUNDARY"), 1)
+    };
+    let constants = |deck: &str| -> [f64; 4] {
+        let table = tables(deck).remove(0);
+        ["youngs_modulus = ", "poisson_ratio = ", "thermal_expansion = ", "mass_density = "].map(|key| {
+            let rest = table.split(key).nth(1).unwrap_or_else(|| panic!("{key}: {table}"));
+            rest.split([',', ' ', ';']).next().and_then(|number| number.parse().ok()).expect("a number")
+        })
+    };
+    let near = |found: [f64; 4], expected: [f64; 4]| {
+        let wrong = found.iter().zip(expected).any(|(a, b)| (a / b - 1.0).abs() > 1e-12);
+        assert!(!wrong, "{found:?} instead of {expected:?}");
+    };
+    let [modulus, ratio, alpha, density] = constants(&heated("BOTH, 100.", "BOTH, 400."));
+    near([modulus, ratio, alpha, density], [166_000.0, 0.28, 0.005_328 / 300.0, 1.0]);
+    assert!(
+        (modulus * alpha * 300.0 - 884.448).abs() < 1e-9 && ((1.0 + ratio) * alpha * 300.0 - 6.81984e-3).abs() < 1e-12
+    );
+    // beyond the last row, constants remain; a coefficient of a temperature that does not change is that there
+    let strain = |at: f64, alpha: f64| alpha * (at - 20.0);
+    let hot = (strain(1200.0, 24e-6) - strain(100.0, 13.2e-6)) / 1100.0;
+    near(constants(&heated("BOTH, 100.", "BOTH, 1200.")), [100_000.0, 0.25, hot, 1.0]);
+    near(constants(&heated("BOTH, 50.", "BOTH, 50.")), [204_500.0, 0.2975, 12.6e-6, 1.5]);
+    near(constants(&tabled), [210_000.0, 0.3, 12e-6, 2.0]);
+    for wrong in [
+        heated("BOTH, 100.", "LOW_NODES, 400."),
+        heated("LOW_NODES, 100.", "LOW_NODES, 100."),
+        heated("BOTH, 100.", "BOTH, 400.") + "*STEP\n*STATIC\n0.5, 1\n*TEMPERATURE\nBOTH, 20\n*END STEP\n",
+    ] {
+        let found = refused(&wrong);
+        assert!(
+            found.len() == 3 && found.iter().all(|why| why.contains("need one temperature of all nodes")),
+            "{found:?}"
+        );
+    }
+    let falling = CUBES.replace("1000, 0.3\n", "1000., 0.3, 10.\n900., 0.3, 5.\n");
+    assert!(refused(&falling)[0].contains("temperatures rise"), "{:?}", refused(&falling));
+    // rows that are the same do not depend on temperature
+    let same = heated("BOTH, 100.", "LOW_NODES, 400.").replace("100000., 0.25", "210000., 0.3");
+    let same = same.replace("24e-6", "12e-6").replace("1., 100.", "2., 100.");
+    near(constants(&same), [210_000.0, 0.3, 12e-6, 2.0]);
+}

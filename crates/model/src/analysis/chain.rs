@@ -451,12 +451,18 @@ impl PathResponses<Design> for Adapter<'_> {
         to.inputs.density.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
         if self.parameters {
             if by_internal {
-                design.pull_back_moduli(
-                    d,
-                    (at.time, model.solid_history(at.previous)),
-                    &by.internal_force,
-                    &mut to.inputs.parameters,
-                )?;
+                let before = (at.time, model.solid_history(at.previous));
+                design.pull_back_moduli(d, before, &by.internal_force, &mut to.inputs.parameters)?;
+                design.pull_back_expansion(d, before, &by.internal_force, &mut to.inputs.parameters)?;
+            }
+            if reads.energy || reads.plastic_work {
+                let weights = [&by.energy[..], &by.plastic_work];
+                let parameters = &mut to.inputs.parameters;
+                design.pull_back_energies_by_expansion((at.time, at.state), &view, weights, parameters)?;
+            }
+            if reads.stress {
+                let parameters = &mut to.inputs.parameters;
+                design.pull_back_stresses_by_expansion((at.time, at.state), &by.stress, parameters);
             }
             design.pull_back_loads(d, at.time, &by.external_force, &mut to.inputs.parameters);
         }

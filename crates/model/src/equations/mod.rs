@@ -22,6 +22,7 @@
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
 mod design;
+mod expansion;
 mod layout;
 pub mod motion;
 mod parameters;

@@ -41,10 +41,22 @@ pub enum Parameter {
         /// Number of the load, from 0.
         load: usize,
     },
+    /// Coefficient of thermal expansion α of a body: a change multiplies those in regions of the body by the
+    /// same factor. \[1/temperature\]
+    Expansion {
+        /// Number of the body, from 0.
+        body: usize,
+    },
+    /// A factor, equal to 1, on a change of temperature.
+    Temperature {
+        /// Number of the change, from 0.
+        change: usize,
+    },
 }
 
 impl ContactModel {
-    /// The parameters of the model: all but the moduli of rigid bodies.
+    /// The parameters of the model: all but the moduli of rigid bodies, and the expansion of bodies that have none
+    /// or whose temperature never changes.
     pub fn parameter_names(&self) -> Vec<Parameter> {
         self.all_parameters().into_iter().filter(|parameter| self.has_parameter(parameter)).collect()
     }
@@ -56,7 +68,13 @@ impl ContactModel {
 
     /// Whether the model has this parameter.
     pub(crate) fn has_parameter(&self, parameter: &Parameter) -> bool {
-        !matches!(*parameter, Parameter::YoungsModulus { body } if self.dependent.rigid.has_element(self.bodies[body].start))
+        match *parameter {
+            Parameter::YoungsModulus { body } => !self.dependent.rigid.has_element(self.bodies[body].start),
+            Parameter::Expansion { body } => {
+                self.expansion_of(body) != 0.0 && self.temperatures.reach(&self.bodies[body])
+            }
+            _ => true,
+        }
     }
 
     /// One parameter for each derivative, in their order.
@@ -66,13 +84,27 @@ impl ContactModel {
         let motions = (0..self.prescribed.motions()).map(|motion| Parameter::Amplitude { motion });
         let bolts = (0..self.bolts.list().len()).map(|bolt| Parameter::Preload { bolt });
         let loads = (0..self.loads.len()).map(|load| Parameter::Load { load });
-        interfaces.chain(bodies).chain(motions).chain(bolts).chain(loads).collect()
+        let expansions = (0..self.bodies.len()).map(|body| Parameter::Expansion { body });
+        let temperatures = (0..self.temperatures.len()).map(|change| Parameter::Temperature { change });
+        let others = interfaces.chain(bodies).chain(motions).chain(bolts).chain(loads);
+        others.chain(expansions).chain(temperatures).collect()
     }
 
     /// The factors on the forces of bolts in the list of all parameters.
     pub(crate) fn preload_parameters(&self) -> Range<usize> {
         let first = self.interfaces.len() + self.bodies.len() + self.prescribed.motions();
         first..first + self.bolts.list().len()
+    }
+
+    /// The factors on loads in the list of all parameters; expansions and temperatures follow.
+    pub(crate) fn load_parameters(&self) -> Range<usize> {
+        let first = self.preload_parameters().end;
+        first..first + self.loads.len()
+    }
+
+    /// α of a body's own section, to which the derivative refers. \[1/temperature\]
+    pub(super) fn expansion_of(&self, body: usize) -> f64 {
+        self.solid.sections()[body].thermal_expansion
     }
 
     /// ∂ln k/∂ln E of every body for the bodies' own stiffness k at each slave node, k = s
@@ -118,8 +150,8 @@ impl Design {
     /// Adds weightsᵀ ∂f_ext/∂a of every load.
     pub(crate) fn pull_back_loads(&self, d: &[f64], time: LoadTime, weights: &[f64], out: &mut [f64]) {
         let (loads, x) = (&self.model.loads, self.model.positions(d));
-        let first = out.len() - loads.len();
-        loads.pull_back_amplitudes(self.load_state(time, &x, None), weights, &mut out[first..]);
+        let of_loads = &mut out[self.model.load_parameters()];
+        loads.pull_back_amplitudes(self.load_state(time, &x, None), weights, of_loads);
     }
 
     /// The state of loads at positions, in a part of the model or in all of it.

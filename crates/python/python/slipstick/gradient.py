@@ -26,10 +26,10 @@ class Parameter:
     Attributes
     ----------
     kind : str
-        ``"friction"``, ``"youngs_modulus"`` or ``"amplitude"`` (a factor on a motion, a load or
-        the force of a bolt).
+        ``"friction"``, ``"youngs_modulus"``, ``"thermal_expansion"`` or ``"amplitude"`` (a factor
+        on a motion, a load, the force of a bolt or a change of temperature).
     of : str
-        Its place in the case or, for a modulus, the name of the body.
+        Its place in the case or, for constants of a material, the name of the body.
     """
 
     kind: str
@@ -40,9 +40,11 @@ class Parameter:
         """Its name as a string.
 
         Examples are ``"contact[0].friction"``, ``"plate.youngs_modulus"``,
-        ``"dirichlet[1].motion"``, ``"bolt[0].force"`` and ``"load[0]"``.
+        ``"plate.thermal_expansion"``, ``"dirichlet[1].motion"``, ``"bolt[0].force"``,
+        ``"load[0]"`` and ``"temperature[0]"``.
         """
-        return f"{self.of}.youngs_modulus" if self.kind == "youngs_modulus" else self.of
+        of_body = self.kind in ("youngs_modulus", "thermal_expansion")
+        return f"{self.of}.{self.kind}" if of_body else self.of
 
 
 class Values(dict[Parameter, float]):
@@ -72,6 +74,10 @@ class Values(dict[Parameter, float]):
                 raise ValueError(f"{place} is {number}: a coefficient of friction is 0 or more")
             if parameter.kind == "youngs_modulus" and number <= 0.0:
                 raise ValueError(f"{place} is {number}: a modulus is greater than 0")
+            if parameter.kind == "thermal_expansion" and number == 0.0:
+                raise ValueError(
+                    f"{place} is 0: a coefficient of thermal expansion is a number other than 0"
+                )
             if parameter.kind == "amplitude" and number == 0.0:
                 raise ValueError(
                     f"{place} is 0: an amplitude is a factor other than 0; "

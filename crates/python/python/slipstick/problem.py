@@ -162,8 +162,9 @@ class Problem:
     def parameters(self) -> dict[Parameter, float]:
         """The parameters other than the densities, with their values.
 
-        These are coefficients of friction, Young's moduli in units of the case, and amplitudes:
-        factors on the motions, the loads and the forces of bolts of the case, initially 1.
+        These are coefficients of friction, Young's moduli and coefficients of thermal expansion in
+        units of the case, and amplitudes: factors on the motions, the loads, the forces of bolts
+        and the changes of temperature of the case, initially 1.
         """
         return dict(self._parameters)
 
@@ -175,7 +176,8 @@ class Problem:
         values : mapping of Parameter or str to float
             Keys are those of :attr:`parameters`, or their names, such as
             ``"contact[0].friction"``, ``"plate.youngs_modulus"``, ``"dirichlet[1].motion"``,
-            ``"bolt[0].force"`` or ``"load[0]"``.
+            ``"plate.thermal_expansion"``, ``"bolt[0].force"``, ``"load[0]"`` or
+            ``"temperature[0]"``.
 
         Returns
         -------
@@ -656,8 +658,18 @@ def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
             body = names.index(parameter.of)
             moduli = case._case.moduli(body, value)
             entries.update({key: json.loads(modulus) for key, modulus in moduli})
+        elif parameter.kind == "thermal_expansion":
+            names = [body["name"] for body in tables["body"]]
+            index = names.index(parameter.of)
+            body = tables["body"][index]
+            entries[f"body[{index}].thermal_expansion"] = value
+            for k, section in enumerate(body.get("section", [])):
+                own = section.get("thermal_expansion")
+                if own is not None:
+                    key = f"body[{index}].section[{k}].thermal_expansion"
+                    entries[key] = own * value / body["thermal_expansion"]
         else:
-            # dirichlet[1].motion, bolt[0].force or load[0]
+            # dirichlet[1].motion, bolt[0].force, load[0] or temperature[0]
             table, _, key = parameter.of.partition("].")
             section, _, number = table.rstrip("]").partition("[")
             key = key or "amplitude"

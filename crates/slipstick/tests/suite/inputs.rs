@@ -1,6 +1,6 @@
 //! The pull-back of a design's steps into every input, compared with central differences at converged
 //! states: all enforcement methods, plastic bodies, rigid bodies, rotations, viscous forces, springs, supports
-//! that begin and end, bolts and loads.
+//! that begin and end, bolts, loads and temperatures.
 
 use crate::bolts::stretched;
 use crate::common::scene::*;
@@ -111,6 +111,24 @@ fn kinds() -> Vec<Kind> {
         let text = stretched(base, "[{ t = 0.4, force = 9 }, { t = 0.8, force = 12 }]", "length");
         kinds.push(Kind { name: format!("{name}, bolt"), text, varied: false });
     }
+    let elastic = "neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 }";
+    for (name, law, other) in [
+        ("", elastic, ""),
+        ("penalty, ", elastic, "energy_interpolation = { threshold = 0.2, sharpness = 3 }"),
+        ("small strains, ", "linear_elastic = { youngs_modulus = 1000.0, poisson_ratio = 0.3 }", ""),
+        (
+            "plastic, ",
+            "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }",
+            "yield_p = 2.5",
+        ),
+    ] {
+        let (_, base) = scene("", if name.starts_with("penalty") { &methods[1].1 } else { LAGRANGE }, "standard");
+        let heat = "[[temperature]]\nbody = 'slab'\nchange = 0.05\namplitude = [{ t = 0.4, factor = 1 }]\n\
+                    [[temperature]]\nset = 'block_xmin'\nchange = 0.03\n";
+        let text = Scene { design: other.into(), more: heat.into(), ..base }.text().replace(elastic, law);
+        let text = text.replace("\nmaterial", "\nthermal_expansion = 0.5\nmaterial");
+        kinds.push(Kind { name: format!("{name}heated"), text, varied: false });
+    }
     kinds
 }
 
@@ -120,13 +138,11 @@ fn with_parameters(text: &str, names: &[Parameter], values: &[f64]) -> String {
     for (name, value) in names.iter().zip(values) {
         out = match *name {
             Parameter::Friction { .. } => out.replace("friction = 0.4", &format!("friction = {value:?}")),
-            Parameter::YoungsModulus { body } => {
-                // a rigid body has none
-                let place = out.match_indices("youngs_modulus = ").nth(body).map(|(place, key)| place + key.len());
-                place.map_or(out.clone(), |from| {
-                    let length = out[from..].find(',').expect("an end");
-                    format!("{}{value:?}{}", &out[..from], &out[from + length..])
-                })
+            // a rigid body has none
+            Parameter::YoungsModulus { body } => with_number(&out, "youngs_modulus = ", body, *value),
+            Parameter::Expansion { body } => with_number(&out, "thermal_expansion = ", body, *value),
+            Parameter::Temperature { change } => {
+                with_number(&out, "\nchange = ", change, *value * [0.05, 0.03][change])
             }
             // the slab's support does not move
             Parameter::Amplitude { motion: 0 } => out,
@@ -145,6 +161,15 @@ fn with_parameters(text: &str, names: &[Parameter], values: &[f64]) -> String {
         };
     }
     out
+}
+
+/// The text with another number after the key at this place; unchanged if there is none.
+fn with_number(text: &str, key: &str, place: usize, value: f64) -> String {
+    let place = text.match_indices(key).nth(place).map(|(place, key)| place + key.len());
+    place.map_or(text.to_owned(), |from| {
+        let length = text[from..].find([',', '\n']).expect("an end");
+        format!("{}{value:?}{}", &text[..from], &text[from + length..])
+    })
 }
 
 /// A line of waypoints with all displacements and angles multiplied by a factor.
@@ -190,17 +215,21 @@ fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
     let path = forward(&mut base, &density).path;
     let design = &base.analysis.design;
     let (model, unknowns) = (design.model().clone(), design.unknowns().clone());
-    // friction, the moduli of both bodies, also of a rigid one, the motions, and the load if there is one
+    // friction, the moduli of both bodies, also of a rigid one, the motions, the load if there is one, and heat
     let mut names = vec![Parameter::Friction { interface: 0 }];
     names.extend([0, 1].map(|body| Parameter::YoungsModulus { body }));
     let motions = kind.text.matches("[[dirichlet]]").count();
     names.extend((0..motions).map(|motion| Parameter::Amplitude { motion }));
     names.extend(kind.text.contains("[[bolt]]").then_some(Parameter::Preload { bolt: 0 }));
     names.extend(kind.text.contains("[[load]]").then_some(Parameter::Load { load: 0 }));
+    names.extend([0, 1].map(|body| Parameter::Expansion { body }));
+    let changes = kind.text.matches("[[temperature]]").count();
+    names.extend((0..changes).map(|change| Parameter::Temperature { change }));
     let value = |name: &Parameter| match *name {
         Parameter::Friction { .. } => 0.4,
         Parameter::YoungsModulus { .. } => 1000.0,
-        Parameter::Amplitude { .. } | Parameter::Preload { .. } | Parameter::Load { .. } => 1.0,
+        Parameter::Expansion { .. } => 0.5,
+        _ => 1.0,
     };
     let parameters: Vec<f64> = names.iter().map(value).collect();
     assert_eq!(parameters.len(), unknowns.parameters, "{}: {names:?}", kind.name);

@@ -19,6 +19,7 @@ mod few_facets;
 mod free;
 mod friction;
 mod gradient;
+mod heated;
 mod hertz;
 mod inputs;
 mod invariance;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 const BOUND: f64 = 1e-6;
 
 /// Every quantity, at different steps; then a maximum, a curve and a mixed sum.
-fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
+pub(crate) fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
     let all = every_quantity(problem);
     let steps = [ObservedSteps::Last, ObservedSteps::All, ObservedSteps::Only(vec![2, 4])];
     let mut responses: Vec<Response> = all
@@ -67,7 +67,7 @@ fn responses(problem: &Problem, cases: &[f64]) -> Vec<Response> {
     responses
 }
 
-fn set(problem: &mut Problem, responses: Vec<Response>) {
+pub(crate) fn set(problem: &mut Problem, responses: Vec<Response>) {
     let constraint = |response| Constraint { response, bound: Bound::AtMost(1.0), corrected: true };
     problem.analysis.objective = None;
     problem.analysis.set_constraints(responses.into_iter().map(constraint).collect()).expect("right derivatives");

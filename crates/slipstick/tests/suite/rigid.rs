@@ -337,7 +337,7 @@ fn compare(text: &str) {
                     }
                 }
                 Parameter::Friction { interface } => case.contacts[interface].friction += h,
-                Parameter::YoungsModulus { .. } | Parameter::Preload { .. } => return 0.0,
+                _ => return 0.0,
             }
             forward(&mut slipstick::build::build(&case).unwrap(), &density).value
         };

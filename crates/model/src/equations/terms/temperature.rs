@@ -3,6 +3,7 @@
 use crate::equations::motion::{Temperature, factor};
 use slipstick_mesh::Mesh;
 use slipstick_path::LoadTime;
+use std::ops::Range;
 
 /// The changes of temperature of a model.
 #[derive(Debug, Clone, Default)]
@@ -49,6 +50,21 @@ impl Temperatures {
     /// Whether no temperature changes.
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty()
+    }
+
+    /// Number of changes.
+    pub(in crate::equations) fn len(&self) -> usize {
+        self.changes.len()
+    }
+
+    /// Whether a change ever acts on some of these elements.
+    pub(in crate::equations) fn reach(&self, elements: &Range<usize>) -> bool {
+        self.changes.iter().any(|applied| applied.of_elements[elements.clone()].iter().any(|change| *change != 0.0))
+    }
+
+    /// The change at factor 1 of each element, for every change.
+    pub(in crate::equations) fn changes(&self) -> impl Iterator<Item = &[f64]> {
+        self.changes.iter().map(|applied| &applied.of_elements[..])
     }
 
     /// Factors of all changes at pseudo-time `time`.
