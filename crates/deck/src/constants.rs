@@ -9,7 +9,7 @@ use crate::ledger::Ledger;
 use crate::read::{Condition, Deck, Elastic, TableOf, Target};
 
 /// The temperature of a node at the start and at the ends of all steps.
-type Course = Vec<f64>;
+type History = Vec<f64>;
 
 impl Deck {
     /// Replaces the first row of tables by the constants at the temperature of all nodes of their material, which
@@ -18,7 +18,7 @@ impl Deck {
         if self.materials.values().all(|material| material.tables.is_empty()) {
             return;
         }
-        let courses = self.courses(mesh, bodies);
+        let histories = self.temperature_histories(mesh, bodies);
         let between: BTreeSet<u32> = centres.iter().map(|centre| centre.node).collect();
         for (name, material) in &mut self.materials {
             let sets = self.sections.iter().filter(|section| section.material == *name);
@@ -26,13 +26,13 @@ impl Deck {
             let cells = sets.flat_map(|set| &mesh.cell_sets[set]);
             let nodes: BTreeSet<u32> = cells.flat_map(|&cell| mesh.cells.nodes(cell as usize)).copied().collect();
             let none = vec![0.0; self.steps.len() + 1];
-            let mut found: Vec<&Course> = nodes
+            let mut found: Vec<&History> = nodes
                 .difference(&between)
-                .map(|node| courses.as_ref().map_or(&none, |of| of.get(node).unwrap_or(&none)))
+                .map(|node| histories.as_ref().map_or(&none, |of| of.get(node).unwrap_or(&none)))
                 .collect();
             found.dedup();
             let tables = std::mem::take(&mut material.tables);
-            let Some(of) = found.first().filter(|_| courses.is_some()) else { continue };
+            let Some(of) = found.first().filter(|_| histories.is_some()) else { continue };
             let alike = found.len() == 1 && of[1..].iter().all(|at| at == of.last().unwrap_or(at));
             for table in tables {
                 let keyword = match table.of {
@@ -70,7 +70,7 @@ impl Deck {
     }
 
     /// The temperatures of all nodes that a keyword names; `None` without any.
-    fn courses(&self, mesh: &FileMesh, bodies: &Bodies) -> Option<BTreeMap<u32, Course>> {
+    fn temperature_histories(&self, mesh: &FileMesh, bodies: &Bodies) -> Option<BTreeMap<u32, History>> {
         let nodes = |condition: &Condition| -> Vec<u32> {
             match &condition.target {
                 Target::Node(number) => bodies.position(*number).into_iter().collect(),
@@ -82,15 +82,15 @@ impl Deck {
             return None;
         }
         let count = self.steps.len() + 1;
-        let mut courses: BTreeMap<u32, Course> = BTreeMap::new();
+        let mut histories: BTreeMap<u32, History> = BTreeMap::new();
         let steps = self.steps.iter().map(|step| &step.temperatures);
         for (k, conditions) in std::iter::once(&self.initial_temperatures).chain(steps).enumerate() {
             for condition in conditions {
                 for node in nodes(condition) {
-                    courses.entry(node).or_insert_with(|| vec![0.0; count])[k..].fill(condition.value);
+                    histories.entry(node).or_insert_with(|| vec![0.0; count])[k..].fill(condition.value);
                 }
             }
         }
-        Some(courses)
+        Some(histories)
     }
 }

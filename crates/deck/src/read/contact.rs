@@ -429,17 +429,17 @@ impl Reader<'_> {
 /// What is wrong with a table of pressures and penetrations that has this number of lines.
 fn table_fault(table: &[[f64; 2]], lines: usize) -> Option<String> {
     if table.is_empty() || table.len() < lines {
-        return Some("a line of a table has a pressure and a penetration".into());
+        return Some("each line of a table must have a pressure and a penetration".into());
     }
     if table[0][0] != 0.0 {
-        return Some(format!("the first pressure of the table is {} instead of 0", table[0][0]));
+        return Some(format!("the first pressure of the table must be 0, not {}", table[0][0]));
     }
     table.windows(2).find_map(|two| match two {
         [[_, before], [_, after]] if !(after > before) => {
-            Some(format!("penetrations of a table rise, but {after} follows {before}"))
+            Some(format!("the penetrations of a table must increase, but {after} follows {before}"))
         }
         [[before, _], [after, _]] if !(after >= before) => {
-            Some(format!("pressures of a table do not fall, but {after} follows {before}"))
+            Some(format!("the pressures of a table must not decrease, but {after} follows {before}"))
         }
         _ => None,
     })

@@ -169,7 +169,7 @@ impl Reader<'_> {
         let rows: Vec<(f64, Vec<f64>)> = rows.iter().map(row).collect();
         let complete = rows.iter().all(|(_, constants)| constants.len() == count);
         if !complete || !rows.windows(2).all(|two| two[0].0 < two[1].0) {
-            let why = "a row has the constants and a temperature, and temperatures rise";
+            let why = "each row must have the constants and a temperature, and the temperatures must increase";
             self.ledger.wrong(&name, [line, line], why, super::DAMAGED);
             return None;
         }

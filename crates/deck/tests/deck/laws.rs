@@ -27,10 +27,10 @@ fn soft_pressures() {
     for (data, why) in [
         ("=EXPONENTIAL\n0.02\n", "it needs the gap"),
         ("=EXPONENTIAL\n0., 3.\n", "must be positive"),
-        ("=TABULAR\n0., 0.\n5., 0.\n", "penetrations of a table rise, but 0 follows 0"),
-        ("=TABULAR\n0., 0.\n5., 1.\n4., 2.\n", "pressures of a table do not fall, but 4 follows 5"),
-        ("=TABULAR\n5., 0.\n6., 1.\n", "the first pressure of the table is 5 instead of 0"),
-        ("=TABULAR\n5.\n", "a line of a table has a pressure and a penetration"),
+        ("=TABULAR\n0., 0.\n5., 0.\n", "penetrations of a table must increase, but 0 follows 0"),
+        ("=TABULAR\n0., 0.\n5., 1.\n4., 2.\n", "pressures of a table must not decrease, but 4 follows 5"),
+        ("=TABULAR\n5., 0.\n6., 1.\n", "the first pressure of the table must be 0, not 5"),
+        ("=TABULAR\n5.\n", "each line of a table must have a pressure and a penetration"),
     ] {
         let found = refused(&law(data));
         assert!(found.len() == 1 && found[0].contains(why), "{data}: {found:?}");

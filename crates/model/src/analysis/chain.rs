@@ -452,8 +452,7 @@ impl PathResponses<Design> for Adapter<'_> {
         if self.parameters {
             if by_internal {
                 let before = (at.time, model.solid_history(at.previous));
-                design.pull_back_moduli(d, before, &by.internal_force, &mut to.inputs.parameters)?;
-                design.pull_back_expansion(d, before, &by.internal_force, &mut to.inputs.parameters)?;
+                design.pull_back_solid_parameters(d, before, &by.internal_force, &mut to.inputs.parameters)?;
             }
             if reads.energy || reads.plastic_work {
                 let weights = [&by.energy[..], &by.plastic_work];

@@ -161,12 +161,12 @@ impl Design {
         self.model.share.add(out, |out| solid.pull_back_density(d, step, slopes, lambda, out).map_err(inverted))
     }
 
-    /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E, less what a strength proportional
-    /// to E would add. Test: `every_input_is_pulled_back` (tests/suite/inputs.rs).
+    /// Adds λᵀ ∂f_int/∂p of moduli, coefficients of thermal expansion and temperatures. Test:
+    /// `every_input_is_pulled_back` (tests/suite/inputs.rs).
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn pull_back_moduli(
+    pub fn pull_back_solid_parameters(
         &self,
         d: &[f64],
         (time, history): (LoadTime, &[f64]),
@@ -175,7 +175,20 @@ impl Design {
     ) -> Result<(), StateError> {
         let stretches = self.model.stretches(time);
         let step = self.solid_step(history, &stretches);
-        self.model.share.add(out, |out| self.pull_back_own_moduli(d, step, lambda, &[], out))
+        self.model.share.add(out, |out| self.pull_back_own_solid_parameters((d, time), step, lambda, &[], out))
+    }
+
+    /// The contribution of this rank, with (∂G/∂p)ᵀ η unless η is empty.
+    pub(super) fn pull_back_own_solid_parameters(
+        &self,
+        (d, time): (&[f64], LoadTime),
+        step: SolidStep<'_>,
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        self.pull_back_own_moduli(d, step, lambda, eta, out)?;
+        self.pull_back_own_expansion((d, time), step, lambda, eta, out)
     }
 
     /// The contribution of this rank, with (∂G/∂E)ᵀ η unless η is empty.

@@ -65,24 +65,9 @@ impl ContactModel {
 }
 
 impl Design {
-    /// Adds λᵀ ∂f_int/∂p of coefficients of thermal expansion and of temperatures. Test:
-    /// `every_input_is_pulled_back` (tests/suite/inputs.rs).
-    ///
-    /// # Errors
-    /// If elements are inverted.
-    pub fn pull_back_expansion(
-        &self,
-        d: &[f64],
-        (time, history): (LoadTime, &[f64]),
-        lambda: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        let stretches = self.model.stretches(time);
-        let step = self.solid_step(history, &stretches);
-        self.model.share.add(out, |out| self.pull_back_own_expansion((d, time), step, lambda, &[], out))
-    }
-
-    /// The contribution of this rank, with (∂G/∂p)ᵀ η unless η is empty.
+    /// Adds λᵀ ∂f_int/∂p + (∂G/∂p)ᵀ η of coefficients of thermal expansion and of temperatures, as far as this rank
+    /// contributes; without the second term if η is empty. Test: `every_input_is_pulled_back`
+    /// (tests/suite/inputs.rs).
     pub(super) fn pull_back_own_expansion(
         &self,
         (d, time): (&[f64], LoadTime),
@@ -127,8 +112,8 @@ impl Design {
     }
 
     /// Adds the derivatives of Σ_e (w_e W_e + v_e W_p,e), with the strain energies W and the plastic work W_p at
-    /// a state, at fixed displacements and history. Test: `quantities_match_finite_differences`
-    /// (tests/suite/quantity_gradients.rs).
+    /// a state, at fixed displacements and history. Test: `derivatives_of_all_quantities_match_differences`
+    /// (tests/suite/heated.rs).
     ///
     /// # Errors
     /// If elements are inverted.
@@ -160,7 +145,7 @@ impl Design {
     }
 
     /// Adds the derivatives of a function of the stresses at a state with these slopes, at fixed displacements and
-    /// history. Test: `quantities_match_finite_differences` (tests/suite/quantity_gradients.rs).
+    /// history. Test: `derivatives_of_all_quantities_match_differences` (tests/suite/heated.rs).
     pub(crate) fn pull_back_stresses_by_expansion(
         &self,
         (time, state): (LoadTime, &StepState),

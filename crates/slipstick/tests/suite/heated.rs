@@ -13,7 +13,7 @@ use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_path::Silent;
 use std::sync::Arc;
 
-/// Plastic work, with an energy of internal forces, weighted: what no other quantity reads.
+/// Plastic work plus a weighted sum of internal forces, data that no other quantity here reads.
 struct Works;
 
 impl Quantity for Works {

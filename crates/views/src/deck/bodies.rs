@@ -370,7 +370,7 @@ impl Writer<'_> {
                 if !table.exact {
                     let count = table.strains.len();
                     let message = format!("the curve of hardening is written as a table of {count} rows");
-                    self.warn(key, message, "none is needed");
+                    self.warn(key, message, "between the rows, the table is slightly below the curve");
                 }
             }
         }

@@ -119,8 +119,7 @@ impl Design {
         let d = &at.unknowns[..split];
         self.model.share.add(out, |out| {
             self.pull_back_contact(step, &at.state, lambda, eta, out);
-            self.pull_back_own_moduli(d, self.solid_at(step), lambda, eta, out)?;
-            self.pull_back_own_expansion((d, step.time), self.solid_at(step), lambda, eta, out)
+            self.pull_back_own_solid_parameters((d, step.time), self.solid_at(step), lambda, eta, out)
         })?;
         self.model.pull_back_bolts(step, d, |bolt| lambda[bolt.unknown as usize], out);
         self.model.pull_back_supports(step, d, |support| lambda[support.unknown as usize], out);

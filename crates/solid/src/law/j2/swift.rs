@@ -69,8 +69,9 @@ impl Hardening for Swift {
     }
 
     fn rows(&self) -> (Vec<f64>, bool) {
-        // up to a strain of 10, at equal ratios of ε₀ + α
-        let ratio = (1.0 + 10.0 / self.reference).ln() / 31.0;
-        ((0..32).map(|k| self.reference * (ratio * f64::from(k)).exp_m1()).collect(), false)
+        // at equal ratios of ε₀ + α up to a strain of 1, and one more row far beyond
+        let ratio = (1.0 + 1.0 / self.reference).ln() / 30.0;
+        let strain = |k: i32| self.reference * (ratio * f64::from(k)).exp_m1();
+        ((0..31).map(strain).chain([10.0]).collect(), false)
     }
 }
