@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Takes six designs to parts, compares what they promised with what the parts do, and puts the table between the marks of
-# docs/measurements/parts.md.
+# Takes seven designs to parts, compares what they promised with what the parts do, and puts the table between the marks
+# of docs/measurements/parts.md.
 #
 #   cases/parts.sh
 #
@@ -38,7 +38,7 @@ print(f"| {label} | {quantity} | {grey:.3f} | {found['promised']:.4g} | {solid:.
 PYTHON
 }
 
-for template in gripper press-fit; do slipstick new "$template" --out "$work/$template.toml" -q; done
+for template in gripper press-fit bracket; do slipstick new "$template" --out "$work/$template.toml" -q; done
 
 # With a density filter of the same radius and a projection.
 sed "/^sensitivity_filter/d; s|file = \"|&$PWD/cases/bracket/|" cases/bracket/case.toml > "$work/projected.toml"
@@ -55,5 +55,6 @@ projection=(
     part 'bracket, projection, 60 iterations' projected "$work/projected.toml" 60 pad_sole_normal_force "${projection[@]}"
     part 'gripper of the template' template_gripper "$work/gripper.toml" 120 grip
     part 'press fit of the template' template_press_fit "$work/press-fit.toml" 60 torque
+    part 'bracket of the template' template_bracket "$work/bracket.toml" 60 deflection
 } > "$work/parts.md"
 put docs/measurements/parts.md parts "$work/parts.md"

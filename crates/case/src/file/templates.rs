@@ -39,6 +39,11 @@ pub const TEMPLATES: &[Template] = &[
         text: include_str!("templates/gripper.toml"),
     },
     Template {
+        name: "bracket",
+        about: "a wall bracket under a roller, designed for the smallest deflection of its tip",
+        text: include_str!("templates/bracket.toml"),
+    },
+    Template {
         name: "cube-on-cuboid",
         about: "five elements, for studying forces and gradients",
         text: include_str!("templates/cube_on_cuboid.toml"),
