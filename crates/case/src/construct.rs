@@ -302,7 +302,7 @@ fn interface_of(
         surfaces::heights(smooth, facets, points)
     });
     let interface = interface.with_heights(heights);
-    let mean = contact.multiplier_shape.is_none() && interface.is_coarse(points.as_flattened(), feature_angle);
+    let mean = contact.multiplier_shape.is_none() && interface.is_coarse(points.as_flattened());
     Ok(if mean { interface.with_shape(MultiplierShape::Mean) } else { interface })
 }
 

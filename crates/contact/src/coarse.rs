@@ -8,19 +8,38 @@ use crate::kinematics::height::FacetHeight;
 use crate::slave_node::{SAME_COSINE, SlaveNode, normal};
 use nalgebra::Vector3;
 use slipstick_mesh::FacetNodes;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 impl ContactInterface {
     /// Whether the slave is a curved surface of few facets, and no facet of the master stands for a
     /// curved surface: two facets of the slave that share an edge meet at 15° or more, but not at a
-    /// sharp edge (`feature_angle`), and both stand for a curved surface ([`Self::with_heights`]).
+    /// sharp edge, and both stand for a curved surface ([`Self::with_heights`]). An edge is sharp if
+    /// its facets belong to different entries of [`Self::slave_nodes`] at both of its ends.
     /// Where the master is curved too, as a hub around a shaft, its facets would determine the
     /// normals no better than those of the slave. `coordinates` as in [`Self::new`].
     ///
-    /// Test: `facets_of_fifteen_degrees_are_coarse`.
-    pub fn is_coarse(&self, coordinates: &[f64], feature_angle: f64) -> bool {
+    /// Tests: `facets_of_fifteen_degrees_are_coarse`, `a_torus_of_eight_facets_around_its_tube_is_coarse`.
+    pub fn is_coarse(&self, coordinates: &[f64]) -> bool {
         let [slave, master] = self.heights();
-        turns(self.slave_facets(), slave, coordinates, feature_angle) && master.iter().all(Option::is_none)
+        self.turns(slave, coordinates) && master.iter().all(Option::is_none)
+    }
+
+    /// Whether curved facets of the slave turn by at least [`COARSE`] at a common edge that is not sharp.
+    fn turns(&self, heights: &[Option<FacetHeight>], x: &[f64]) -> bool {
+        let smooth: HashSet<[u32; 3]> = self.slave_nodes().iter().flat_map(pairs_around).collect();
+        let mut known: HashMap<[u32; 2], (u32, Vector3<f64>)> = HashMap::new();
+        for ((f, facet), _) in (0_u32..).zip(self.slave_facets()).zip(heights).filter(|(_, height)| height.is_some()) {
+            let own = normal(facet, x);
+            for (i, &a) in facet.iter().enumerate() {
+                let b = facet[(i + 1) % facet.len()];
+                let Some((other, normal)) = known.insert([a.min(b), a.max(b)], (f, own)) else { continue };
+                let is_smooth = [a, b].iter().any(|&node| smooth.contains(&[node, other, f]));
+                if own.dot(&normal) <= COARSE.cos() + SAME_COSINE && is_smooth {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Whether both sides are curved ([`Self::with_heights`]) and meet at an edge of the slave's body at an
@@ -132,22 +151,10 @@ const INCLINED: f64 = std::f64::consts::PI / 90.0;
 /// \[rad\]
 const COARSE: f64 = std::f64::consts::PI / 12.0;
 
-/// Whether curved facets turn by at least [`COARSE`] at a common edge that is not sharp.
-fn turns(facets: &[FacetNodes], heights: &[Option<FacetHeight>], x: &[f64], feature_angle: f64) -> bool {
-    let mut known: HashMap<[u32; 2], Vector3<f64>> = HashMap::new();
-    for (facet, _) in facets.iter().zip(heights).filter(|(_, height)| height.is_some()) {
-        let own = normal(facet, x);
-        for (i, &a) in facet.iter().enumerate() {
-            let b = facet[(i + 1) % facet.len()];
-            if let Some(other) = known.insert([a.min(b), a.max(b)], own) {
-                let cosine = own.dot(&other);
-                if cosine <= COARSE.cos() + SAME_COSINE && cosine >= feature_angle.cos() - SAME_COSINE {
-                    return true;
-                }
-            }
-        }
-    }
-    false
+/// Node and numbers of all pairs of facets, ascending, that belong to the same smooth patch around a slave node.
+fn pairs_around(slave: &SlaveNode) -> Vec<[u32; 3]> {
+    let facets = || slave.facets.iter().map(|&(facet, _)| facet);
+    facets().flat_map(|f| facets().filter(move |&g| g > f).map(move |g| [slave.node, f, g])).collect()
 }
 
 #[cfg(test)]
@@ -180,7 +187,7 @@ mod tests {
             let options = InterfaceOptions { shape, rule, reach: 1.0, feature_angle: 0.5 };
             let [first, second] = sides;
             let interface = ContactInterface::new(first, second, &x, options).unwrap().with_heights(heights);
-            interface.is_coarse(&x, 0.5)
+            interface.is_coarse(&x)
         };
         let found = [5.0, 14.9, 15.0, 0.5_f64.to_degrees(), 29.0].map(|degrees| is_coarse(degrees, true, true));
         assert_eq!(found, [false, false, true, true, false]);

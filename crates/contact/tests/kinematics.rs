@@ -7,7 +7,7 @@ use slipstick_contact::kinematics::height::FacetHeight;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
-use slipstick_mesh::{BoxShape, FacetNodes, Mesh, box_mesh, smooth_surface};
+use slipstick_mesh::{BoxShape, FacetNodes, Mesh, Placement, TorusShape, box_mesh, smooth_surface, torus};
 
 const SHAPES: [MultiplierShape; 3] = [MultiplierShape::Standard, MultiplierShape::Dual, MultiplierShape::Mean];
 
@@ -26,6 +26,37 @@ fn mesh() -> Mesh {
     let slab = box_mesh("slab", &shape([0.0; 3], [2.0, 0.5, 1.0], [3, 1, 2])).unwrap();
     let block = box_mesh("block", &shape([0.45, 0.5, 0.37], [1.25, 1.0, 1.17], [2, 1, 2])).unwrap();
     Mesh::merge(vec![slab, block]).unwrap()
+}
+
+/// The lower side of a torus of eight facets around its tube, which meet at 46° along an edge and at 45° across a
+/// node, on a slab: its nodes have one entry each, so the edges are smooth and the slave is coarse, although they are
+/// sharper than the feature angle.
+#[test]
+fn a_torus_of_eight_facets_around_its_tube_is_coarse() {
+    let shape = TorusShape { radius: 0.8, tube_radius: 0.2, elements: [2, 1, 14] };
+    let mut ring = torus("ring", &shape).unwrap();
+    ring.transform(&Placement { rotate: None, translate: [0.0, 0.2, 0.0] }).unwrap();
+    let slab = BoxShape { min: [-1.4, -0.3, -1.4], max: [1.4, 0.0, 1.4], elements: [5, 1, 5], grading: [1.0; 3] };
+    let mesh = Mesh::merge(vec![ring, box_mesh("slab", &slab).unwrap()]).unwrap();
+    let points = mesh.nodes.as_flattened();
+    let below = |facet: &FacetNodes| facet.iter().all(|&node| mesh.nodes[node as usize][1] < 0.1);
+    let slave: Vec<FacetNodes> = mesh.surfaces["ring_side"].facets.iter().map(|f| f.nodes).filter(below).collect();
+    let master: Vec<FacetNodes> = mesh.surfaces["slab_ymax"].facets.iter().map(|f| f.nodes).collect();
+    let is_coarse = |degrees: f64| {
+        let feature_angle = f64::to_radians(degrees);
+        let options =
+            InterfaceOptions { shape: MultiplierShape::Standard, rule: CellRule::Six, reach: 0.5, feature_angle };
+        let interface = ContactInterface::new(slave.clone(), master.clone(), points, options).unwrap();
+        let smooth = smooth_surface(&slave, &mesh.nodes, &mesh.nodes, 0.9, &[], |_| [false; 3]);
+        let heights = smooth.heights.into_iter().zip(&slave).map(|(heights, facet)| {
+            let corners: Vec<_> = facet.iter().map(|&n| Vector3::from(mesh.nodes[n as usize])).collect();
+            Some(FacetHeight::new(heights?, &corners))
+        });
+        let interface = interface.with_heights([heights.collect(), Vec::new()]);
+        (interface.slave_nodes().len(), interface.is_coarse(points))
+    };
+    assert_eq!(slave.len(), 28);
+    assert_eq!([50.0, 45.0, 44.0].map(is_coarse), [(42, true), (42, true), (56, false)]);
 }
 
 /// The same, with a block whose bottom is a roof upside down: along its middle, it is bent by 28°, or by 15° if

@@ -116,7 +116,9 @@ pub(super) fn contacts(
             });
         }
         let sides = crate::construct::sides::of(case, contact, &problem.mesh, &points, &mirrored);
-        notices.extend(sides.and_then(|sides| facets::coarse_slave(i, contact, sides)));
+        let at_rim =
+            |sides| crate::construct::sides::at_rim(case, contact, i, sides, &problem.mesh, &points, &mirrored);
+        notices.extend(sides.and_then(|sides| facets::coarse_slave(i, contact, sides, at_rim(sides))));
         notices.extend(held::on_both_sides(interface, i, case, contact, &problem.mesh));
         let facing = nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node).collect();
         notices.extend(held::in_objective(case, contact, &facing, &problem.mesh));

@@ -36,25 +36,13 @@ pub(super) fn with_normals(
         return interface;
     }
     let x = points.as_flattened();
-    let all_touched = asked || interface.is_coarse(x, feature_angle);
+    let all_touched = asked || interface.is_coarse(x);
     let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
     let seated = interface.is_seated(x);
     if !all_touched && !both_curved && seated {
         return interface;
     }
-    let mut boundary: Vec<FacetNodes> = Vec::new();
-    for body in bodies_of(interface.slave_facets(), mesh) {
-        let rigid = mesh.rigid.iter().any(|rigid| rigid.body == body);
-        let held = |facet: &FacetNodes| {
-            let area = facet_area_vector(&facet.corners(points));
-            let size = area.iter().map(|a| a * a).sum::<f64>().sqrt();
-            let is_held =
-                |axis: usize, node: u32| mirrored[node as usize][axis] || (!rigid && fixed[3 * node as usize + axis]);
-            let all_held = |axis: usize| facet.iter().all(|&node| is_held(axis, node));
-            (0..3).all(|axis| area[axis].abs() < PERPENDICULAR * size || all_held(axis))
-        };
-        boundary.extend(mesh.boundary(body).facets.iter().map(|facet| facet.nodes).filter(|facet| !held(facet)));
-    }
+    let boundary = boundary_of(&interface, mesh, points, mirrored, |node, axis| fixed[3 * node as usize + axis]);
     if all_touched {
         return interface.with_touched_normals(&boundary, x, feature_angle);
     }
@@ -68,6 +56,45 @@ pub(super) fn with_normals(
         }
     }
     if seated { interface } else { interface.with_touched_flat_edges(&boundary, x, feature_angle) }
+}
+
+/// Whether both sides of a pair are curved, and the slave ends at an edge of its body on an inclined master
+/// ([`ContactInterface::is_inclined`]).
+pub(super) fn is_inclined(
+    interface: &ContactInterface,
+    contact: &file::Contact,
+    mesh: &Mesh,
+    points: &[[f64; 3]],
+    mirrored: &[[bool; 3]],
+) -> bool {
+    let boundary = boundary_of(interface, mesh, points, mirrored, |_, _| false);
+    let x = points.as_flattened();
+    let touched = interface.clone().with_touched_edges(&boundary, x, contact.feature_angle.to_radians());
+    interface.is_inclined(&touched, x)
+}
+
+/// The facets of the boundary of the slave's bodies, without those that symmetry or supports hold in their plane.
+/// `fixed` says whether a displacement of a node is prescribed.
+fn boundary_of(
+    interface: &ContactInterface,
+    mesh: &Mesh,
+    points: &[[f64; 3]],
+    mirrored: &[[bool; 3]],
+    fixed: impl Fn(u32, usize) -> bool,
+) -> Vec<FacetNodes> {
+    let mut boundary: Vec<FacetNodes> = Vec::new();
+    for body in bodies_of(interface.slave_facets(), mesh) {
+        let rigid = mesh.rigid.iter().any(|rigid| rigid.body == body);
+        let held = |facet: &FacetNodes| {
+            let area = facet_area_vector(&facet.corners(points));
+            let size = area.iter().map(|a| a * a).sum::<f64>().sqrt();
+            let is_held = |axis: usize, node: u32| mirrored[node as usize][axis] || (!rigid && fixed(node, axis));
+            let all_held = |axis: usize| facet.iter().all(|&node| is_held(axis, node));
+            (0..3).all(|axis| area[axis].abs() < PERPENDICULAR * size || all_held(axis))
+        };
+        boundary.extend(mesh.boundary(body).facets.iter().map(|facet| facet.nodes).filter(|facet| !held(facet)));
+    }
+    boundary
 }
 
 /// The bodies with nodes of these facets.

@@ -6,7 +6,7 @@
 //! (Contact Technology Guide, designating contact and target surfaces). A rigid side is never chosen.
 
 use super::symmetry::mirrored;
-use super::{facets_of, mesh, surfaces};
+use super::{edges, facets_of, interface_of, largest_facet, mesh, surfaces};
 use crate::file::{self, Case, Sides};
 use slipstick_mesh::{ContactMap, FacetHeights, FacetNodes, Mesh, facet_area};
 
@@ -29,17 +29,32 @@ pub(crate) struct Side {
     pub size: f64,
     /// Whether its facets stand for a surface that is convex on average.
     pub convex: bool,
+    /// Whether some of its facets stand for a curved surface.
+    curved: bool,
     /// Whether it belongs to a rigid body.
     rigid: bool,
     /// Young's modulus of its body at small strains. \[F/L²\]
     modulus: f64,
 }
 
-/// Numbers of the pairs with [`Sides::Chosen`] whose master should be the slave. None if the mesh cannot be built:
-/// building the problem reports why.
+/// Generated meshes with more elements are not built only to compare sides.
+const LARGEST_MESH: usize = 1_000_000;
+
+/// Numbers of the pairs whose master should be the slave: with [`Sides::Chosen`], because it suits better, and with
+/// [`Sides::Corrected`], because contact would be missed. None if the mesh cannot be built, since building the problem
+/// reports why, or has more than a million elements.
 pub(crate) fn exchanged(case: &Case) -> Vec<usize> {
-    let open = |contact: &file::Contact| contact.sides == Sides::Chosen && contact.slave != contact.master;
-    if !case.contacts.iter().any(open) {
+    let open = |contact: &file::Contact| {
+        contact.slave != contact.master
+            && match contact.sides {
+                Sides::AsGiven => false,
+                Sides::Chosen => true,
+                Sides::Corrected => !contact.tied && may_be_convex(case, &contact.master),
+            }
+    };
+    let elements = |body: &file::Body| body.shape.element_count().unwrap_or(usize::MAX);
+    if case.bodies.iter().map(elements).fold(0, usize::saturating_add) > LARGEST_MESH || !case.contacts.iter().any(open)
+    {
         return Vec::new();
     }
     let Ok(mesh) = mesh::open_mesh(case) else { return Vec::new() };
@@ -49,14 +64,51 @@ pub(crate) fn exchanged(case: &Case) -> Vec<usize> {
     let mut slaves: Vec<&str> = case.contacts.iter().map(|contact| contact.slave.as_str()).collect();
     let mut out = Vec::new();
     for (i, contact) in case.contacts.iter().enumerate().filter(|(_, contact)| open(contact)) {
-        let better =
-            of(case, contact, &mesh, &points, &mirrored).is_some_and(|[slave, master]| master.precedes(&slave));
+        let better = of(case, contact, &mesh, &points, &mirrored).is_some_and(|[slave, master]| match contact.sides {
+            Sides::Corrected => {
+                // the program starts its threads after it has read the case
+                let alone = || rayon::ThreadPoolBuilder::new().num_threads(1).build().ok();
+                let at_rim = || at_rim(case, contact, i, [slave, master], &mesh, &points, &mirrored);
+                let rim = || slave.faces_a_rim(&master) && alone().is_some_and(|one| one.install(at_rim));
+                (slave.misses(&master) && !slave.curved) || rim()
+            }
+            _ => master.precedes(&slave),
+        });
         if better && !slaves.contains(&contact.master.as_str()) {
             slaves[i] = &contact.master;
             out.push(i);
         }
     }
     out
+}
+
+/// Whether a surface may belong to a body that is not a box.
+fn may_be_convex(case: &Case, surface: &str) -> bool {
+    let boxes = case.bodies.iter().filter(|body| matches!(body.shape, file::Shape::Box { .. }));
+    !boxes.map(|body| format!("{}_", body.name)).any(|prefix| surface.starts_with(&prefix))
+}
+
+/// Whether the master, but not the slave, ends at an edge of its body on an inclined surface: contact at the rim of a
+/// bore lies within the facets of a plug, and its mean gap is open there.
+pub(crate) fn at_rim(
+    case: &Case,
+    contact: &file::Contact,
+    pair: usize,
+    [slave, master]: [Side; 2],
+    mesh: &Mesh,
+    points: &[[f64; 3]],
+    mirrored: &[[bool; 3]],
+) -> bool {
+    if !slave.faces_a_rim(&master) || contact.normals.is_some() {
+        return false;
+    }
+    let Ok(size) = largest_facet(contact, pair, mesh, points) else { return false };
+    let inclined = |contact: &file::Contact| {
+        let interface = interface_of(case, contact, pair, mesh, points, mirrored, 2.0 * size);
+        interface.is_ok_and(|interface| edges::is_inclined(&interface, contact, mesh, points, mirrored))
+    };
+    let (slave, master) = (contact.master.clone(), contact.slave.clone());
+    inclined(&file::Contact { slave, master, ..contact.clone() }) && !inclined(contact)
 }
 
 /// Slave and master of a pair; `None` if a surface is unknown or empty. `points` are the positions of the corners of
@@ -76,11 +128,13 @@ pub(crate) fn of(
         let body = mesh.bodies.iter().position(|body| body.nodes.contains(&node))?;
         let smooth = surfaces::smooth(case, contact, mesh, points, &near[i], mirrored);
         let heights = smooth.iter().flat_map(|smooth| smooth.heights.iter().zip(&near[i]));
-        let bulges = heights.filter_map(|(heights, facet)| Some(bulge(heights.as_ref()?, facet.len())));
+        let bulges: Vec<f64> =
+            heights.filter_map(|(heights, facet)| Some(bulge(heights.as_ref()?, facet.len()))).collect();
         let definition = case.bodies.get(body)?;
         Some(Side {
             size: median_size(&near[i], points),
-            convex: bulges.sum::<f64>() > ROUND_OFF * median_size(&near[i], points),
+            curved: !bulges.is_empty(),
+            convex: bulges.iter().sum::<f64>() > ROUND_OFF * median_size(&near[i], points),
             rigid: definition.rigid.is_some(),
             modulus: definition.material.youngs_modulus(),
         })
@@ -113,6 +167,11 @@ impl Side {
             return self.convex;
         }
         self.modulus * SIMILAR_MODULUS < other.modulus
+    }
+
+    /// Whether this side, as the slave, may be a plug in a bore whose rim touches it.
+    fn faces_a_rim(&self, other: &Self) -> bool {
+        !self.rigid && !other.rigid && self.convex && !other.convex
     }
 
     /// Whether contact of this side, as the slave, is missed where the other side penetrates it: a convex surface

@@ -58,6 +58,19 @@ pub enum ForceWord {
     Nodal,
 }
 
+impl ForceComponent {
+    /// The same of the opposite force.
+    pub(super) fn reversed(self) -> Self {
+        match self {
+            Self::Word(ForceWord::X) => Self::Direction([-1.0, 0.0, 0.0]),
+            Self::Word(ForceWord::Y) => Self::Direction([0.0, -1.0, 0.0]),
+            Self::Word(ForceWord::Z) => Self::Direction([0.0, 0.0, -1.0]),
+            Self::Direction(direction) => Self::Direction(direction.map(|c| -c)),
+            Self::Word(ForceWord::Norm | ForceWord::Normal | ForceWord::Tangential | ForceWord::Nodal) => self,
+        }
+    }
+}
+
 impl VectorComponent {
     /// The measure of a vector that it stands for.
     pub(super) fn measure(self) -> Result<VectorMeasure, QuantityError> {

@@ -30,7 +30,11 @@ impl Kind for ContactForce {
     }
 
     fn read(table: &Reading<'_, '_>) -> Self {
-        Self { slave: table.slave(), component: table.force_component(), within: table.optional_set("within") }
+        let (slave, component) = (table.slave(), table.force_component());
+        let named = table.value("slave").and_then(|named| named.get_ref().as_str());
+        // the force on the surface that the case names, which is the master if the sides are swapped
+        let component = if named == Some(slave.as_str()) { component } else { component.reversed() };
+        Self { slave, component, within: table.optional_set("within") }
     }
 
     fn build(&self, name: &str, at: &Building<'_>) -> Result<Arc<dyn Quantity>, BuildError> {

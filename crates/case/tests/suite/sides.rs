@@ -66,7 +66,7 @@ fn a_slave_that_misses_a_convex_master_is_told() {
     let ball =
         format!("half_ball = {{ radius = 0.8, elements = [2, 2, 2] }}\nplace = {{ translate = [0, 0.8, 0] }}\n{HARD}");
     let told = |sides: [&str; 2]| {
-        let case = case("[10, 2, 4]", &ball, sides, "");
+        let case = case("[10, 2, 4]", &ball, sides, "sides = 'as_given'");
         let mut problem = build(&case).unwrap_or_else(|e| panic!("{e}"));
         let notices = inspect(&case, &mut problem).expect("inspected").notices;
         let coarse = notices.into_iter().filter(|notice| notice.kind == NoticeKind::CoarseSlave);
@@ -76,6 +76,60 @@ fn a_slave_that_misses_a_convex_master_is_told() {
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(found[0].ends_with("the master is convex, and touches within a slave facet before the mean gap closes"));
     assert_eq!(told(["upper_dome", "slab_ymax"]), Vec::<String>::new());
+}
+
+/// By default, the ball becomes the slave of a slab with larger facets, with a warning, and a quantity that names the slab
+/// is the force on the slab; a block stays the master, as does the ball on a finer slab, and if the case insists.
+#[test]
+fn sides_that_miss_contact_are_swapped() {
+    let ball =
+        format!("half_ball = {{ radius = 0.8, elements = [2, 2, 2] }}\nplace = {{ translate = [0, 0.8, 0] }}\n{HARD}");
+    let block = format!("box = {{ min = [-0.5, 0, -0.5], max = [0.5, 1, 0.5], elements = [6, 2, 6] }}\n{HARD}");
+    let slave = |elements: &str, upper: &str, face: &str, more: &str| {
+        let case = case(elements, upper, ["slab_ymax", face], more);
+        assert_eq!(case.contacts[0].sides, Sides::AsGiven);
+        case.contacts[0].slave.clone()
+    };
+    assert_eq!(slave("[10, 2, 4]", &ball, "upper_dome", ""), "upper_dome");
+    assert_eq!(slave("[10, 2, 4]", &ball, "upper_dome", "sides = 'corrected'"), "upper_dome");
+    assert_eq!(slave("[10, 2, 4]", &ball, "upper_dome", "sides = 'as_given'"), "slab_ymax");
+    assert_eq!(slave("[40, 2, 20]", &ball, "upper_dome", ""), "slab_ymax");
+    assert_eq!(slave("[8, 2, 4]", &block, "upper_ymin", ""), "slab_ymax");
+
+    let text = format!(
+        "[[body]]\nname = 'slab'\nbox = {{ min = [-2, -1, -1], max = [2, 0, 1], elements = [10, 2, 4] }}\n{SOFT}\n\
+         [[body]]\nname = 'ball'\n{ball}\n\
+         [[contact]]\nslave = 'slab_ymax'\nmaster = 'ball_dome'\nfriction = 0\n\
+         [[dirichlet]]\nset = 'slab_ymin'\n[[dirichlet]]\nset = 'ball_flat'\n\
+         [[quantity]]\nname = 'slab'\ncontact_force = {{ slave = 'slab_ymax', component = 'y' }}\n\
+         [load_path]\nsteps = 2\n"
+    );
+    let resolved = parse_case(&text, "sides.toml").unwrap_or_else(|e| panic!("{e}"));
+    let told: Vec<String> = resolved.warnings.iter().map(ToString::to_string).collect();
+    assert!(told.len() == 1 && told[0].contains("slave and master are swapped"), "{told:?}");
+    let force = format!("{:?}", resolved.case.quantities[0].kind);
+    assert!(force.contains("Direction([0.0, -1.0, 0.0])") && force.contains("slave: \"ball_dome\""), "{force}");
+}
+
+/// A plug that tapers in a bore, by the rim of which it is held: the bore is the slave, whichever side is named. Without a
+/// taper, and where the case gives the normals, the sides stay.
+#[test]
+fn the_rim_of_a_bore_becomes_the_slave() {
+    let slave = |top: f64, more: &str| {
+        let text = format!(
+            "[[body]]\nname = 'plate'\nhollow_cylinder = {{ inner_radius = 0.5, outer_radius = 1.2, height = 0.5, \
+             elements = [2, 24, 2] }}\n{SOFT}\n\
+             [[body]]\nname = 'plug'\ncone = {{ bottom_radius = 0.42, top_radius = {top}, height = 0.9, \
+             elements = [4, 2, 4] }}\nplace = {{ translate = [0, 0.05, 0] }}\n{HARD}\n\
+             [[contact]]\nslave = 'plug_side'\nmaster = 'plate_inner'\nfriction = 0.3\n{more}\n\
+             [[dirichlet]]\nset = 'plate_outer'\n[[dirichlet]]\nset = 'plug_top'\n[load_path]\nsteps = 2\n"
+        );
+        parse_case(&text, "sides.toml").unwrap_or_else(|e| panic!("{e}\n{text}")).case.contacts[0].slave.clone()
+    };
+    assert_eq!(slave(0.56, ""), "plate_inner");
+    assert_eq!(slave(0.42, ""), "plug_side");
+    assert_eq!(slave(0.56, "normals = 'averaged'"), "plug_side");
+    assert_eq!(slave(0.56, "sides = 'as_given'"), "plug_side");
 }
 
 /// A block whose right half lies beyond the end of a slab at x = 2: by hand, the nodes at 2.5 and 3 have nothing

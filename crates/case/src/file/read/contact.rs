@@ -31,6 +31,19 @@ pub(super) fn contacts(
         let path = table.path().to_owned();
         let mut contact = contact(table, names, bodies, steps);
         if exchanged.contains(&contacts.len()) {
+            if contact.sides == Sides::Corrected {
+                let Contact { slave, master, .. } = &contact;
+                let message = format!(
+                    "slave and master are swapped: with `{slave}` as the slave, contact with `{master}` would be missed \
+                     within its facets"
+                );
+                let help = format!(
+                    "name `{master}` as the slave, or keep the sides with `sides = \"as_given\"`; results list the pair \
+                     under `{master}`"
+                );
+                reader.warning(&format!("{path}.slave"), CaseCode::CoarseSlave, message, help);
+            }
+            contact.sides = Sides::Chosen;
             std::mem::swap(&mut contact.slave, &mut contact.master);
         }
         let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
@@ -64,7 +77,8 @@ pub(super) fn contacts(
 fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Contact {
     let slave = surface(&table, "slave", names);
     let master = surface(&table, "master", names);
-    let sides = table.word("sides", &[("as_given", Sides::AsGiven), ("chosen", Sides::Chosen)]).or(Sides::AsGiven);
+    let words = [("as_given", Sides::AsGiven), ("corrected", Sides::Corrected), ("chosen", Sides::Chosen)];
+    let sides = table.word("sides", &words).or(Sides::default());
     let bodies = [&slave, &master].map(|name| names.find(name).and_then(|(_, body)| body));
     let shape = bodies[0].and_then(|body| shapes.get(body)).filter(|body| !matches!(body.shape, Shape::Mesh(_)));
     let is_face = |body: &Body| [&slave, &master].iter().all(|name| name.starts_with(&format!("{}_", body.name)));

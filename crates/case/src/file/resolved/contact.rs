@@ -199,8 +199,11 @@ impl Adjust {
 #[serde(rename_all = "snake_case")]
 pub enum Sides {
     /// As the keys say.
-    #[default]
     AsGiven,
+    /// As the keys say, unless contact would be missed: where the facets of a flat slave are larger than those of a convex
+    /// master, and where the master, but not the slave, ends at an edge on an inclined surface.
+    #[default]
+    Corrected,
     /// The one with smaller facets; of similar ones the convex one on a surface that is not, then the softer one.
     Chosen,
 }
