@@ -10,10 +10,9 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use common::supernodal::SupernodalSolver;
 use common::{Brick, Random};
-use slipstick_linalg::{
-    CsrMatrix, Factorization, LinearSolver, MultifrontalSolver, Precision, SupernodalSolver, solve_verified,
-};
+use slipstick_linalg::{CsrMatrix, Factorization, LinearSolver, MultifrontalSolver, Precision, solve_verified};
 use std::error::Error;
 use std::time::Instant;
 

@@ -12,9 +12,8 @@
 //!
 //! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree
 //! without the feature `metis`, threshold pivoting with delayed pivots, single or double
-//! precision), [`SchwarzSolver`] (a preconditioner for large problems), [`SupernodalSolver`] (faer's
-//! left-looking LU with full partial pivoting: the reference and the last resort) and
-//! [`RobustSolver`], which tries these, or any others, in sequence. [`Automatic`] chooses between
+//! precision; with strict pivoting, it is the last resort), [`SchwarzSolver`] (a preconditioner for
+//! large problems) and [`RobustSolver`], which tries these, or any others, in sequence. [`Automatic`] chooses between
 //! direct factors and iterations by predicted cost.
 //!
 //! ```
@@ -59,7 +58,6 @@ pub mod scaling;
 pub mod schwarz;
 pub mod solver;
 pub mod span;
-pub mod supernodal;
 pub mod symbolic;
 mod vectors;
 pub mod verified;
@@ -81,7 +79,6 @@ pub use solver::{
     Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Pivot, Precision, Transposed,
 };
 pub use span::best_in_span;
-pub use supernodal::SupernodalSolver;
 pub use symbolic::Symbolic;
 pub use verified::{
     Alternative, SolveError, SolveOptions, SolveReport, solve_from, solve_many_from, solve_verified, solve_with,

@@ -4,7 +4,6 @@ use crate::csr::{CsrMatrix, CsrPattern};
 use crate::multifrontal::MultifrontalSolver;
 use crate::operator::Operator;
 use crate::solver::{Backend, Factorization, FactorizationError, LinearSolver, Pivot, Precision};
-use crate::supernodal::SupernodalSolver;
 use crate::symbolic::Symbolic;
 use crate::verified::{SolveOptions, solve_weighted};
 use std::borrow::Cow;
@@ -23,36 +22,34 @@ const SINGULAR_PIVOT: f64 = 1e-11;
 /// Number of iterations allowed in that test. Single precision needs two to six on hard problems.
 const TEST_ITERATIONS: usize = 12;
 
-/// Unknowns above which faer is not tried as a fallback: it would need more than 12 GB.
-const LARGEST_FALLBACK: usize = 120_000;
-
 /// Which direct solvers to use: names of the standard chains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
-    /// Multifrontal in single precision, then in double, then faer.
+    /// Multifrontal in single precision, then in double, then with strict pivoting.
     #[default]
     Auto,
-    /// Multifrontal in the given precision; single precision falls back to double, then to faer.
+    /// Multifrontal in the given precision; single precision falls back to double, then to strict
+    /// pivoting.
     Multifrontal {
         /// Number format of the factors.
         precision: Precision,
     },
-    /// Only faer's supernodal LU.
-    Faer,
+    /// Only multifrontal in double precision with [strict pivoting](MultifrontalSolver::strict).
+    Strict,
 }
 
 impl SolverChoice {
-    /// The solvers in sequence. As a fallback, faer is tried up to 120 000 unknowns.
+    /// The solvers in sequence.
     pub fn chain(self) -> Vec<Link> {
-        let faer = Link::new(SupernodalSolver::new());
+        let strict = Link::new(MultifrontalSolver::strict());
         let double = MultifrontalSolver::new(Precision::F64);
         match self {
-            Self::Faer => vec![faer],
+            Self::Strict => vec![strict],
             Self::Auto | Self::Multifrontal { precision: Precision::F32 } => {
                 let single = double.in_precision(Precision::F32);
-                vec![Link::new(single), Link::new(double), faer.up_to(LARGEST_FALLBACK)]
+                vec![Link::new(single), Link::new(double), strict]
             }
-            Self::Multifrontal { precision: Precision::F64 } => vec![Link::new(double), faer.up_to(LARGEST_FALLBACK)],
+            Self::Multifrontal { precision: Precision::F64 } => vec![Link::new(double), strict],
         }
     }
 }
@@ -122,12 +119,12 @@ impl fmt::Debug for Link {
 /// A chain is a list; any [`LinearSolver`] can be in it:
 ///
 /// ```
-/// use slipstick_linalg::{Link, MultifrontalSolver, Precision, RobustSolver, SolverChoice, SupernodalSolver};
+/// use slipstick_linalg::{Link, MultifrontalSolver, RobustSolver, SolverChoice};
 ///
 /// let usual = RobustSolver::new(SolverChoice::Auto);
-/// // faer up to 5000 unknowns, then the usual ones
+/// // strict pivoting up to 5000 unknowns, then the usual ones
 /// let mut chain = SolverChoice::Auto.chain();
-/// chain.insert(0, Link::new(SupernodalSolver::new()).up_to(5000));
+/// chain.insert(0, Link::new(MultifrontalSolver::strict()).up_to(5000));
 /// let solver = RobustSolver::of(chain);
 /// ```
 #[derive(Debug)]

@@ -2,10 +2,11 @@
 
 mod common;
 
+use common::supernodal::SupernodalSolver;
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, MultifrontalFactorization,
-    MultifrontalSolver, Precision, RobustSolver, SolverChoice, SupernodalSolver, Symbolic, Transposed, solve_verified,
+    MultifrontalSolver, Precision, RobustSolver, SolverChoice, Symbolic, Transposed, solve_verified,
 };
 use std::sync::Arc;
 
@@ -46,6 +47,7 @@ fn dense_solve(a: &CsrMatrix, transpose: bool, b: &[f64]) -> Vec<f64> {
 fn solvers() -> Vec<Box<dyn LinearSolver>> {
     vec![
         Box::new(SupernodalSolver::new()),
+        Box::new(MultifrontalSolver::strict()),
         Box::new(MultifrontalSolver::new(Precision::F64)),
         Box::new(RobustSolver::new(SolverChoice::Multifrontal { precision: Precision::F64 })),
     ]
@@ -354,7 +356,8 @@ fn double_precision_can_be_insisted_on() {
     let a = blocks(&[20], |_, _| true);
     let single = SolverChoice::Multifrontal { precision: Precision::F32 };
     let double = SolverChoice::Multifrontal { precision: Precision::F64 };
-    for (choice, changes) in [(SolverChoice::Auto, true), (single, true), (double, false), (SolverChoice::Faer, false)]
+    for (choice, changes) in
+        [(SolverChoice::Auto, true), (single, true), (double, false), (SolverChoice::Strict, false)]
     {
         let mut solver = RobustSolver::new(choice);
         assert_eq!((solver.insist_on_double(), solver.insist_on_double()), (changes, false), "{choice:?}");

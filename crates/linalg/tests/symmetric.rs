@@ -2,10 +2,9 @@
 
 mod common;
 
+use common::supernodal::SupernodalSolver;
 use common::{Brick, Random, difference};
-use slipstick_linalg::{
-    CsrMatrix, Factorization, LinearSolver, MultifrontalFactorization, Precision, SupernodalSolver, solve_verified,
-};
+use slipstick_linalg::{CsrMatrix, Factorization, LinearSolver, MultifrontalFactorization, Precision, solve_verified};
 
 const TALL: Brick = Brick { nodes: [6, 6, 60], multipliers: true, contrast: 3.0, nonsymmetry: 0.0, fixed_bottom: true };
 

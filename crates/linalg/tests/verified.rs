@@ -2,11 +2,12 @@
 
 mod common;
 
+use common::supernodal::SupernodalSolver;
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     Alternative, CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalFactorization, MultifrontalSolver,
-    Precision, RobustSolver, SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from,
-    solve_many_from, solve_verified, solve_with,
+    Precision, RobustSolver, SolveError, SolveOptions, SolverChoice, Transposed, solve_from, solve_many_from,
+    solve_verified, solve_with,
 };
 use std::sync::Arc;
 

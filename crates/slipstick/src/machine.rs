@@ -97,7 +97,7 @@ impl Platform for Machine {
             LinearSolverChoice::Auto if !several => Ok(LinearSystem::new(Automatic(nodes(mesh)))),
             LinearSolverChoice::Direct => one(SolverChoice::Auto),
             LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
-            LinearSolverChoice::Faer => one(SolverChoice::Faer),
+            LinearSolverChoice::Strict => one(SolverChoice::Strict),
             LinearSolverChoice::Schwarz => alone().map(|()| LinearSystem::new(Schwarz(nodes(mesh)))),
             LinearSolverChoice::Cudss => alone().and_then(|()| cudss()),
             LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners, mesh, slaves),

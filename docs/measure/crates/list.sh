@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
     grep -v -E '^(slipstick|version|edition|rust-version|license|keywords|lints)' | sort -u |
-    grep -v -E '^(cc|pkg-config|proptest|pyo3|tempfile)$'))
+    grep -v -E '^(cc|faer|pkg-config|proptest|pyo3|tempfile)$'))
 for crate in "${direct[@]}"; do
     # if the tree has several versions, use the newest
     said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)
@@ -54,8 +54,6 @@ TEXT
     row clap_complete "command completion in shells"
     row clap_mangen "the manual page"
     row ctrlc "Ctrl-C stops a run when the current Newton iteration ends"
-    row dyn-stack "memory of faer's kernels"
-    row faer "dense kernels of the fronts, and its sparse LU as a second solver"
     row flate2 "compressed VTU files"
     row indicatif "the progress bar"
     row libloading "the CUDA driver and cuDSS at run time; only in builds with the feature \`cudss\`"
@@ -82,7 +80,8 @@ TEXT
     row zip "3MF files"
     cat <<'TEXT'
 
-`proptest` (random inputs) and `tempfile` are used only in tests and benchmarks.
+`proptest` (random inputs), `tempfile` and `faer` (an independent sparse LU) are used only in tests and
+benchmarks.
 
 About 700 lines in `views/src/render` and `picture.rs` draw charts and the text in pictures. We
 tried libraries and kept our own code: `plotters`, `kuva` and `charts-rs` depend on `ttf-parser`,

@@ -6,12 +6,11 @@
 //! Cholesky's method ([`super::symmetric`]).
 
 use super::buffers::Buffers;
+use super::dense::{View, ViewMut};
 use super::scalar::Scalar;
 use super::symbolic::{Entry, MISSING, Places, Structure, Supernode, front_operations, local};
 use super::trapezoid::Trapezoid;
-use super::{PIVOT_THRESHOLD, dense, pivoting};
-use faer::prelude::ReborrowMut;
-use faer::{MatMut, MatRef};
+use super::{dense, pivoting};
 use rayon::prelude::*;
 
 /// Number of entries of the contributions from which several threads add them.
@@ -104,6 +103,7 @@ pub(super) fn process<T: Scalar>(
     k: usize,
     children: Vec<Contribution<T>>,
     buffers: &Buffers<T>,
+    threshold: f64,
 ) -> (Front<T>, Contribution<T>, f64) {
     let mut assembly = Assembly::new((structure, places), values, k, children);
     let symmetric = assembly.is_symmetric();
@@ -111,9 +111,9 @@ pub(super) fn process<T: Scalar>(
         return (front, contribution, 0.0);
     }
     assembly.children.iter_mut().for_each(Child::complete);
-    match assembly.eliminate_all(symmetric, buffers) {
+    match assembly.eliminate_all(symmetric, buffers, threshold) {
         Ok((front, contribution)) => (front, contribution, 0.0),
-        Err(Rejected) => assembly.eliminate_some(buffers),
+        Err(Rejected) => assembly.eliminate_some(buffers, threshold),
     }
 }
 
@@ -265,28 +265,29 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         &mut self,
         symmetric: bool,
         buffers: &Buffers<T>,
+        threshold: f64,
     ) -> Result<(Front<T>, Contribution<T>), Rejected> {
         let (p, r) = (self.rows.len(), self.beyond);
         let (mut lu, mut lower) = self.summed_columns();
         let mut order = vec![0u32; p];
-        dense::lu(MatMut::from_column_major_slice_mut(&mut lu, p, p), &mut order);
+        dense::lu(ViewMut::new(&mut lu, p, p), &mut order);
         let mut pivots = (0..p).map(|i| lu[i + i * p].absolute().to_f64());
         // Written so that NaN fails.
         if !pivots.all(|pivot| pivot >= T::SMALLEST_PIVOT) {
             return Err(Rejected);
         }
-        let factors = MatRef::from_column_major_slice(&lu, p, p);
-        dense::solve_upper_right(factors, MatMut::from_column_major_slice_mut(&mut lower, r, p));
-        if dense::largest(&lower) > 1.0 / PIVOT_THRESHOLD {
+        let factors = View::new(&lu, p, p);
+        dense::solve_upper_right(factors, ViewMut::new(&mut lower, r, p));
+        if dense::largest(&lower) > 1.0 / threshold {
             return Err(Rejected);
         }
         let (mut f12, mut f22) = self.columns_beyond(buffers);
-        let mut upper = MatMut::from_column_major_slice_mut(&mut f12, p, r);
-        dense::permute_rows(upper.rb_mut(), &order);
-        dense::solve_unit_lower(factors, upper.rb_mut());
-        let schur = MatMut::from_column_major_slice_mut(&mut f22, r, r);
-        let multipliers = MatRef::from_column_major_slice(&lower, r, p);
-        dense::subtract_product(schur, multipliers, upper.as_ref());
+        let mut upper = ViewMut::new(&mut f12, p, r);
+        dense::permute_rows(upper.borrow(), &order);
+        dense::solve_unit_lower(factors, upper.borrow());
+        let schur = ViewMut::new(&mut f22, r, r);
+        let multipliers = View::new(&lower, r, p);
+        dense::subtract_product(schur, multipliers, upper.read());
         let front = Front {
             pivot_rows: order.iter().map(|&i| self.rows[i as usize]).collect(),
             pivot_columns: self.columns.clone(),
@@ -302,7 +303,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
     }
 
     /// Threshold pivoting; rejected rows and columns stay in the contribution.
-    fn eliminate_some(mut self, buffers: &Buffers<T>) -> (Front<T>, Contribution<T>, f64) {
+    fn eliminate_some(mut self, buffers: &Buffers<T>, threshold: f64) -> (Front<T>, Contribution<T>, f64) {
         let (p, r) = (self.rows.len(), self.beyond);
         let (f11, f21) = self.summed_columns();
         let mut stacked = Vec::with_capacity((p + r) * p);
@@ -310,26 +311,26 @@ impl<'a, T: Scalar> Assembly<'a, T> {
             stacked.extend_from_slice(&f11[j * p..(j + 1) * p]);
             stacked.extend_from_slice(&f21[j * r..(j + 1) * r]);
         }
-        let done = pivoting::eliminate(stacked, p + r, p);
+        let done = pivoting::eliminate(stacked, p + r, p, threshold);
         let (q, d) = (done.pivots, p - done.pivots);
-        let columns = MatRef::from_column_major_slice(&done.values, p + r, p);
+        let columns = View::new(&done.values, p + r, p);
         let (mut f12, mut f22) = self.columns_beyond(buffers);
-        let mut f12 = MatMut::from_column_major_slice_mut(&mut f12, p, r);
+        let mut f12 = ViewMut::new(&mut f12, p, r);
         let order: Vec<u32> = done.row_order.iter().map(|&i| i as u32).collect();
-        dense::permute_rows(f12.rb_mut(), &order);
-        let (mut upper, mut delayed) = f12.split_at_row_mut(q);
-        dense::solve_unit_lower(columns.submatrix(0, 0, q, q), upper.rb_mut());
-        dense::subtract_product(delayed.rb_mut(), columns.submatrix(q, 0, d, q), upper.as_ref());
-        let mut schur = MatMut::from_column_major_slice_mut(&mut f22, r, r);
-        dense::subtract_product(schur.rb_mut(), columns.submatrix(p, 0, r, q), upper.as_ref());
-        let (upper, delayed, schur) = (upper.as_ref(), delayed.as_ref(), schur.as_ref());
-        let lu = gather(q, q, |i, j| columns[(i, j)]);
-        let lower = gather(d + r, q, |i, j| columns[(q + i, j)]);
-        let upper = gather(q, d + r, |i, j| if j < d { columns[(i, q + j)] } else { upper[(i, j - d)] });
+        dense::permute_rows(f12.borrow(), &order);
+        let (mut upper, mut delayed) = f12.split_rows(q);
+        dense::solve_unit_lower(columns.block(0, 0, q, q), upper.borrow());
+        dense::subtract_product(delayed.borrow(), columns.block(q, 0, d, q), upper.read());
+        let mut schur = ViewMut::new(&mut f22, r, r);
+        dense::subtract_product(schur.borrow(), columns.block(p, 0, r, q), upper.read());
+        let (upper, delayed, schur) = (upper.read(), delayed.read(), schur.read());
+        let lu = gather(q, q, |i, j| columns.get(i, j));
+        let lower = gather(d + r, q, |i, j| columns.get(q + i, j));
+        let upper = gather(q, d + r, |i, j| if j < d { columns.get(i, q + j) } else { upper.get(i, j - d) });
         let values = gather(d + r, d + r, |i, j| match (i < d, j < d) {
-            (_, true) => columns[(q + i, q + j)],
-            (true, false) => delayed[(i, j - d)],
-            (false, false) => schur[(i - d, j - d)],
+            (_, true) => columns.get(q + i, q + j),
+            (true, false) => delayed.get(i, j - d),
+            (false, false) => schur.get(i - d, j - d),
         });
         let rows: Vec<u32> = done.row_order.iter().map(|&i| self.rows[i]).collect();
         let columns: Vec<u32> = done.column_order.iter().map(|&j| self.columns[j]).collect();

@@ -55,6 +55,9 @@ use symbolic::{Ordering, Places, Structure};
 /// Smallest accepted ratio of a pivot to the largest entry of its column in the front.
 pub const PIVOT_THRESHOLD: f64 = 0.01;
 
+/// The same with strict pivoting: at one, which is partial pivoting, round-off would delay many pivots.
+const STRICT_THRESHOLD: f64 = 0.5;
+
 /// Bounds within which factors are [safe](Factorization::is_safe): the smallest pivot of the scaled
 /// matrix, in single and in double precision, and the growth. In double precision, round-off leaves up
 /// to 1e-13 in place of the zero pivot of a singular matrix; in single precision, 5e8 times as much.
@@ -106,6 +109,7 @@ pub struct FactorStatistics {
 pub struct MultifrontalSolver {
     precision: Precision,
     packed: bool,
+    threshold: f64,
     /// The scaling of the latest matrix of this solver and of those
     /// [in another precision](Self::in_precision).
     scaling: Arc<Mutex<Option<Scaling>>>,
@@ -122,19 +126,25 @@ struct Analysis {
 impl MultifrontalSolver {
     /// A solver with factors of the given precision.
     pub fn new(precision: Precision) -> Self {
-        Self { precision, packed: false, scaling: Arc::default() }
+        Self { precision, packed: false, threshold: PIVOT_THRESHOLD, scaling: Arc::default() }
     }
 
     /// A solver whose factors are computed in single precision and stored with 16 bits: a preconditioner
     /// that needs half the memory.
     pub(crate) fn packed() -> Self {
-        Self { precision: Precision::F32, packed: true, scaling: Arc::default() }
+        Self { packed: true, ..Self::new(Precision::F32) }
+    }
+
+    /// A solver in double precision that accepts only multipliers up to two and passes all other pivots
+    /// on to the parents: slower, with more fill, but as stable as partial pivoting.
+    pub fn strict() -> Self {
+        Self { threshold: STRICT_THRESHOLD, ..Self::new(Precision::F64) }
     }
 
     /// A solver for the same matrices in another precision. The two share the scaling of the latest
     /// matrix.
     pub fn in_precision(&self, precision: Precision) -> Self {
-        Self { precision, packed: self.packed, scaling: Arc::clone(&self.scaling) }
+        Self { precision, scaling: Arc::clone(&self.scaling), ..*self }
     }
 
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will
@@ -165,8 +175,8 @@ impl MultifrontalSolver {
         let scaling = Scaling::follow(earlier, a);
         *kept() = Some(scaling.clone());
         let factors = match self.precision {
-            Precision::F64 => Factors::Double(Numeric::factorize(analysis, scaling, a, self.packed)?),
-            Precision::F32 => Factors::Single(Numeric::factorize(analysis, scaling, a, self.packed)?),
+            Precision::F64 => Factors::Double(Numeric::factorize(analysis, scaling, a, (self.packed, self.threshold))?),
+            Precision::F32 => Factors::Single(Numeric::factorize(analysis, scaling, a, (self.packed, self.threshold))?),
         };
         Ok(MultifrontalFactorization { factors })
     }
@@ -175,6 +185,7 @@ impl MultifrontalSolver {
 impl LinearSolver for MultifrontalSolver {
     fn name(&self) -> &'static str {
         match self.precision {
+            _ if self.threshold > PIVOT_THRESHOLD => "multifrontal LU with strict pivoting",
             Precision::F64 => "multifrontal LU in double precision",
             Precision::F32 => "multifrontal LU in single precision",
         }
@@ -231,11 +242,11 @@ impl<T: Scalar> Numeric<T> {
         analysis: &Analysis,
         scaling: Scaling,
         a: &CsrMatrix,
-        packed: bool,
+        (packed, threshold): (bool, f64),
     ) -> Result<Self, FactorizationError> {
         let values: Vec<T> = scaling.apply(a, T::from_f64);
         let structure = analysis.structure.clone();
-        let fronts = numeric::factorize(&structure, &analysis.places, &values, packed)?;
+        let fronts = numeric::factorize(&structure, &analysis.places, &values, (packed, threshold))?;
         let growth = fronts.iter().fold(0.0, |m: f64, f| m.max(f.growth));
         if !growth.is_finite() {
             return Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN });

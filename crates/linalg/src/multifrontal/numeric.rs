@@ -14,14 +14,14 @@ const SMALL_SUBTREE: f64 = 2e7;
 type Subtree<T> = (Vec<Front<T>>, Contribution<T>);
 
 /// Factorizes the matrix whose (scaled) entries are `values`. Fronts are returned in postorder, packed
-/// or not.
+/// or not. `threshold` is the smallest accepted ratio of a pivot to its column.
 pub(super) fn factorize<T: Scalar>(
     structure: &Structure,
     places: &Places,
     values: &[T],
-    packed: bool,
+    (packed, threshold): (bool, f64),
 ) -> Result<Vec<Front<T>>, FactorizationError> {
-    let walk = Walk { structure, places, values, packed, buffers: Buffers::new() };
+    let walk = Walk { structure, places, values, packed, threshold, buffers: Buffers::new() };
     let trees = walk.subtrees(&structure.roots)?;
     Ok(trees.into_iter().flat_map(|(fronts, _)| fronts).collect())
 }
@@ -31,6 +31,7 @@ struct Walk<'a, T> {
     places: &'a Places,
     values: &'a [T],
     packed: bool,
+    threshold: f64,
     buffers: Buffers<T>,
 }
 
@@ -68,7 +69,7 @@ impl<T: Scalar> Walk<'_, T> {
         fronts: &mut Vec<Front<T>>,
     ) -> Result<Contribution<T>, FactorizationError> {
         let (mut front, contribution, best_rejected) =
-            front::process((self.structure, self.places), self.values, k, children, &self.buffers);
+            front::process((self.structure, self.places), self.values, k, children, &self.buffers, self.threshold);
         if self.structure.supernodes[k].parent.is_none()
             && let Some(&column) = front.delayed_columns.first()
         {

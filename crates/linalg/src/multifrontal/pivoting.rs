@@ -1,9 +1,8 @@
 //! Threshold pivoting with rejected columns, for fronts in which some pivot is too small.
 
+use super::dense;
+use super::dense::{View, ViewMut};
 use super::scalar::Scalar;
-use super::{PIVOT_THRESHOLD, dense};
-use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{MatMut, MatRef};
 
 /// Columns treated together before the rest of the front is updated.
 const PANEL: usize = 32;
@@ -24,10 +23,10 @@ pub(super) struct PivotedColumns<T> {
 
 /// Eliminates fully summed columns with pivots from the fully summed rows.
 ///
-/// A pivot must reach [`PIVOT_THRESHOLD`] times the largest entry of its column, including rows
+/// A pivot must reach `threshold` times the largest entry of its column, including rows
 /// beyond, and the smallest pivot of the format. Columns without a pivot are set aside and tried
 /// again as long as other pivots have been found in the meantime.
-pub(super) fn eliminate<T: Scalar>(values: Vec<T>, rows: usize, summed: usize) -> PivotedColumns<T> {
+pub(super) fn eliminate<T: Scalar>(values: Vec<T>, rows: usize, summed: usize, threshold: f64) -> PivotedColumns<T> {
     let mut state =
         State { values, rows, summed, row_order: (0..summed).collect(), column_order: (0..summed).collect() };
     let (mut pivots, mut untried, mut progress) = (0, summed, false);
@@ -39,7 +38,7 @@ pub(super) fn eliminate<T: Scalar>(values: Vec<T>, rows: usize, summed: usize) -
             (untried, progress) = (summed, false);
         }
         let end = untried.min(pivots + PANEL);
-        let reached = state.panel(pivots, end);
+        let reached = state.panel(pivots, end, threshold);
         state.update_beyond(pivots, reached, end);
         state.set_aside(reached, end, untried);
         progress |= reached > pivots;
@@ -81,11 +80,11 @@ impl<T: Scalar> State<T> {
 
     /// Eliminates within columns `start..end`; returns the end of the accepted columns. The
     /// rejected columns follow them, updated.
-    fn panel(&mut self, start: usize, end: usize) -> usize {
+    fn panel(&mut self, start: usize, end: usize, threshold: f64) -> usize {
         let (mut k, mut last) = (start, end);
         while k < last {
             let (row, size, beyond) = self.candidate(k, k);
-            let accepted = size >= T::SMALLEST_PIVOT && size >= PIVOT_THRESHOLD * beyond;
+            let accepted = size >= T::SMALLEST_PIVOT && size >= threshold * beyond;
             if accepted && size.is_finite() {
                 self.swap_rows(k, row);
                 self.eliminate_column(k, end);
@@ -123,12 +122,12 @@ impl<T: Scalar> State<T> {
             return;
         }
         let (head, tail) = self.values.split_at_mut(end * rows);
-        let panel = MatRef::from_column_major_slice(head, rows, end);
-        let panel = panel.submatrix(start, start, rows - start, count);
-        let rest = MatMut::from_column_major_slice_mut(tail, rows, self.summed - end);
-        let (mut upper, lower) = rest.subrows_mut(start, rows - start).split_at_row_mut(count);
-        dense::solve_unit_lower(panel.subrows(0, count), upper.rb_mut());
-        dense::subtract_product(lower, panel.subrows(count, rows - reached), upper.rb());
+        let panel = View::new(head, rows, end);
+        let panel = panel.block(start, start, rows - start, count);
+        let rest = ViewMut::new(tail, rows, self.summed - end);
+        let (mut upper, lower) = rest.split_rows(start).1.split_rows(count);
+        dense::solve_unit_lower(panel.row_range(0, count), upper.borrow());
+        dense::subtract_product(lower, panel.row_range(count, rows - reached), upper.read());
     }
 
     /// Moves the rejected columns `reached..end` behind the untried ones `end..untried`.
@@ -159,6 +158,7 @@ impl<T: Scalar> State<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::PIVOT_THRESHOLD;
     use super::*;
 
     /// Column 0 has only zeros in the fully summed rows, and column 2 is dominated by a row beyond:
@@ -172,7 +172,7 @@ mod tests {
             2.0, 1.0, 3.0, 1.0, 0.5,
             0.0, 1e-3, 0.0, 4.0, 5.0,
         ];
-        let p = eliminate(a.clone(), rows, summed);
+        let p = eliminate(a.clone(), rows, summed, PIVOT_THRESHOLD);
         assert_eq!(p.pivots, 1);
         assert_eq!(p.column_order[0], 1);
         assert_eq!(p.row_order[0], 2);
@@ -193,12 +193,12 @@ mod tests {
         let a = vec![0.0, 1e-20, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 1.0];
         let mut third = a.clone();
         third[2] = 0.0;
-        let p = eliminate(third, 3, 3);
+        let p = eliminate(third, 3, 3, PIVOT_THRESHOLD);
         // Rank two: columns 1 and 2 are eliminated, the empty column remains.
         assert_eq!(p.pivots, 2);
         assert!(p.best_rejected < 1e-19);
         // [0 1; 1 0] pattern with a filled-in entry: regular after one elimination.
-        let p = eliminate(vec![0.0, 1.0, 1.0, 0.0], 2, 2);
+        let p = eliminate(vec![0.0, 1.0, 1.0, 0.0], 2, 2, PIVOT_THRESHOLD);
         assert_eq!(p.pivots, 2);
     }
 
@@ -208,7 +208,7 @@ mod tests {
         for unit in [1e-6, 1.0, 1e6] {
             for (part, pivots) in [(1.01, 1), (0.99, 0), (50.0, 1)] {
                 let pivot = -part * PIVOT_THRESHOLD * unit;
-                let p = eliminate(vec![pivot, 0.3 * unit, -unit], 3, 1);
+                let p = eliminate(vec![pivot, 0.3 * unit, -unit], 3, 1, PIVOT_THRESHOLD);
                 assert_eq!(p.pivots, pivots, "{part} {unit}");
                 if pivots == 1 {
                     assert_eq!(p.values, [pivot, 0.3 * unit / pivot, -unit / pivot]);

@@ -13,14 +13,13 @@
 //! share.
 
 use super::buffers::Buffers;
-use super::dense;
+use super::dense::{self, View, ViewMut};
 use super::front::{
     Assembly, COLUMNS_PER_TASK, Child, Content, Contribution, Front, NONE, Rejected, Run, WORTH_SHARING, smallest,
 };
 use super::scalar::Scalar;
 use super::symbolic::Entry;
 use super::trapezoid::Trapezoid;
-use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
 /// Largest accepted entry of L21; the scaled matrix has entries of about one.
@@ -34,21 +33,21 @@ impl<T: Scalar> Assembly<'_, T> {
         let pivot = |lu: &[T], i: usize| lu[i + i * p].to_f64();
         let least = T::SMALLEST_PIVOT;
         if !(0..p).all(|i| pivot(&lu, i) >= least)
-            || !dense::cholesky(MatMut::from_column_major_slice_mut(&mut lu, p, p))
+            || !dense::cholesky(ViewMut::new(&mut lu, p, p))
             || !(0..p).all(|i| pivot(&lu, i).powi(2) >= least)
         {
             return Err(Rejected);
         }
-        let factor = MatRef::from_column_major_slice(&lu, p, p);
-        dense::solve_upper_right(factor.transpose(), MatMut::from_column_major_slice_mut(&mut lower, r, p));
+        let factor = View::new(&lu, p, p);
+        dense::solve_upper_right(factor.transpose(), ViewMut::new(&mut lower, r, p));
         // written so that NaN fails
         let largest = dense::largest(&lower);
         if !(largest <= LARGEST) {
             return Err(Rejected);
         }
         let mut f22 = self.lower_triangle_beyond(buffers);
-        let multipliers = MatRef::from_column_major_slice(&lower, r, p);
-        dense::subtract_symmetric_product(MatMut::from_column_major_slice_mut(&mut f22, r, r), multipliers);
+        let multipliers = View::new(&lower, r, p);
+        dense::subtract_symmetric_product(ViewMut::new(&mut f22, r, r), multipliers);
         let growth = (0..p).map(|i| pivot(&lu, i)).fold(largest, f64::max);
         let front = Front {
             pivot_rows: self.rows.clone(),

@@ -55,7 +55,7 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
             ("auto", LinearSolverChoice::Auto),
             ("direct", LinearSolverChoice::Direct),
             ("multifrontal", LinearSolverChoice::Multifrontal),
-            ("faer", LinearSolverChoice::Faer),
+            ("strict", LinearSolverChoice::Strict),
             ("schwarz", LinearSolverChoice::Schwarz),
             ("petsc", LinearSolverChoice::Petsc),
             ("cudss", LinearSolverChoice::Cudss),

@@ -202,12 +202,12 @@ pub struct Solver {
 pub enum LinearSolverChoice {
     /// `Direct`, or `Schwarz` where it is predicted to be far cheaper; PETSc on several ranks.
     Auto,
-    /// Multifrontal LU in single precision, with double precision and faer's as a fallback.
+    /// Multifrontal LU in single precision, with double precision and `Strict` as fallbacks.
     Direct,
     /// Multifrontal LU.
     Multifrontal,
-    /// faer's supernodal sparse LU.
-    Faer,
+    /// Multifrontal LU with strict pivoting.
+    Strict,
     /// Iterations with a two-level Schwarz preconditioner, for large problems; the solvers of `Direct`
     /// as a fallback.
     Schwarz,

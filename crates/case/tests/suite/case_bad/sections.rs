@@ -311,11 +311,11 @@ fn options_of_petsc() {
     one(41, "linear = \"auto\"", &with("petsc", "\"mat_mumps_icntl_14 60\""), OutOfRange, "\"mat_mumps");
     one(41, "linear = \"auto\"", &with("petsc", "\"\""), OutOfRange, "\"\"");
     one(41, "linear = \"auto\"", &with("petsc", "14"), WrongType, "14");
-    one(41, "linear = \"auto\"", &with("faer", "\"-ksp_type gmres\""), Unsupported, "\"-ksp_type");
+    one(41, "linear = \"auto\"", &with("strict", "\"-ksp_type gmres\""), Unsupported, "\"-ksp_type");
     one(41, "linear = \"auto\"", "linear = \"pets\"", UnknownWord, "\"pets\"");
     let with = |linear: &str, word: &str| format!("linear = \"{linear}\"\npetsc_preconditioner = {word}");
     one(41, "linear = \"auto\"", &with("petsc", "\"zone\""), UnknownWord, "\"zone\"");
-    one(41, "linear = \"auto\"", &with("faer", "\"contact_zone\""), Unsupported, "\"contact_zone\"");
+    one(41, "linear = \"auto\"", &with("strict", "\"contact_zone\""), Unsupported, "\"contact_zone\"");
 }
 
 /// Results are kept in a folder of their own.

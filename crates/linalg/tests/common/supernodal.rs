@@ -1,18 +1,14 @@
-//! faer's sparse LU: column elimination tree, COLAMD ordering, full partial pivoting.
-//!
-//! Two to seven times slower than the multifrontal solver on contact problems and with several
-//! times the memory, but the most robust, because it interchanges rows over whole columns. It is
-//! the reference and the last resort.
+//! faer's sparse LU, the independent reference: column elimination tree, COLAMD ordering, full partial
+//! pivoting.
 
-use crate::csr::{CsrMatrix, CsrPattern, largest};
-use crate::scaling::Scaling;
-use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, check_columns};
-use crate::symbolic::Symbolic;
-use dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::LuError;
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
+use slipstick_linalg::{
+    CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Precision, Scaling, Symbolic,
+};
 use std::sync::Arc;
 
 const NAME: &str = "supernodal LU";
@@ -112,7 +108,7 @@ impl SupernodalFactorization {
     fn check_finite(&self) -> Result<(), FactorizationError> {
         let mut test: Vec<f64> = (0..self.n()).map(|i| 1.0 + (i % 7) as f64 / 7.0).collect();
         self.solve(&mut test);
-        if largest(&test).is_finite() {
+        if test.iter().all(|x| x.is_finite()) {
             return Ok(());
         }
         Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN })
@@ -121,7 +117,7 @@ impl SupernodalFactorization {
     /// Solves with A (`transpose` unset) or Aᵀ for all columns of `rhs`.
     fn run(&self, transpose: bool, rhs: &mut [f64]) {
         let n = self.n();
-        check_columns(n, rhs.len());
+        assert!(rhs.len().is_multiple_of(n.max(1)));
         if rhs.is_empty() {
             return;
         }
