@@ -86,6 +86,13 @@ pub fn run<T: Scalar, K: Kernel<T>>(kernel: K) -> K::Output {
     level.run(kernel)
 }
 
+/// c + a b, rounded once where every processor of the architecture does that in one instruction.
+macro_rules! plus_product {
+    ($c:expr, $a:expr, $b:expr) => {
+        if cfg!(target_arch = "aarch64") { $a.mul_add($b, $c) } else { $c + $a * $b }
+    };
+}
+
 macro_rules! portable {
     ($t:ty, $lanes:literal) => {
         impl Register<$t> for [$t; $lanes] {
@@ -130,12 +137,12 @@ macro_rules! portable {
 
             #[inline(always)]
             unsafe fn plus_product(self, a: Self, b: Self) -> Self {
-                std::array::from_fn(|i| self[i] + a[i] * b[i])
+                std::array::from_fn(|i| plus_product!(self[i], a[i], b[i]))
             }
 
             #[inline(always)]
             unsafe fn minus_product(self, a: Self, b: Self) -> Self {
-                std::array::from_fn(|i| self[i] - a[i] * b[i])
+                std::array::from_fn(|i| plus_product!(self[i], -a[i], b[i]))
             }
         }
     };
