@@ -412,6 +412,19 @@ fn crates_include_their_own_files() {
     assert!(files > 5, "only {files} included files");
 }
 
+/// Files outside of Cargo that name the version: a release must not announce two.
+#[test]
+fn one_version() {
+    let version = env!("CARGO_PKG_VERSION");
+    for (file, line) in [
+        ("CITATION.cff", format!("version: {version}\n")),
+        ("packaging/conda/recipe.yaml", format!("  version: \"{version}\"\n")),
+        ("CHANGELOG.md", format!("## {version}")),
+    ] {
+        assert!(document(file).contains(&line), "{file} has another version than {version}");
+    }
+}
+
 #[test]
 fn ranges_and_lists_of_equations_are_read() {
     let read = |tag: &str| numbers(tag).into_iter().collect::<Vec<_>>();
