@@ -232,6 +232,7 @@ fn march_options(case: &Case) -> MarchOptions {
             linear_tolerance: linear_tolerance(case),
         },
         max_cutbacks: case.load_path.max_cutbacks as u32,
+        bounds_cost: case.load_path.max_cutbacks <= file::LoadPath::USUAL_CUTBACKS,
         start: match case.load_path.start_values {
             file::StartValues::PreviousDesign | file::StartValues::Extrapolated => StartValues::Extrapolated,
             file::StartValues::LastState => StartValues::Previous,

@@ -5,7 +5,7 @@ use crate::failure::{StateError, StepFailure, StepFailureKind};
 use crate::free::FreeSteps;
 use crate::history::HistoryUpdate;
 use crate::iterations::{IterationRecord, StepReport};
-use crate::ladder::{self, FailedAttempt, Progress, Rung, iterations_of};
+use crate::ladder::{FailedAttempt, Progress, Rung, is_exhausted, iterations_of, next_attempt};
 use crate::newton::{NewtonOptions, Start};
 use crate::problem::{Attempt, StepProblem, Wanted};
 use crate::solver::Solver;
@@ -24,6 +24,9 @@ pub struct MarchOptions {
     pub newton: NewtonOptions,
     /// Maximum number of times that the increment of a failing step is halved.
     pub max_cutbacks: u32,
+    /// Whether a step is given up, although its increment may still be halved, once failed attempts have
+    /// cost more than it is worth.
+    pub bounds_cost: bool,
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
     /// Memory for what a path could compute again. \[bytes\] Histories come first, if
@@ -41,6 +44,7 @@ impl Default for MarchOptions {
         Self {
             newton: NewtonOptions::default(),
             max_cutbacks: 0,
+            bounds_cost: true,
             start: StartValues::default(),
             memory: usize::MAX,
             keeps_factors: false,
@@ -275,7 +279,8 @@ pub fn march<P: StepProblem>(
                     failed = true;
                     increment = 0.5 * span.duration();
                     let prescribed = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
-                    let exhausted = ladder::is_exhausted(&tried, progress, options.newton.max_iterations);
+                    let exhausted =
+                        options.bounds_cost && is_exhausted(&tried, progress, options.newton.max_iterations);
                     if increment < smallest || prescribed || exhausted {
                         return Err(Box::new(MarchFailure {
                             step,
@@ -388,8 +393,9 @@ impl Increment<'_> {
             tried.push(FailedAttempt { time, rung, kind, iterations });
             if starts.peek().is_none() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
-                let next = ladder::next_attempt(problem, attempt, &failure, own, self.rescue);
-                let exhausted = ladder::is_exhausted(tried, self.progress, options.newton.max_iterations);
+                let next = next_attempt(problem, attempt, &failure, own, self.rescue);
+                let exhausted =
+                    options.bounds_cost && is_exhausted(tried, self.progress, options.newton.max_iterations);
                 match next.filter(|_| !exhausted) {
                     Some(next) => attempt = next,
                     None => return Err(before_rescue.unwrap_or(failure)),

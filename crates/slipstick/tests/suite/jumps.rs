@@ -151,31 +151,33 @@ fn table_of_the_onset_of_sliding() {
     crate::table::publish("onset", &table);
 }
 
-/// A hub that only its interference fit holds: nodes change between stick, slip and opening in every
-/// iteration with Lagrange multipliers. A growing penalty leads to the solution that smaller increments also
-/// find (down to 1/256 of the step, after 476 failed iterations): a normal force of 203.158821. The gradient
-/// agrees with central differences of paths that took the same rung.
+/// Hubs that only their interference fit holds: nodes change between stick, slip and opening in every
+/// iteration with Lagrange multipliers. Which rung ends the cycle depends on round-off, so there are three
+/// fits, and at least one needs a growing penalty. It leads to the solutions that 256 instead of 8 steps find,
+/// two of them without it: the normal forces. The gradient agrees with central differences of paths that took
+/// the same rung.
 #[test]
 fn a_growing_penalty_ends_a_cycle_of_the_multipliers() {
-    let material = |modulus: f64, ratio: f64| {
-        format!("material = {{ neo_hooke = {{ youngs_modulus = {modulus:?}, poisson_ratio = {ratio:?} }} }}")
-    };
-    let text = format!(
-        r#"
+    let text = |radius: f64, interference: f64| {
+        let material = |modulus: f64, ratio: f64| {
+            format!("material = {{ neo_hooke = {{ youngs_modulus = {modulus:?}, poisson_ratio = {ratio:?} }} }}")
+        };
+        format!(
+            r#"
 [[body]]
 name = "shaft"
 hollow_cylinder = {{ inner_radius = 0.4, outer_radius = 1.0, height = 1.0, elements = [2, 16, 3] }}
 {}
 [[body]]
 name = "hub"
-hollow_cylinder = {{ inner_radius = 1.0, outer_radius = 1.6845741410288944, height = 0.7, elements = [2, 16, 2] }}
+hollow_cylinder = {{ inner_radius = 1.0, outer_radius = {radius:?}, height = 0.7, elements = [2, 16, 2] }}
 {}
 place = {{ translate = [0.0, 0.1, 0.0] }}
 [[contact]]
 slave = "hub_inner"
 master = "shaft_outer"
 friction = 0.1
-offset = [{{ t = 0.5, offset = 0.00744 }}]
+offset = [{{ t = 0.5, offset = {interference:?} }}]
 [[dirichlet]]
 set = "shaft_bottom"
 [load_path]
@@ -189,17 +191,26 @@ minimise = {{ quantity = "stored", steps = "last" }}
 name = "stored"
 strain_energy = {{ body = "hub" }}
 "#,
-        material(1e4, 0.087),
-        material(2e4, 0.05)
-    );
-    let mut problem = problem(&text);
+            material(1e4, 0.087),
+            material(2e4, 0.05)
+        )
+    };
+    let mut is_needed = false;
+    for (radius, interference, normal_force) in
+        [(1.6845741410288944, 0.009, 245.683118), (1.6845741410288944, 0.00744, 203.158821), (1.75, 0.007, 198.937983)]
+    {
+        let mut problem = problem(&text(radius, interference));
+        let density = problem.initial_density().clone();
+        let forward = problem.analysis.forward(&density, &mut Silent).expect("it converges");
+        let found = slipstick::quantities::quantities(&problem, &forward.path);
+        let force = *found.get("hub_inner_normal_force").expect("a pair").last().expect("a step");
+        assert!(forward.path.failed_iterations() < 100, "{}", forward.path.failed_iterations());
+        assert!((force / normal_force - 1.0).abs() < 1e-7, "{force}");
+        is_needed |= forward.path.states[1].report.rescued;
+    }
+    assert!(is_needed, "no fit needs the rung");
+    let mut problem = problem(&text(1.75, 0.007));
     let density = problem.initial_density().clone();
-    let forward = problem.analysis.forward(&density, &mut Silent).expect("it converges");
-    let found = slipstick::quantities::quantities(&problem, &forward.path);
-    let force = *found.get("hub_inner_normal_force").expect("a pair").last().expect("a step");
-    assert!(forward.path.states[1].report.rescued, "the rung is needed");
-    assert!(forward.path.failed_iterations() < 100, "{}", forward.path.failed_iterations());
-    assert!((force / 203.158821 - 1.0).abs() < 1e-7, "{force}");
     let options = VerifyOptions {
         directions: 1,
         elements: 0,

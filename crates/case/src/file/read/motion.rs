@@ -26,7 +26,7 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
             steps: UNKNOWN_STEPS,
             tolerance,
             max_newton_iterations: 25,
-            max_cutbacks: 8,
+            max_cutbacks: LoadPath::USUAL_CUTBACKS,
             start_values,
             viscosity: 0.0,
         };
@@ -54,7 +54,7 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
         inner.finish();
     }
     let max_newton_iterations = table.integer("max_newton_iterations").count(CaseCode::OutOfRange, 1).or(25);
-    let max_cutbacks = table.integer("max_cutbacks").count(CaseCode::OutOfRange, 0).or(8);
+    let max_cutbacks = table.integer("max_cutbacks").count(CaseCode::OutOfRange, 0).or(LoadPath::USUAL_CUTBACKS);
     let start_values = table
         .word(
             "start_values",

@@ -17,7 +17,8 @@ pub struct LoadPath {
     pub tolerance: Tolerance,
     /// Maximum number of Newton iterations before an attempt counts as failed.
     pub max_newton_iterations: usize,
-    /// How often the increment of a failing step may be halved.
+    /// How often the increment of a failing step may be halved. More than [`Self::USUAL_CUTBACKS`] also lift
+    /// the bound on what failed attempts at a step may cost.
     pub max_cutbacks: usize,
     /// Initial guess of Newton's iteration.
     pub start_values: StartValues,
@@ -27,6 +28,9 @@ pub struct LoadPath {
 }
 
 impl LoadPath {
+    /// The default of `max_cutbacks`.
+    pub const USUAL_CUTBACKS: usize = 8;
+
     fn is_quasi_static(viscosity: &f64) -> bool {
         *viscosity == 0.0
     }
