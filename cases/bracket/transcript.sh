@@ -48,11 +48,11 @@ TEXT
     cat <<'TEXT'
 
 `slipstick new my-mesh --mesh bracket.msh` writes a case with these names as a starting point.
-Edited, it becomes [case.toml](../cases/bracket/case.toml):
+Edited, it becomes [case.toml](../cases/bracket/case.toml), whose main part is:
 
 TEXT
     printf '```toml\n'
-    cat case.toml
+    sed -n '/^\[\[contact/,/^contact_force/p' case.toml
     printf '```\n\n## Before it runs\n\n'
     show "slipstick check case.toml"
     cat <<'TEXT'
