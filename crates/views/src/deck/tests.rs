@@ -32,12 +32,17 @@ bodies = [{ body = "post", offset = OFFSET }]
 steps = 1
 "#;
 
-/// The lines of all sets of elements of a deck.
-fn element_sets(text: &str) -> Vec<String> {
+/// A case as a deck.
+fn written(text: &str) -> Written {
     let case = parse_case(text, "case.toml").expect("a case").case;
     let mesh = build_mesh(&case).expect("a mesh");
     let options = DeckOptions { load_case: 0, ignored: &[], contact_stiffness: None, promises: &[] };
-    let deck = deck(&case, &mesh, options).expect("a deck").deck;
+    deck(&case, &mesh, options).expect("a deck")
+}
+
+/// The lines of all sets of elements of a deck.
+fn element_sets(text: &str) -> Vec<String> {
+    let deck = written(text).deck;
     let sets = deck.split("*ELSET, ").skip(1);
     sets.map(|rest| rest.split("\n*").next().unwrap_or_default().trim_end().to_owned()).collect()
 }
@@ -50,5 +55,38 @@ fn sections_of_moved_bodies() {
         ["ELSET=post_section_1\n5, 6, 7, 8, 17, 18, 19, 20", "ELSET=post_section_2\n9, 10, 11, 12, 13, 14, 15, 16"];
     for offset in ["[0, 0, 0]", "[0, 0, 1]", "[0, 0, 10]"] {
         assert_eq!(element_sets(&CASE.replace("OFFSET", offset)), expected, "{offset}");
+    }
+}
+
+/// By hand (Zienkiewicz and Taylor, The Finite Element Method, vol. 1): of a force on a face of eight nodes, each corner has
+/// −1/12 and each middle of an edge 1/3.
+#[test]
+fn forces_on_faces_of_second_order_are_consistent() {
+    for shape in ["serendipity", "lagrange"] {
+        let text = format!(
+            "[[body]]\nname = 'a'\norder = 2\nshape_functions = '{shape}'\n\
+             box = {{ min = [0, 0, 0], max = [1, 1, 1], elements = [1, 1, 1] }}\n\
+             material = {{ linear_elastic = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n\
+             [[dirichlet]]\nset = 'a_zmin'\n[[load]]\nsurface = 'a_zmax'\nforce = [12, 0, 0]\n[load_path]\nsteps = 1\n"
+        );
+        let Written { deck, notes, .. } = written(&text);
+        assert!(notes.iter().all(|note| !note.refused), "{notes:?}");
+        let (_, loads) = deck.split_once("*CLOAD\n").expect("forces");
+        let lines = loads.lines().take_while(|line| !line.starts_with('*'));
+        let mut values: Vec<(String, f64)> = lines
+            .map(|line| {
+                let (target, value) = line.split_once(", 1, ").expect("a force along x");
+                (target.to_owned(), value.parse().expect("a number"))
+            })
+            .collect();
+        values.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let of_set = |name: &str| {
+            let rest = deck.split(&format!("*NSET, NSET={name}\n")).nth(1).expect("a set");
+            rest.split("\n*").next().unwrap_or_default().split([',', '\n']).filter(|x| !x.trim().is_empty()).count()
+        };
+        let total: f64 = values.iter().map(|(target, value)| value * of_set(target) as f64).sum();
+        assert!((total - 12.0).abs() < 1e-9, "{values:?}");
+        let near = |(_, value): &(String, f64)| (value + 1.0).abs() < 1e-9 || (value - 4.0).abs() < 1e-9;
+        assert!(values.iter().all(near) && values.len() >= 2, "{shape}: {values:?}");
     }
 }
