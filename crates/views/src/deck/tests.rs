@@ -58,6 +58,64 @@ fn sections_of_moved_bodies() {
     }
 }
 
+/// What a deck says of soft contact. Expected values: runs of CalculiX 2.20, in which two blocks with a table have no
+/// force, and two with an exponential pressure end where it would hold them apart.
+#[test]
+fn soft_contact_warns() {
+    let notes = |law: &str| {
+        let soft = format!("friction = 0.0\nenforcement = {{ penalty = {{ pressure = {law} }} }}");
+        let text = CASE.replace("OFFSET", "[0, 0, 0]").replace("friction = 0.0", &soft);
+        let of_pressure = |note: &Note| note.key == "contact[0].enforcement.penalty.pressure" && !note.refused;
+        let notes = written(&text).notes.into_iter().filter(of_pressure);
+        notes.map(|note| format!("{} ({})", note.message, note.cure)).collect::<Vec<_>>()
+    };
+    let table = notes("{ table = { penetration = [0.0, 0.01], pressure = [0.0, 5.0] } }");
+    assert!(table.len() == 1 && table[0].contains("ignores") && table[0].contains("NODE TO SURFACE"), "{table:?}");
+    let exponential = notes("{ exponential = { contact_pressure = 3.0, clearance = 0.02 } }");
+    assert!(exponential.len() == 1 && exponential[0].contains("--contact-stiffness"), "{exponential:?}");
+}
+
+/// A ring in a ring of radius r. By hand: a node of one side stands off from the chord of the other, with N divisions, by up
+/// to r (1 − cos π/N); with 20 and 24 divisions, both occur, the second at 1.5° from the middle of the chord. Sides of the same
+/// division have no gap, whatever their division along the axis.
+#[test]
+fn different_divisions_of_a_fit_warn() {
+    let radius = 10.0;
+    let notes = |inner: [usize; 2], order: usize, play: f64| {
+        let ring = |name: &str, from: f64, to: f64, [around, along]: [usize; 2]| {
+            format!(
+                "[[body]]\nname = '{name}'\norder = {order}\nhollow_cylinder = {{ inner_radius = {from:?}, \
+                 outer_radius = {to:?}, height = 2.0, elements = [1, {around}, {along}] }}\n\
+                 material = {{ linear_elastic = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}\n"
+            )
+        };
+        let text = format!(
+            "{}{}[[contact]]\nslave = 'hub_inner'\nmaster = 'shaft_outer'\nfriction = 0.1\n\
+             [[dirichlet]]\nset = 'hub_bottom'\n[[dirichlet]]\nset = 'shaft_bottom'\n[load_path]\nsteps = 1\n",
+            ring("hub", radius, 20.0, [24, 2]),
+            ring("shaft", 5.0, radius - play, inner)
+        );
+        let notes = written(&text).notes.into_iter().filter(|note| note.key == "contact[0].master");
+        notes.map(|note| note.message).collect::<Vec<_>>()
+    };
+    let none: Vec<String> = vec![];
+    assert_eq!(
+        (notes([24, 3], 1, 0.0), notes([24, 3], 1, 0.1), notes([20, 2], 2, 0.0)),
+        (none.clone(), none.clone(), none)
+    );
+    for play in [0.0, 0.02] {
+        let [message] = &notes([20, 2], 1, play)[..] else { panic!("no warning") };
+        let (_, rest) = message.split_once("varies by ").expect("a number");
+        let varies: f64 = rest.split(',').next().and_then(|number| number.parse().ok()).expect("a number");
+        let (coarse, fine) = (std::f64::consts::PI / 20.0, std::f64::consts::PI / 24.0);
+        let expected = radius * (1.0 - coarse.cos()) + radius * (1.5_f64.to_radians().cos() - fine.cos());
+        assert!((varies / expected - 1.0).abs() < 0.02, "{message}, by hand {expected}");
+    }
+    // a block on a plane
+    let block = written(&CASE.replace("OFFSET", "[0, 0, 0]"));
+    assert!(block.notes.iter().all(|note| note.key != "contact[0].master"), "{:?}", block.notes);
+}
+
 /// By hand (Zienkiewicz and Taylor, The Finite Element Method, vol. 1): of a force on a face of eight nodes, each corner has
 /// −1/12 and each middle of an edge 1/3.
 #[test]
