@@ -7,7 +7,9 @@ use std::process::{Command, Stdio};
 
 use serde::Deserialize;
 use serde_json::json;
+use slipstick::case::Case;
 use slipstick::deck::{Compared, DeckRecord, Source, Values};
+use slipstick::mesh::Mesh;
 use slipstick::meshio::FileMesh;
 use slipstick_service::failure::{Failure, Outcome};
 
@@ -28,14 +30,19 @@ struct Row<'a> {
     compared: &'a Compared,
     slipstick: Option<f64>,
     ccx: Option<f64>,
-    /// Of CalculiX from slipstick.
+    /// Of CalculiX from slipstick; 0 if both numbers are zero.
     deviation: Option<f64>,
+    /// Whether both numbers are zero to within round-off.
+    zero: bool,
 }
 
 /// Numbers below this fraction of the largest of their kind are not compared with themselves.
 const SMALL: f64 = 0.1;
 /// The largest of a kind is not below this fraction of the largest at a node.
 const NOISE: f64 = 1e-2;
+/// Forces below this fraction of E u L are round-off, with the largest modulus, displacement and size. Blocks that expand
+/// freely or move have up to 3e-15 in CalculiX.
+const ROUND_OFF: f64 = 1e-13;
 
 /// Runs the decks of a folder in both programs and compares them.
 ///
@@ -55,8 +62,11 @@ pub fn run(context: &Context, args: &VerifyDeck) -> Outcome {
     let mut stiffness: Option<f64> = None;
     for deck in &record.decks {
         let values = calculix(context, args, deck)?;
-        let rows = rows(deck, &solved(context, args, deck)?, &values);
-        let field = field(args, deck, &values);
+        let found = solved(context, args, deck)?;
+        let built = built(args, deck);
+        let round_off = built.as_ref().map_or(0.0, |(case, mesh)| round_off(case, mesh, &values));
+        let rows = rows(deck, &found, &values, round_off);
+        let field = built.and_then(|(case, mesh)| field(args, deck, &values, &case, &mesh));
         tell(context, deck, &rows, field);
         // NaN counts as a deviation
         let wrong = |row: &&Row<'_>| row.deviation.is_some_and(|deviation| !(deviation.abs() <= args.tolerance));
@@ -157,12 +167,16 @@ fn solved(context: &Context, args: &VerifyDeck, deck: &DeckRecord) -> Outcome<Ve
     Ok(columns.zip(last).filter_map(|(column, value)| Some((column.to_owned(), value.parse().ok()?))).collect())
 }
 
+/// The case of a deck and its mesh; `None` if they cannot be read.
+fn built(args: &VerifyDeck, deck: &DeckRecord) -> Option<(Case, Mesh)> {
+    let case = slipstick_service::read::case_file(&args.folder.join(&deck.case), &[]).ok()?.case;
+    let mesh = slipstick::build::build_mesh(&case).ok()?;
+    Some((case, mesh))
+}
+
 /// L2 norm of the difference of all displacements at the end, over that of the displacements; `None` if the
 /// bodies of the deck are numbered differently.
-fn field(args: &VerifyDeck, deck: &DeckRecord, values: &Values) -> Option<f64> {
-    let path = args.folder.join(&deck.case);
-    let case = slipstick_service::read::case_file(&path, &[]).ok()?.case;
-    let mesh = slipstick::build::build_mesh(&case).ok()?;
+fn field(args: &VerifyDeck, deck: &DeckRecord, values: &Values, case: &Case, mesh: &Mesh) -> Option<f64> {
     let file = FileMesh::parse(&fs::read(args.folder.join(&deck.deck)).ok()?).ok()?;
     let last = solution(args, deck).join(format!("path_{:04}.vtu", case.steps()));
     let fields = slipstick::output::read_fields(&last).ok()?;
@@ -198,12 +212,22 @@ fn solution(args: &VerifyDeck, deck: &DeckRecord) -> PathBuf {
     args.folder.join(format!("{}_solve", deck.case.trim_end_matches(".toml")))
 }
 
-fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> Vec<Row<'a>> {
+/// The force that round-off of displacements causes. \[F\]
+fn round_off(case: &Case, mesh: &Mesh, values: &Values) -> f64 {
+    let Some((low, high)) = mesh.bounding_box() else { return 0.0 };
+    let size = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+    let bodies = case.bodies.iter().filter(|body| body.rigid.is_none());
+    let moduli = bodies.flat_map(|body| body.materials().map(|material| material.youngs_modulus()));
+    ROUND_OFF * moduli.fold(0.0, f64::max) * values.largest()[0] * size
+}
+
+fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values, round_off: f64) -> Vec<Row<'a>> {
     let of = |compared: &'a Compared| Row {
         compared,
         slipstick: found.iter().find(|(column, _)| *column == compared.column).map(|(_, value)| *value),
         ccx: values.of(compared),
         deviation: None,
+        zero: false,
     };
     let mut rows: Vec<Row<'a>> = deck.compared.iter().map(of).collect();
     let kind = |row: &Row<'_>| match row.compared.source {
@@ -219,7 +243,8 @@ fn rows<'a>(deck: &'a DeckRecord, found: &[(String, f64)], values: &Values) -> V
         let sizes: Vec<f64> = rows.iter().map(|row| size(&known, &row.compared.column, scale)).collect();
         for (row, size) in rows.iter_mut().zip(sizes).filter(|(row, _)| kind(row) == kind_of) {
             let (Some(here), Some(there)) = (row.slipstick, row.ccx) else { continue };
-            row.deviation = (size > 0.0).then(|| (there - here) / size);
+            row.zero = kind_of == 0 && here.abs().max(there.abs()) < round_off;
+            row.deviation = if row.zero { Some(0.0) } else { (size > 0.0).then(|| (there - here) / size) };
         }
     }
     rows
@@ -244,7 +269,7 @@ fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>], field: Option<f6
     let event = |row: &Row<'_>| {
         json!({
             "quantity": row.compared.column, "promised": row.compared.promised, "slipstick": row.slipstick,
-            "ccx": row.ccx, "deviation": row.deviation,
+            "ccx": row.ccx, "deviation": row.deviation, "zero": row.zero,
         })
     };
     let all: Vec<_> = rows.iter().map(event).collect();
@@ -254,7 +279,8 @@ fn tell(context: &Context, deck: &DeckRecord, rows: &[Row<'_>], field: Option<f6
     );
     let number = |value: Option<f64>| value.map_or("–".to_owned(), digits);
     let row = |row: &Row<'_>| {
-        let deviation = row.deviation.map_or(String::new(), |of| format!("{:+.2} %", (1e4 * of).round() / 100.0 + 0.0));
+        let percent = |of: f64| format!("{:+.2} %", (1e4 * of).round() / 100.0 + 0.0);
+        let deviation = if row.zero { "zero".into() } else { row.deviation.map_or(String::new(), percent) };
         vec![
             row.compared.column.clone(),
             number(row.compared.promised),

@@ -160,8 +160,11 @@ fn a_node_touches_with_the_faces_around_it() {
     assert_eq!(mesh.face_sets["DOWN"][0], mesh_of(CUBES).face_sets["DOWN"][0]);
     assert!(mesh.notices.iter().any(|notice| notice.contains("also beyond the nodes")), "{:?}", mesh.notices);
     assert_eq!(translated(&deck).errors(), []);
-    // the whole lower cube faces all sides; of distorted cubes of 400, areas sum up to round-off
-    let closed = deck.replace("NAME=UP\nLOW, S2\n", "NAME=UP\nLOW, S1\nLOW, S2\nLOW, S3\nLOW, S4\nLOW, S5\nLOW, S6\n");
+    // the whole lower cube faces all sides; distorted and scaled by 400.1, its areas sum up to 3e-11, along x and z. A face
+    // around two opposite corners of the upper cube is against this sum
+    let closed = deck
+        .replace("TYPE=NODE\n12\n", "TYPE=NODE\n12\n18\n")
+        .replace("NAME=UP\nLOW, S2\n", "NAME=UP\nLOW, S1\nLOW, S2\nLOW, S3\nLOW, S4\nLOW, S5\nLOW, S6\n");
     let (start, rest) = closed.split_once("*NODE\n").expect("nodes");
     let (nodes, end) = rest.split_once("*NODE, NSET=REF").expect("another node");
     let large = |line: &str| {
@@ -169,7 +172,7 @@ fn a_node_touches_with_the_faces_around_it() {
         let x = fields.map(|(k, field)| if k == 0 { field.to_owned() } else { scaled(field) });
         x.collect::<Vec<_>>().join(", ") + "\n"
     };
-    let nodes: String = nodes.replace("7,1,1,1\n", "7,1.1,1.2,1.03\n").lines().map(large).collect();
+    let nodes: String = nodes.replace("7,1,1,1\n", "7,1.1234,1.2345,1.0321\n").lines().map(large).collect();
     let found = refused(&format!("{start}*NODE\n{nodes}*NODE, NSET=REF{end}"));
     assert!(found.len() == 1 && found[0].contains("no face of an element has all its nodes in `DOWN`"), "{found:?}");
 }

@@ -189,10 +189,9 @@ impl Writer<'_> {
                 }
             }
         }
+        self.move_from_centres(&mut nodal);
         // nodes with the same force share a set
         let mut groups: BTreeMap<Course, Vec<u32>> = BTreeMap::new();
-        let dropped = self.dropped();
-        let mut lost = false;
         for ((node, component), curve) in nodal {
             if component < 3 {
                 self.external[3 * node as usize + usize::from(component)] += curve[curve.len() - 1];
@@ -200,15 +199,7 @@ impl Writer<'_> {
             if curve.iter().all(|value| *value == 0.0) {
                 continue;
             }
-            if dropped.contains(&node) {
-                lost = true;
-                continue;
-            }
             groups.entry((component, curve.iter().map(|x| x.to_bits()).collect())).or_default().push(node);
-        }
-        if lost {
-            let message = "a force acts on the centres of faces of second order, where C3D20 and C3D15 have no nodes";
-            self.refuse("load", message, "use a pressure, or other elements");
         }
         let mut count = 0;
         // after the reference node of a coupling, CalculiX 2.20 skips lines with sets
@@ -224,6 +215,20 @@ impl Writer<'_> {
                 }
             };
             self.history.add("CLOAD", format!("{target}, {}", component + 1), String::new(), curve);
+        }
+    }
+
+    /// Moves forces on the centres of faces and elements of second order, which decks do not have, to the nodes from
+    /// which serendipity functions give their displacements: forces on faces become consistent with these functions.
+    fn move_from_centres(&self, nodal: &mut BTreeMap<(u32, u8), Vec<f64>>) {
+        for centre in self.mesh.serendipity_centres(0..self.mesh.elements.len(), &BTreeSet::new()) {
+            for component in 0..3 {
+                let Some(curve) = nodal.remove(&(centre.node, component)) else { continue };
+                for &(node, weight) in &centre.terms {
+                    let sum = nodal.entry((node, component)).or_insert_with(|| vec![0.0; curve.len()]);
+                    sum.iter_mut().zip(&curve).for_each(|(sum, value)| *sum += weight * value);
+                }
+            }
         }
     }
 

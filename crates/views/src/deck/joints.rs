@@ -45,6 +45,7 @@ impl Writer<'_> {
                     writeln!(self.model, "*TIE, NAME={name}, POSITION TOLERANCE={reach}, ADJUST=NO\n{slave}, {master}");
                 continue;
             }
+            self.warn_of_divisions(contact, &at);
             let name = self.names.fresh(&format!("interaction_{}", i + 1));
             let _ = writeln!(self.model, "*SURFACE INTERACTION, NAME={name}");
             let automatic = AUTOMATIC * self.own_stiffness(contact);
@@ -54,22 +55,22 @@ impl Writer<'_> {
                 let _ = writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n{}", number(automatic));
                 let _ = writeln!(self.model, "*FRICTION\n0.5, {}", number(automatic));
             } else {
-                let soft = soft_behavior(&contact.enforcement).filter(|_| self.options.contact_stiffness.is_none());
-                match normal.or_else(|| self.hardened(contact, &moduli, &at)) {
-                    Some(_) if soft.is_some() => {
-                        let soft = soft.unwrap_or_default();
-                        if soft.contains("=TABULAR") {
-                            let message = "CalculiX 2.20 ignores contact with a table of pressures between surfaces";
-                            let cure = "write TYPE=NODE TO SURFACE in the deck, or use an `exponential` pressure";
-                            self.warn(at("enforcement.penalty.pressure"), message, cure);
-                        }
-                        self.model.push_str(&soft);
+                let soft = match &contact.enforcement {
+                    Enforcement::Penalty { pressure, .. } if self.options.contact_stiffness.is_none() => {
+                        pressure.as_ref()
                     }
-                    Some(slope) => {
+                    _ => None,
+                };
+                match (soft, normal.or_else(|| self.hardened(contact, &moduli, &at))) {
+                    (Some(pressure), _) => {
+                        self.warn_of_soft_contact(pressure, &at);
+                        self.model.push_str(&soft_behavior(pressure));
+                    }
+                    (None, Some(slope)) => {
                         let _ =
                             writeln!(self.model, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{}", number(slope));
                     }
-                    None => self.model.push_str("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n"),
+                    (None, None) => self.model.push_str("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD\n"),
                 }
                 let limit = contact.shear_limit.map_or(String::new(), |limit| format!(", TAUMAX={}", number(limit)));
                 let slope = tangential.unwrap_or(automatic);
@@ -227,7 +228,7 @@ impl Writer<'_> {
     }
 
     /// Whether a surface of a pair lies on second-order elements.
-    fn is_curved(&self, contact: &Contact) -> bool {
+    pub(super) fn is_curved(&self, contact: &Contact) -> bool {
         let surfaces = [&contact.slave, &contact.master].into_iter().filter_map(|name| self.mesh.surfaces.get(name));
         let mut elements = surfaces.flat_map(|of| &of.facets).map(|facet| facet.element as usize);
         elements.any(|element| self.mesh.elements[element].is_second_order())
@@ -244,7 +245,7 @@ impl Writer<'_> {
         (areas.iter().sum::<f64>() / areas.len().max(1) as f64).sqrt()
     }
 
-    fn largest_facet(&self, contact: &Contact) -> f64 {
+    pub(super) fn largest_facet(&self, contact: &Contact) -> f64 {
         let areas = [&contact.slave, &contact.master].map(|name| self.facet_areas(name)).concat();
         areas.into_iter().fold(0.0, f64::max).sqrt()
     }
@@ -475,9 +476,8 @@ fn add(terms: &mut Vec<(u32, f64)>, unknown: u32, factor: f64) {
 }
 
 /// A pressure that is not in proportion to the penetration.
-fn soft_behavior(enforcement: &Enforcement) -> Option<String> {
-    let Enforcement::Penalty { pressure: Some(law), .. } = enforcement else { return None };
-    let (word, rows) = match law {
+fn soft_behavior(pressure: &Pressure) -> String {
+    let (word, rows) = match pressure {
         &Pressure::Exponential { contact_pressure, clearance } => {
             ("EXPONENTIAL", vec![numbers(&[clearance, contact_pressure])])
         }
@@ -486,5 +486,5 @@ fn soft_behavior(enforcement: &Enforcement) -> Option<String> {
             ("TABULAR", penetration.iter().zip(pressure).map(row).collect())
         }
     };
-    Some(format!("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE={word}\n{}\n", rows.join("\n")))
+    format!("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE={word}\n{}\n", rows.join("\n"))
 }

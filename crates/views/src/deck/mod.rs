@@ -23,6 +23,7 @@ mod symmetry;
 #[cfg(test)]
 mod tests;
 mod text;
+mod warnings;
 
 use serde::{Deserialize, Serialize};
 use slipstick_case::construct::{BuildError, moved_mesh, sections};

@@ -50,7 +50,7 @@ pub(super) fn pressed(case: &Case, mesh: &Mesh) -> Option<Mesh> {
 }
 
 /// Unit normals at the nodes of a surface, the means over its facets; on planes of symmetry, along the plane.
-fn normals(case: &Case, mesh: &Mesh, surface: &str) -> HashMap<u32, [f64; 3]> {
+pub(super) fn normals(case: &Case, mesh: &Mesh, surface: &str) -> HashMap<u32, [f64; 3]> {
     let mut sums: HashMap<u32, [f64; 3]> = HashMap::new();
     for facet in mesh.surfaces.get(surface).map_or(&[][..], |of| &of.facets[..]) {
         let area = facet_area_vector(&mesh.facet_coordinates(facet));
