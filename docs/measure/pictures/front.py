@@ -11,7 +11,7 @@ PANELS = [
     ("bracket_end.png", (0, 0, 0.9, 0.93)),
     ("gripper_part.png", (0, 0.06, 0.80, 0.93)),
     ("press_fit_hub.png", (0, 0.05, 1, 0.88)),
-    ("half_ball_on_plate.png", (0.5, 0, 0.94, 1)),
+    ("half_ball_on_plate.png", (0, 0, 0.915, 0.97)),
 ]
 
 
