@@ -75,7 +75,7 @@ initial = 0.6
 volume_fraction = 0.6
 simp = { p = 3, min = 0.01 }
 [objective]
-contact_force = { steps = 'all' }
+contact_force = { steps = 'last' }
 [optimizer]
 mma = {}
 iterations = 1";
