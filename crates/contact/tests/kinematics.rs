@@ -4,7 +4,7 @@
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 use slipstick_contact::kinematics::cone::WIDENING;
 use slipstick_contact::kinematics::height::FacetHeight;
-use slipstick_contact::kinematics::rows::SlipIncrement;
+use slipstick_contact::kinematics::slip::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_mesh::{BoxShape, FacetNodes, Mesh, Placement, TorusShape, box_mesh, smooth_surface, torus};
@@ -145,13 +145,22 @@ fn evaluate(interface: &ContactInterface, x: &[f64], gradient: bool) -> Vec<Node
     rows
 }
 
+/// Areas of a node in the reference configuration of which the nodes' rows are all, a part of a
+/// twentieth, and nearly nothing: the previous row measures the slip, both rows, or the current one.
+const REFERENCES: [f64; 3] = [0.0, 4.0, 1e6];
+
 /// Gap, the two slip components and tributary area of every slave node.
-fn measures(rows: &[NodeKinematics], before: &[NodeKinematics], x: &[f64]) -> Vec<[f64; 4]> {
+fn measures(
+    rows: &[NodeKinematics],
+    before: &[NodeKinematics],
+    [x, x_before]: [&[f64]; 2],
+    reference: f64,
+) -> Vec<[f64; 4]> {
     let mut slip = SlipIncrement::default();
     rows.iter()
         .zip(before)
         .map(|(row, before)| {
-            row.slip(&PreviousRow::from(before), x, false, &mut slip);
+            row.slip(&PreviousRow::of(before, reference), x, x_before, false, &mut slip);
             [row.gap(), slip.value[0], slip.value[1], row.area]
         })
         .collect()
@@ -169,7 +178,8 @@ fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 4]>) -> Vec<[f64; 4]> {
 /// facet areas, 0.1.
 #[test]
 fn gap_and_slip_gradients() {
-    for (mesh, shape, x, interface) in interfaces(1) {
+    let all = interfaces(1).into_iter().flat_map(|of| REFERENCES.map(|reference| (of.clone(), reference)));
+    for ((mesh, shape, x, interface), reference) in all {
         let x_before = disturbed(&mesh, 2);
         let before = evaluate(&interface, &x_before, true);
         let now = evaluate(&interface, &x, true);
@@ -178,11 +188,12 @@ fn gap_and_slip_gradients() {
         for (j, (row, before)) in now.iter().zip(&before).enumerate() {
             let (mut gap, mut slip) = (Vec::new(), SlipIncrement::default());
             row.gap_gradient(&mut gap);
-            row.slip(&PreviousRow::from(before), &x, true, &mut slip);
+            let previous = PreviousRow::of(before, reference);
+            row.slip(&previous, &x, &x_before, true, &mut slip);
             for a in 0..2 {
                 let mut scattered = vec![0.0; columns];
                 let weight = if a == 0 { Vector2::x() } else { Vector2::y() };
-                before.add_previous_slip_gradient(&row.frame, &x, weight, &mut scattered);
+                row.add_previous_slip_gradient(before, &previous, [&x, &x_before], weight, &mut scattered);
                 for (t, value) in scattered.iter().enumerate() {
                     exact[j * columns + t][1][1 + a] = *value;
                 }
@@ -211,11 +222,11 @@ fn gap_and_slip_gradients() {
             };
             let current = difference(|h| {
                 let x = moved(&x, h);
-                measures(&evaluate(&interface, &x, false), &before, &x)
+                measures(&evaluate(&interface, &x, false), &before, [&x, &x_before], reference)
             });
             let previous = difference(|h| {
                 let x_before = moved(&x_before, h);
-                measures(&now, &evaluate(&interface, &x_before, false), &x)
+                measures(&now, &evaluate(&interface, &x_before, false), [&x, &x_before], reference)
             });
             for j in 0..now.len() {
                 for c in 0..4 {
@@ -224,8 +235,8 @@ fn gap_and_slip_gradients() {
                 }
             }
         }
-        println!("{shape:?}: {worst:.1e}");
-        assert!(worst < 1e-9, "{shape:?}: {worst:e}");
+        println!("{shape:?}, {reference}: {worst:.1e}");
+        assert!(worst < 1e-9, "{shape:?}, {reference}: {worst:e}");
     }
 }
 
@@ -353,11 +364,12 @@ fn slip_increment_is_objective() {
             for degrees in [1.0, 30.0, 90.0, 180.0] {
                 let turned = rotated(&x, axis, degrees);
                 let now = evaluate(&interface, &turned, false);
-                for ((gap, slip), before) in
-                    measures(&now, &before, &turned).iter().map(|m| (m[0], [m[1], m[2]])).zip(&before)
-                {
-                    assert!(slip[0].hypot(slip[1]) < 1e-14, "{shape:?} {degrees}°: {slip:?}");
-                    assert!((gap - before.gap()).abs() < 1e-14);
+                for reference in REFERENCES {
+                    let measures = measures(&now, &before, [&turned, &x], reference);
+                    for (&[gap, xi, eta, _], before) in measures.iter().zip(&before) {
+                        assert!(xi.hypot(eta) < 1e-14, "{shape:?} {degrees}°, {reference}: {xi}, {eta}");
+                        assert!((gap - before.gap()).abs() < 1e-14);
+                    }
                 }
             }
         }
@@ -370,11 +382,38 @@ fn slip_of_a_sliding_pair_turns_with_the_body() {
     for (mesh, _, x, interface) in interfaces(5) {
         let x_before = disturbed(&mesh, 4);
         let before = evaluate(&interface, &x_before, false);
-        let straight = measures(&evaluate(&interface, &x, false), &before, &x);
         let turned = rotated(&x, Vector3::new(0.4, 1.0, 0.2), 70.0);
-        let seen = measures(&evaluate(&interface, &turned, false), &before, &turned);
-        for (a, b) in straight.iter().zip(&seen) {
-            assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-14), "{a:?} {b:?}");
+        for reference in REFERENCES {
+            let straight = measures(&evaluate(&interface, &x, false), &before, [&x, &x_before], reference);
+            let seen = measures(&evaluate(&interface, &turned, false), &before, [&turned, &x_before], reference);
+            for (a, b) in straight.iter().zip(&seen) {
+                assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-14), "{reference}: {a:?} {b:?}");
+            }
+        }
+    }
+}
+
+/// A block slides on a slab from beside it, so that the row of its nodes was empty before: the slip is
+/// the motion times the covered area; none if the block came down instead, and as before if it also came
+/// down.
+#[test]
+fn slip_of_a_node_that_becomes_covered_is_that_of_the_bodies() {
+    let mesh = mesh();
+    let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+    let block = mesh.bodies[1].nodes.clone();
+    for (motion, slides) in [([-1.7, 0.0, 0.0], true), ([0.0, 2.0, 0.0], false), ([-1.7, 0.3, 0.9], true)] {
+        for (_, shape, _, interface) in interfaces(1).into_iter().filter(|(of, ..)| of.nodes == mesh.nodes) {
+            let mut x_before = x.clone();
+            block.clone().for_each(|node| (0..3).for_each(|c| x_before[3 * node + c] += motion[c]));
+            let (before, now) = (evaluate(&interface, &x_before, false), evaluate(&interface, &x, false));
+            for (row, before) in now.iter().zip(&before).filter(|(row, _)| row.area > 1e-6) {
+                let mut slip = SlipIncrement::default();
+                let previous = PreviousRow::of(before, row.area);
+                assert!(before.area == 0.0 || !slides, "{motion:?}");
+                row.slip(&previous, &x, &x_before, false, &mut slip);
+                let along = |a: usize| -row.frame.vector(1 + a).dot(&Vector3::from(motion)) * row.area;
+                assert!((slip.value - Vector2::new(along(0), along(1))).norm() < 1e-14, "{shape:?} {motion:?}");
+            }
         }
     }
 }

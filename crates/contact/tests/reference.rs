@@ -2,7 +2,7 @@
 //! implementation (dual numbers, no shared source), standard and dual shapes.
 
 use serde_json::Value;
-use slipstick_contact::kinematics::rows::SlipIncrement;
+use slipstick_contact::kinematics::slip::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
 
@@ -100,7 +100,7 @@ fn reference_normals_gap_and_slip() {
         }
         assert!((row.gap() - at.data["gap"][j].as_f64().unwrap()).abs() < BOUND);
         let mut slip = SlipIncrement::default();
-        row.slip(&PreviousRow::from(&before[place]), &at.current, false, &mut slip);
+        row.slip(&PreviousRow::of(&before[place], 0.0), &at.current, &at.reference, false, &mut slip);
         for a in 0..2 {
             let expected: f64 = (0..3)
                 .map(|c| row.frame.vector(1 + a)[c] * at.data["slip_vector_from_reference"][j][c].as_f64().unwrap())

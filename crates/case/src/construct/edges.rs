@@ -6,6 +6,8 @@ use crate::file;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
+use slipstick_model::model::LoadTime;
+use slipstick_model::model::prescribed::Prescribed;
 
 /// Cosine of the angle between a facet's normal and an axis below which they are perpendicular.
 const PERPENDICULAR: f64 = 0.03;
@@ -18,17 +20,19 @@ const PERPENDICULAR: f64 = 0.03;
 /// 4. Surfaces that lie on each other in the mesh have averaged normals.
 /// 5. A slave surface has the master's where it ends at an edge or has a sharp kink, if one of the two is flat there.
 ///
-/// `points`: positions of the contact surfaces' corners; `fixed`: prescribed displacements, three per node.
+/// `points`: positions of the contact surfaces' corners; `unmoved`: displacements, three per node, that supports
+/// hold over the whole path.
 ///
 /// Facets on symmetry planes are inside the whole body, and facets that are held along their normal
-/// may be, as the faces of a strip in plane strain: what lies in such a plane is not an edge.
+/// may be, as the faces of a strip in plane strain: what lies in such a plane is not an edge. A face that is
+/// driven along its normal is one of the body, whose edges may dig in.
 pub(super) fn with_normals(
     interface: ContactInterface,
     contact: &file::Contact,
     mesh: &Mesh,
     points: &[[f64; 3]],
     mirrored: &[[bool; 3]],
-    fixed: &[bool],
+    unmoved: &[bool],
 ) -> ContactInterface {
     let feature_angle = contact.feature_angle.to_radians();
     let asked = contact.normals == Some(file::Normals::Touched);
@@ -42,7 +46,7 @@ pub(super) fn with_normals(
     if !all_touched && !both_curved && seated {
         return interface;
     }
-    let boundary = boundary_of(&interface, mesh, points, mirrored, |node, axis| fixed[3 * node as usize + axis]);
+    let boundary = boundary_of(&interface, mesh, points, mirrored, |node, axis| unmoved[3 * node as usize + axis]);
     if all_touched {
         return interface.with_touched_normals(&boundary, x, feature_angle);
     }
@@ -56,6 +60,21 @@ pub(super) fn with_normals(
         }
     }
     if seated { interface } else { interface.with_touched_flat_edges(&boundary, x, feature_angle) }
+}
+
+/// Which displacements supports hold, and do not move at any of the `times`.
+pub(super) fn unmoved(prescribed: &Prescribed, times: &[LoadTime]) -> Vec<bool> {
+    let at = |time: LoadTime| {
+        let mut d = vec![0.0; prescribed.fixed().len()];
+        prescribed.apply(time, &mut d);
+        d
+    };
+    let mut unmoved = prescribed.fixed().to_vec();
+    for &time in times {
+        let change = at(LoadTime::start(time.case)).into_iter().zip(at(time));
+        unmoved.iter_mut().zip(change).for_each(|(unmoved, (from, to))| *unmoved &= from == to);
+    }
+    unmoved
 }
 
 /// Whether both sides of a pair are curved, and the slave ends at an edge of its body on an inclined master
@@ -74,13 +93,13 @@ pub(super) fn is_inclined(
 }
 
 /// The facets of the boundary of the slave's bodies, without those that symmetry or supports hold in their plane.
-/// `fixed` says whether a displacement of a node is prescribed.
+/// `unmoved` says whether a support holds a displacement of a node over the whole path.
 fn boundary_of(
     interface: &ContactInterface,
     mesh: &Mesh,
     points: &[[f64; 3]],
     mirrored: &[[bool; 3]],
-    fixed: impl Fn(u32, usize) -> bool,
+    unmoved: impl Fn(u32, usize) -> bool,
 ) -> Vec<FacetNodes> {
     let mut boundary: Vec<FacetNodes> = Vec::new();
     for body in bodies_of(interface.slave_facets(), mesh) {
@@ -88,7 +107,7 @@ fn boundary_of(
         let held = |facet: &FacetNodes| {
             let area = facet_area_vector(&facet.corners(points));
             let size = area.iter().map(|a| a * a).sum::<f64>().sqrt();
-            let is_held = |axis: usize, node: u32| mirrored[node as usize][axis] || (!rigid && fixed(node, axis));
+            let is_held = |axis: usize, node: u32| mirrored[node as usize][axis] || (!rigid && unmoved(node, axis));
             let all_held = |axis: usize| facet.iter().all(|&node| is_held(axis, node));
             (0..3).all(|axis| area[axis].abs() < PERPENDICULAR * size || all_held(axis))
         };

@@ -140,27 +140,6 @@ impl NodeMeasures {
     }
 }
 
-/// Fraction of the coefficient of friction that acts in a step, and its derivative with respect to
-/// the tributary area of the node's mortar row before the step. \[–, 1/L²\]
-///
-/// The slip increment is proportional to that area. For a node that the other surface did not cover
-/// before, it vanishes for every motion, so stick would impose no condition. The fraction grows
-/// continuously from 0 there to 1 at 1/20 of the reference area: 1 − (1 − A/(χ A_ref))².
-///
-/// Test: `share_of_friction_matches_finite_differences`.
-pub fn friction_share(previous_area: f64, reference_area: f64) -> (f64, f64) {
-    let missing = 1.0 - previous_area / (EDGE * reference_area);
-    if missing <= 0.0 {
-        return (1.0, 0.0);
-    }
-    let missing = missing.min(1.0);
-    (1.0 - missing * missing, 2.0 * missing / (EDGE * reference_area))
-}
-
-/// Fraction of the reference area that must have been covered before the step for the full
-/// coefficient of friction to act.
-const EDGE: f64 = 0.05;
-
 /// Overlaps below this fraction of the reference area carry no contact condition.
 const SLIVER: f64 = 1e-9;
 
@@ -173,19 +152,6 @@ pub fn covered(area: f64, reference_area: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Continuously differentiable, 0 without an area, 1 from a twentieth on; computed by hand: ¾
-    /// in the middle.
-    #[test]
-    fn share_of_friction_matches_finite_differences() {
-        let share = |area: f64| friction_share(area, 2.0).0;
-        for area in [1e-3, 0.01, 0.05, 0.0999, 0.1, 0.1001, 1.0] {
-            let h = 1e-7 * area;
-            let expected = (share(area + h) - share(area - h)) / (2.0 * h);
-            assert!((friction_share(area, 2.0).1 - expected).abs() < 1e-5, "{area}");
-        }
-        assert_eq!((share(0.0), share(0.05), share(0.1)), (0.0, 0.75, 1.0));
-    }
 
     /// The compliance and its derivative are continuous, and zero from the bound on.
     #[test]

@@ -5,7 +5,7 @@
 //! triangles), `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one
 //! pair), [`height`] (the true surface above a facet), `plane` (the auxiliary plane of a slave facet), [`coupling`] (one slave facet with all
 //! its masters, dual shapes), [`frame`] (nodal normal and tangents), [`cone`] (the normal at an edge), [`rows`] (everything collected
-//! per slave node).
+//! per slave node), [`slip`] (the slip increment of a node).
 
 pub mod cell_rule;
 pub mod clip;
@@ -17,7 +17,9 @@ pub mod height;
 mod inverse_map;
 mod plane;
 pub mod rows;
+pub mod slip;
 
 pub use cell_rule::CellRule;
 pub use coupling::MultiplierShape;
-pub use rows::{NodeKinematics, PreviousRow};
+pub use rows::NodeKinematics;
+pub use slip::PreviousRow;

@@ -1,11 +1,10 @@
-//! The data that the enforcement needs at a slave node: mortar row, frame, weighted gap and slip
-//! increment.
+//! The data that the enforcement needs at a slave node: mortar row, frame and weighted gap.
 
 use super::cone::{Projection, WIDENING};
 use super::coupling::FacetCoupling;
 use super::frame::{NodalFrame, RingCorner, averaged_normal, nodal_frame, normalisation_slope, within};
 use crate::slave_node::SlaveNode;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 /// Mortar row and frame of one slave node at given positions, with gradients if requested.
 ///
@@ -26,6 +25,8 @@ pub struct NodeKinematics {
     pub gradient: Vec<f64>,
     /// Normal and tangents with their gradient over the ring, or at an edge over the whole support.
     pub frame: NodalFrame,
+    /// The frame of the slave's own facets where `frame` follows the master.
+    pub own_frame: Option<NodalFrame>,
     /// Tributary area of the overlap, Σ_k D_jk. Zero if nothing lies opposite. \[L²\]
     pub area: f64,
     /// ∂area/∂x_t. \[L\]
@@ -41,33 +42,6 @@ pub struct NodeKinematics {
     pub height_gradient: Vec<f64>,
 }
 
-/// A mortar row of the previous step, as needed for the slip increment.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct PreviousRow {
-    /// Global node numbers.
-    pub support: Vec<u32>,
-    /// b_js at the previous step. \[L²\]
-    pub coefficient: Vec<f64>,
-}
-
-impl From<&NodeKinematics> for PreviousRow {
-    fn from(now: &NodeKinematics) -> Self {
-        Self { support: now.support.clone(), coefficient: now.coefficient.clone() }
-    }
-}
-
-/// Slip increment of a node over the step and its gradient.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SlipIncrement {
-    /// ũ_τ in the node's tangent basis. \[L³\]
-    pub value: Vector2<f64>,
-    /// `gradient[a * 3 |support| + t]` = ∂ũ_a/∂x_t over the current support. \[L²\]
-    pub gradient: Vec<f64>,
-    /// `previous_gradient[a * 3 |previous support| + t]`: the part of ∂ũ_a/∂x_t over the previous
-    /// row's support, to be added to the former. \[L²\]
-    pub previous_gradient: Vec<f64>,
-}
-
 impl NodeKinematics {
     /// Memory of the row, nearly all of it for derivatives. \[bytes\]
     pub fn bytes(&self) -> usize {
@@ -78,7 +52,9 @@ impl NodeKinematics {
             &self.area_gradient,
             &self.relative_gradient,
             &self.height_gradient,
+            self.own_frame.as_ref().map_or(&self.frame.gradient, |own| &own.gradient),
         ];
+        let lists = &lists[..if self.own_frame.is_some() { 7 } else { 6 }];
         size_of::<Self>() + 4 * self.support.len() + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
     }
 
@@ -128,6 +104,7 @@ impl NodeKinematics {
         if frame.is_none() {
             return false;
         }
+        self.own_frame = slave.follows_master().then(|| self.frame.clone());
         if slave.follows_master() && self.turn_to_master(slave, couplings, &ring, with_gradient).is_none() {
             return false;
         }
@@ -253,6 +230,7 @@ impl NodeKinematics {
             area_gradient: vec![0.0; columns],
             relative_gradient: vec![0.0; 3 * columns],
             frame: NodalFrame { gradient: Vec::new(), ..self.frame.clone() },
+            own_frame: None,
             height: Vector3::zeros(),
             height_gradient: Vec::new(),
             ..self.clone()
@@ -295,7 +273,7 @@ impl NodeKinematics {
 
     /// ∂g̃/∂x_t over the support. \[L²\]
     pub fn gap_gradient(&self, out: &mut Vec<f64>) {
-        self.project_gradient(0, &(self.relative + self.height), out);
+        self.project_gradient(0, 1.0, &(self.relative + self.height), out);
         let normal = self.frame.vector(0);
         let columns = out.len();
         for (c, slope) in self.height_gradient.chunks_exact(columns.max(1)).enumerate() {
@@ -303,81 +281,20 @@ impl NodeKinematics {
         }
     }
 
-    /// −∂(basis vector b · w)/∂x_t: frame and row both move.
-    fn project_gradient(&self, b: usize, relative: &Vector3<f64>, out: &mut Vec<f64>) {
+    /// −∂(basis vector b · v)/∂x_t with ∂v = `factor` ∂w: frame and row both move.
+    pub(super) fn project_gradient(&self, b: usize, factor: f64, v: &Vector3<f64>, out: &mut Vec<f64>) {
         let columns = 3 * self.support.len();
         let vector = self.frame.vector(b);
         out.clear();
         out.extend((0..columns).map(|t| {
-            -(vector[0] * self.relative_gradient[t]
-                + vector[1] * self.relative_gradient[columns + t]
-                + vector[2] * self.relative_gradient[2 * columns + t])
+            -factor
+                * (vector[0] * self.relative_gradient[t]
+                    + vector[1] * self.relative_gradient[columns + t]
+                    + vector[2] * self.relative_gradient[2 * columns + t])
         }));
         for (t, value) in out.iter_mut().take(self.frame.columns()).enumerate() {
             for c in 0..3 {
-                *value -= self.frame.slope(b, c, t) * relative[c];
-            }
-        }
-    }
-
-    /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2
-    /// components.
-    ///
-    /// Positive along the slave's sliding; zero along tangents normal to a symmetry plane, where
-    /// the other half cancels it. Depends on the previous step only through D and M.
-    /// Paper: (24) with the full row of D; previous-step linearization (66) in
-    /// [`Self::add_previous_slip_gradient`]. Tests: `gap_and_slip_gradients`,
-    /// `slip_increment_is_objective`.
-    pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {
-        let own = position(x, self.node);
-        let mut before = Vector3::zeros();
-        for (&node, b) in previous.support.iter().zip(&previous.coefficient) {
-            before += (position(x, node) - own) * *b;
-        }
-        // the previous row sums to zero only up to round-off; the node's own position absorbs the
-        // remainder
-        let change = self.relative - before;
-        let across = self.frame.across;
-        let along = |a: usize| if across[a] { 0.0 } else { -self.frame.vector(1 + a).dot(&change) };
-        out.value = Vector2::new(along(0), along(1));
-        out.gradient.clear();
-        out.previous_gradient.clear();
-        if !with_gradient {
-            return;
-        }
-        let mut row = Vec::new();
-        for a in 0..2 {
-            self.project_gradient(1 + a, &change, &mut row);
-            let mut tangent = self.frame.vector(1 + a);
-            if across[a] {
-                row.fill(0.0);
-                tangent = Vector3::zeros();
-            }
-            out.gradient.extend_from_slice(&row);
-            for b in &previous.coefficient {
-                out.previous_gradient.extend(tangent.iter().map(|c| c * b));
-            }
-        }
-    }
-
-    /// ∂ũ_a/∂d_{n−1} for the weights `a_ξ`, `a_η` of the two components, added to `out` (3 per node
-    /// of the mesh).
-    ///
-    /// `self` is the **previous** step's kinematics with gradients, `frame` and `x` those of the
-    /// current step: `∂ũ_a = τ_a · Σ_s ∂b_js,n−1 x_s`. Paper: (66) with full rows.
-    /// Test: `gap_and_slip_gradients`.
-    pub fn add_previous_slip_gradient(&self, frame: &NodalFrame, x: &[f64], weight: Vector2<f64>, out: &mut [f64]) {
-        let columns = 3 * self.support.len();
-        let along = |a: usize| if frame.across[a] { 0.0 } else { weight[a] };
-        let direction = frame.vector(1) * along(0) + frame.vector(2) * along(1);
-        let own = position(x, self.node);
-        for (s, &node) in self.support.iter().enumerate() {
-            let factor = direction.dot(&(position(x, node) - own));
-            let slope = &self.gradient[s * columns..][..columns];
-            for (t, &target) in self.support.iter().enumerate() {
-                for c in 0..3 {
-                    out[3 * target as usize + c] += factor * slope[3 * t + c];
-                }
+                *value -= self.frame.slope(b, c, t) * v[c];
             }
         }
     }
@@ -425,14 +342,16 @@ fn reset(values: &mut Vec<f64>, length: usize) {
     values.resize(length, 0.0);
 }
 
-fn position(x: &[f64], node: u32) -> Vector3<f64> {
+pub(super) fn position(x: &[f64], node: u32) -> Vector3<f64> {
     let at = 3 * node as usize;
     Vector3::new(x[at], x[at + 1], x[at + 2])
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::slip::{PreviousRow, SlipIncrement};
     use super::*;
+    use nalgebra::Vector2;
 
     /// A row over three nodes, by hand: w = 2 u₀ + u₁ − 3 u₂, relative to node 0.
     #[test]
@@ -448,6 +367,7 @@ mod tests {
             relative: Vector3::new(7.0, 7.0, 7.0),
             relative_gradient: vec![7.0; 27],
             frame: NodalFrame { basis: nalgebra::Matrix3::identity(), gradient: vec![7.0; 27], across: [false; 2] },
+            own_frame: None,
             height: Vector3::new(7.0, 7.0, 7.0),
             height_gradient: vec![7.0; 27],
         };
@@ -461,7 +381,7 @@ mod tests {
         assert_eq!(slope, [-2.0, 0.0, 0.0, -1.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
         assert!(bonded.gradient.iter().chain(&bonded.area_gradient).all(|&v| v == 0.0));
         let mut slip = SlipIncrement::default();
-        bonded.slip(&PreviousRow::default(), &d, true, &mut slip);
+        bonded.slip(&PreviousRow::default(), &d, &[], true, &mut slip);
         assert!((slip.value + Vector2::new(expected[1], expected[2])).norm() < 1e-15);
         assert_eq!(slip.gradient[9..12], [0.0, 0.0, -2.0]);
         assert!(slip.previous_gradient.is_empty());

@@ -5,7 +5,6 @@ use super::design::in_series;
 use super::evaluated::{ContactState, Step};
 use super::law::LawWeights;
 use super::{ContactModel, Design, Enforcement, GivenStiffness, LoadState, Method, Share, SlaveData};
-use slipstick_contact::enforcement::friction_share;
 use slipstick_path::LoadTime;
 use slipstick_solid::ElementScaling;
 use std::ops::Range;
@@ -215,9 +214,8 @@ impl Design {
         let model = &*self.model;
         let first = model.interfaces.len();
         let slave = &model.slaves[j];
-        let share = friction_share(step.previous.nodes[j].area, slave.area).0;
         let factor = model.pair(slave).friction_factor(step.time);
-        out[slave.interface as usize] += share * factor * by_friction;
+        out[slave.interface as usize] += factor * by_friction;
         let Enforcement { method, stiffness } = model.interfaces[slave.interface as usize].enforcement;
         let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
         if absolute || by_stiffness == 0.0 {

@@ -10,8 +10,9 @@ use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick::model::{Design, Step, Workspace};
 use slipstick_contact::enforcement::lagrange::complementarity;
-use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling, friction_share};
+use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
 use slipstick_contact::friction::Friction;
+use slipstick_contact::kinematics::slip::missing_share;
 use slipstick_path::differences::Comparison;
 use slipstick_path::{Evaluated, Held, Inputs, Iteration, StateError, StepProblem, StepState, Unknowns, Wanted};
 
@@ -182,7 +183,6 @@ impl Generic {
     fn frozen(&self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
         let mut out = self.residual(y);
         let split = self.split();
-        let before = self.measures(&self.previous.unknowns.clone());
         let measures = self.measures(y);
         for (j, at) in measures.iter().enumerate().filter(|(j, _)| statuses[*j] != 0) {
             let zeta = Vector3::from_column_slice(&y[split + 3 * j..][..3]);
@@ -191,8 +191,7 @@ impl Generic {
                 tangential: self.ratio * parameters[j],
                 scaling: StiffnessScaling::Weighted,
             };
-            let friction = Friction::coulomb(FRICTION * friction_share(before[j].area, at.reference_area).0);
-            let value = complementarity(zeta, at, friction, &c).value;
+            let value = complementarity(zeta, at, Friction::coulomb(FRICTION), &c).value;
             out[split + 3 * j..][..3].copy_from_slice(value.as_slice());
         }
         out
@@ -281,7 +280,7 @@ fn tangent_on_slivers_matches_finite_differences() {
     });
 }
 
-/// The pull-back at generic states, of which some previous rows are slivers, on which friction depends.
+/// The pull-back at generic states, of which some previous rows are slivers, so that both rows measure the slip.
 /// `inputs::every_input_is_pulled_back` compares densities and parameters, at converged states: elsewhere,
 /// settings of the iteration depend on them.
 #[test]
@@ -291,7 +290,7 @@ fn pull_back_matches_finite_differences_at_generic_states() {
         let sliver = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, false);
         let (previous, reference) = (sliver.previous.clone(), sliver.measures(&sliver.y.clone()));
         let before = sliver.measures(&previous.unknowns);
-        let shares = before.iter().zip(&reference).map(|(b, r)| friction_share(b.area, r.reference_area).0);
+        let shares = before.iter().zip(&reference).map(|(b, r)| missing_share(b.area, r.reference_area).0);
         assert!(shares.clone().any(|share| 0.0 < share && share < 1.0), "{name}: {:?}", shares.collect::<Vec<_>>());
         check_pull_back(&format!("{name}, slivers"), &sliver);
     });

@@ -10,6 +10,7 @@ mod gradients;
 mod kinks;
 mod nose;
 mod overhang;
+mod reached;
 mod search;
 mod sliding;
 mod soft;

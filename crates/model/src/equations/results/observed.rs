@@ -122,7 +122,7 @@ impl Design {
                 self.pull_back_law_parameters(step, j, &weights, &mut by_parameters);
             }
             weights.by_slip += Vector2::from(by.slip);
-            self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut previous);
+            self.pull_back_law_previous(step, j, now, &x, &weights, &mut previous);
         }
         model.pull_to_nodes(&mut unknowns);
         model.pull_to_nodes(&mut previous.previous);

@@ -61,6 +61,8 @@ pub struct Step {
     pub(in crate::equations) previous: Arc<Kinematics>,
     /// Mortar rows of the previous state.
     pub(in crate::equations) rows: Vec<PreviousRow>,
+    /// Positions of the points of the contact surfaces in the previous state. \[L\]
+    pub(in crate::equations) positions: Vec<f64>,
     /// History of the previous state.
     pub(in crate::equations) history: Vec<f64>,
     /// When it ends, and the stretches of thermal expansion there.
@@ -82,19 +84,20 @@ impl Step {
     pub(in crate::equations) fn new(
         model: &ContactModel,
         previous: Arc<Kinematics>,
-        history: &[f64],
+        state: &StepState,
         time: LoadTime,
     ) -> Self {
         // bonded surfaces do not slip from step to step: their displacements are measured from rest
         let of = |(now, slave): (&NodeKinematics, &SlaveData)| match model.pair(slave).is_bonded() {
             true => PreviousRow::default(),
-            false => PreviousRow::from(now),
+            false => PreviousRow::of(now, slave.area),
         };
         let rows = previous.nodes.iter().zip(&model.slaves).map(of).collect();
         Self {
             previous,
             rows,
-            history: history.to_vec(),
+            positions: model.contact_positions(&state.unknowns),
+            history: state.history.clone(),
             time,
             stretches: model.stretches(time),
             rate: Rate::default(),
@@ -282,7 +285,7 @@ impl Design {
                 let pair = model.pair(slave);
                 let offset = pair.offset_at(step.time) * slave.slant + slave.adjusted;
                 let mut at = NodeStep::of(pair.is_active(step.time), offset);
-                at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
+                at.evaluate(now, previous, [&x, &step.positions], fixed, kinematics.with_gradient);
                 let measures = at.measures(now, &model.start.settings[j]);
                 let law = self.law(step, j, &measures, y, &settings);
                 NodeState { step: at, measures, law }
@@ -329,7 +332,7 @@ impl Design {
         };
         let before = at(known.previous, &previous.unknowns)?;
         let now = if previous.unknowns == y { before.clone() } else { at(known.now, y)? };
-        let step = Step::new(model, before, &previous.history, time);
+        let step = Step::new(model, before, previous, time);
         let iteration = Iteration { at_start, ..Iteration::default() };
         Ok(self.contact(&step, y, now, iteration, &vec![true; model.slaves.len()]))
     }

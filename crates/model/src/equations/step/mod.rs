@@ -69,13 +69,7 @@ impl StepProblem for Design {
         let rotations = self.model.dependent.rigid.rotations(&previous.unknowns).collect();
         let kept = self.model.bolts.kept(&previous.unknowns, span);
         let demands = self.model.demands(&previous.unknowns, span);
-        Ok(Step {
-            rate,
-            kept,
-            demands,
-            rotations,
-            ..Step::new(&self.model, geometry.clone(), &previous.history, span.end())
-        })
+        Ok(Step { rate, kept, demands, rotations, ..Step::new(&self.model, geometry.clone(), previous, span.end()) })
     }
 
     /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).

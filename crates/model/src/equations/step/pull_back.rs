@@ -5,7 +5,7 @@ use crate::equations::law::LawWeights;
 use crate::equations::terms::TermState;
 use crate::equations::{Design, Method, inverted, node};
 use nalgebra::Vector3;
-use slipstick_contact::kinematics::frame::NodalFrame;
+use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_path::{Adjoint, Evaluated, Inputs, StateError};
 use slipstick_solid::SolidAdjoint;
 
@@ -37,8 +37,8 @@ impl Design {
         })
     }
 
-    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the
-    /// fraction of friction that acts, and through the history of the penalty method.
+    /// The previous state enters through its mortar row in ũ_τ, (66), at nodes that this row hardly
+    /// covers also through its positions, and through the history of the penalty method.
     ///
     /// * Multipliers: R and the normal rows of C do not depend on it (62), (63), (67), (85); stick
     ///   and slip rows do (64), (65). The same holds for the augmented Lagrangian, whose equations
@@ -63,7 +63,7 @@ impl Design {
         let mapped = model.contact_vector(lambda);
         for (j, now, node) in at.state.nodes_here() {
             let weights = self.law_weights(j, now, &node.law, &mapped, &eta[model.history.contact.clone()]);
-            self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
+            self.pull_back_law_previous(step, j, now, &x, &weights, &mut out);
         }
         model.pull_to_nodes(&mut out.previous);
         let state = TermState::of(self, step, &at.unknowns, &at.state.free);
@@ -127,30 +127,24 @@ impl Design {
         Ok(())
     }
 
-    /// Adds the derivatives through slip, friction and history of node j with respect to the
-    /// previous state.
+    /// Adds the derivatives through slip and history of node j with respect to the previous state.
     pub(in crate::equations) fn pull_back_law_previous(
         &self,
         step: &Step,
         j: usize,
-        frame: &NodalFrame,
+        now: &NodeKinematics,
         x: &[f64],
-        &LawWeights { by_slip, by_friction, by_shear_limit, by_history, .. }: &LawWeights,
+        &LawWeights { by_slip, by_history, .. }: &LawWeights,
         out: &mut Inputs,
     ) {
         if let Some(by_history) = by_history {
             out.history[2 * j..][..2].iter_mut().zip(&by_history).for_each(|(to, from)| *to += from);
         }
-        let previous = &step.previous.nodes[j];
         // the rows of a bond do not depend on a state
         let bonded = self.model.pair(&self.model.slaves[j]).is_bonded();
         if (by_slip[0] != 0.0 || by_slip[1] != 0.0) && !bonded {
-            previous.add_previous_slip_gradient(frame, x, by_slip, &mut out.previous);
-        }
-        let slopes = self.friction(step, j).1;
-        let by_area = by_friction * slopes.coefficient + by_shear_limit * slopes.shear_limit;
-        if by_area != 0.0 {
-            previous.add_area_gradient(by_area, &mut out.previous);
+            let before = &step.previous.nodes[j];
+            now.add_previous_slip_gradient(before, &step.rows[j], [x, &step.positions], by_slip, &mut out.previous);
         }
     }
 }

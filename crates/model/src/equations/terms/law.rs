@@ -8,7 +8,7 @@ use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::bonded::{bond, bonded_traction};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, soft_traction, traction};
-use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
+use slipstick_contact::enforcement::{NodeMeasures, Stiffness};
 use slipstick_contact::friction::{Friction, Status};
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
@@ -114,8 +114,6 @@ pub(in crate::equations) struct LawWeights {
     pub by_slip: Vector2<f64>,
     /// With respect to the acting coefficient of friction.
     pub by_friction: f64,
-    /// With respect to the acting bound of the shear stress.
-    pub by_shear_limit: f64,
     /// With respect to the logarithm of the stiffness that belongs to the model: of a partly
     /// covered node, or the penalty method's.
     pub by_stiffness: f64,
@@ -131,14 +129,12 @@ impl LawWeights {
             NodeLaw::Multiplier { equation: c, .. } => Self {
                 by_slip: c.by_slip.tr_mul(&by_condition),
                 by_friction: c.by_friction.dot(&by_condition),
-                by_shear_limit: c.by_shear_limit.dot(&by_condition),
                 by_stiffness: c.by_edge_stiffness.dot(&by_condition),
                 by_history: None,
             },
             NodeLaw::Regularised(t) => Self {
                 by_slip: t.by_slip.tr_mul(&by_traction),
                 by_friction: t.by_friction.dot(&by_traction),
-                by_shear_limit: t.by_shear_limit.dot(&by_traction),
                 by_stiffness: t.by_stiffness.dot(&by_traction),
                 by_history: Some(t.by_multiplier.tr_mul(&by_traction).fixed_rows::<2>(1).into()),
             },
@@ -226,14 +222,9 @@ impl Design {
         at
     }
 
-    /// The law of friction that acts at node j in a step, and its derivative with respect to the
-    /// tributary area of the node's previous row.
-    pub(in crate::equations) fn friction(&self, step: &Step, j: usize) -> (Friction, Friction) {
-        let slave = &self.model.slaves[j];
-        let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
-        let law = self.model.pair(slave).law(step.time);
-        let limit_slope = if law.shear_limit.is_finite() { law.shear_limit * slope } else { 0.0 };
-        (law.times(share), Friction { coefficient: law.coefficient * slope, shear_limit: limit_slope })
+    /// The law of friction at node j in a step.
+    fn friction(&self, step: &Step, j: usize) -> Friction {
+        self.model.pair(&self.model.slaves[j]).law(step.time)
     }
 
     /// The law of node j at `y`.
@@ -278,7 +269,7 @@ impl Design {
         };
         match self.model.pair(&self.model.slaves[j]).is_bonded() {
             true => bond(zeta, measures, &c),
-            false => complementarity(zeta, &at, self.friction(step, j).0, &c),
+            false => complementarity(zeta, &at, self.friction(step, j), &c),
         }
     }
 
@@ -296,7 +287,7 @@ impl Design {
             return bonded_traction(around, measures, &epsilon);
         }
         let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), settings);
-        let friction = self.friction(step, j).0;
+        let friction = self.friction(step, j);
         match &self.model.pair(&self.model.slaves[j]).pressure {
             Some(law) => soft_traction(around, &at, friction, &epsilon, law),
             None => traction(around, &at, friction, &epsilon),

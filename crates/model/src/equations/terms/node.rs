@@ -5,7 +5,7 @@ use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::lagrange::Complementarity;
 use slipstick_contact::enforcement::{Freedom, NodeMeasures};
 use slipstick_contact::friction::Status;
-use slipstick_contact::kinematics::rows::SlipIncrement;
+use slipstick_contact::kinematics::slip::SlipIncrement;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 
 /// Constants of a slave node that its contact law depends on.
@@ -64,13 +64,13 @@ impl NodeStep {
         Self { active, offset, ..Self::default() }
     }
 
-    /// Evaluates slip (and gradients) against the previous row, at current positions `x`; `fixed`
-    /// marks the prescribed displacements.
+    /// Evaluates slip (and gradients) against the previous row, at current positions `x` and those
+    /// before the step; `fixed` marks the prescribed displacements.
     pub fn evaluate(
         &mut self,
         now: &NodeKinematics,
         previous: &PreviousRow,
-        x: &[f64],
+        [x, x_before]: [&[f64]; 2],
         fixed: &[bool],
         with_gradient: bool,
     ) {
@@ -80,7 +80,7 @@ impl NodeStep {
             row.filter(|(_, b)| b.abs() > MOVES * largest).any(|(&node, _)| !fixed[3 * node as usize + axis])
         };
         self.prescribed = std::array::from_fn(|axis| !moving(axis));
-        now.slip(previous, x, with_gradient, &mut self.scratch);
+        now.slip(previous, x, x_before, with_gradient, &mut self.scratch);
         self.slip = self.scratch.value;
         self.support.clear();
         self.support.extend_from_slice(&now.support);

@@ -65,6 +65,44 @@ fn frictionless_contact_at_the_end_of_an_arm_takes_no_work() {
     }
 }
 
+/// A block whose side lies on a wall is compressed and driven into it at its top: without friction, contact takes no
+/// work. The driven face counts as a face of the block, so that the edge between it and the slave surface has the
+/// normal of the wall, which it digs into; with averaged normals, it pushes along the normal of the side. If the top is
+/// only held along its normal, it may be a section of a larger block.
+#[test]
+fn frictionless_contact_of_a_driven_edge_takes_no_work() {
+    let text = |normals: &str, drop: f64| {
+        format!(
+            "[[body]]\nname = 'block'\nbox = {{ min = [0, 0, 0], max = [1, 1, 1], elements = [3, 4, 3] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 800, poisson_ratio = 0.1 }} }}\n\
+             [[body]]\nname = 'wall'\nbox = {{ min = [-0.4, 0, -0.2], max = [0, 1.5, 1.2], elements = [1, 5, 4] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 7000, poisson_ratio = 0.3 }} }}\n\
+             [[contact]]\nslave = 'block_xmin'\nmaster = 'wall_xmax'\nfriction = 0\nnormals = '{normals}'\n\
+             [[dirichlet]]\nset = 'wall_xmin'\n\
+             [[dirichlet]]\nset = 'block_ymin'\ncomponents = ['y']\n\
+             [[dirichlet]]\nset = 'block_ymax'\nmotion = [{{ t = 1, u = [-0.04, {drop:?}, 0] }}]\n\
+             [load_path]\nsteps = 16\n"
+        )
+    };
+    let taken = |normals: &str| {
+        let solved = solve(&text(normals, -0.04), &[]);
+        let found = quantities(&solved.problem, &solved.forward.path);
+        let last = |name: &str| *found.get(name).expect(name).last().expect("a row");
+        last("contact_work") / last("external_work")
+    };
+    let (averaged, touched) = (taken("averaged"), taken("touched"));
+    println!("taken: {:.2} %, {:.2} %", 100.0 * averaged, 100.0 * touched);
+    assert!(averaged.abs() > 0.04 && touched.abs() < 0.01, "{averaged}, {touched}");
+    // the inner nodes of the upper edge of the side
+    for (drop, expected) in [(-0.04, 2), (0.0, 0)] {
+        let problem = problem_with(&text("touched", drop), &[]);
+        let at = |node: u32| problem.mesh.nodes[node as usize];
+        let nodes = problem.analysis.model().interfaces()[0].interface.slave_nodes();
+        let inner = nodes.iter().filter(|slave| at(slave.node)[1] == 1.0 && (at(slave.node)[2] - 0.5).abs() < 0.4);
+        assert_eq!(inner.filter(|slave| slave.follows_master()).count(), expected, "{drop}");
+    }
+}
+
 /// A block whose bottom alone is the slave is pressed onto a slab and dragged: all nodes of the bottom
 /// lie on edges of the block, and their normals depend on both bodies.
 #[test]
