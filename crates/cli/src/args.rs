@@ -97,9 +97,17 @@ pub enum Command {
 /// Arguments of `new`.
 #[derive(Debug, Clone, Args)]
 pub struct New {
-    /// The template; if omitted, the available ones are listed
+    /// The template, or a STEP file (.step, .stp) to mesh with Gmsh for Python; if omitted, the available
+    /// templates are listed
     #[arg(value_name = "TEMPLATE")]
     pub template: Option<String>,
+    /// Length of the edges of elements, for a STEP file, in mm [default: about 2500 elements,
+    /// and more at contact]
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub size: Option<f64>,
+    /// Largest gap or overlap of bodies in contact, for a STEP file, in mm [default: 2 % of the smallest body]
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub distance: Option<f64>,
     /// Write a case for this mesh (.msh, .inp, .vtu, .vtk), with its bodies and surfaces by name
     /// (template `my-mesh`)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -90,8 +90,8 @@ impl FileMesh {
     pub fn parse(bytes: &[u8]) -> Result<Self, MeshFileError> {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         if let Some(format) = GEOMETRIES.iter().find(|(start, _)| text.trim_ascii_start().starts_with(start)) {
-            let cure = "mesh it with Gmsh: `pip install gmsh`, then `gmsh part.step -3 -clmax SIZE -o part.msh`, and use \
-                        part.msh; physical groups, which Gmsh's window can add, give surfaces names";
+            let cure = "`slipstick new part.step` meshes a STEP file with Gmsh for Python; for other geometry, `gmsh \
+                        part.brep -3 -clmax SIZE -o part.msh`, with physical groups as the names of bodies and surfaces";
             return Err(MeshFileError::new("the file", format!("this is geometry ({}), not a mesh", format.1), cure));
         }
         match text.iter().find(|byte| !byte.is_ascii_whitespace()) {

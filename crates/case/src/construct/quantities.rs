@@ -1,5 +1,6 @@
 //! From the quantities, the objective and the constraints of a case to those of the library.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slipstick_design::quantity::{Compliance, ContactForce, Quantity, QuantityError, VectorMeasure};
@@ -70,7 +71,9 @@ impl Context<'_> {
             file::ObjectiveKind::ContactForce { steps } => {
                 self.check_steps(steps)?;
                 let mut nodes = self.model.slave_nodes();
-                nodes.dedup();
+                // a node may be a slave in several pairs
+                let mut seen = BTreeSet::new();
+                nodes.retain(|node| seen.insert(*node));
                 let force = ContactForce::new(nodes, self.mesh.nodes.len(), 0.0).map_err(fail)?;
                 Response::of(
                     Arc::new(force.without_reactions(&self.model.prescribed().ever_supported())),

@@ -39,7 +39,7 @@ pub use deck::{WithDeck, case_of_deck, with_deck};
 pub use diagnostics::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 pub use encoding::{NotUtf8, utf8};
 pub use from_deck::design_of_deck;
-pub use from_mesh::{MeshCase, case_of_mesh};
+pub use from_mesh::{Measured, MeshCase, Step, case_of_mesh, case_of_step};
 pub use overrides::{Override, OverrideError, override_case};
 pub use parse::{Resolved, parse_case, parse_case_with};
 pub use read::ReadFile;

@@ -1,5 +1,7 @@
 //! `slipstick new`: writes a commented case file to start from.
 
+mod step;
+
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
@@ -19,6 +21,9 @@ const MY_MESH: &str = "my-mesh";
 /// Its description.
 const ABOUT_MY_MESH: &str = "your own mesh, with its bodies and surfaces by name: `slipstick new my-mesh --mesh FILE`";
 
+/// What a STEP file in the place of a template does.
+const ABOUT_STEP: &str = "your own STEP file, meshed with Gmsh for Python: `slipstick new part.step`";
+
 /// Writes a template, or lists all.
 ///
 /// # Errors
@@ -27,6 +32,13 @@ const ABOUT_MY_MESH: &str = "your own mesh, with its bodies and surfaces by name
 pub fn run(context: &Context, args: &New) -> Outcome {
     if let Some(deck) = &args.deck {
         return of_deck(context, args, deck);
+    }
+    if let Some(file) = args.template.as_deref().filter(|name| step::is_step(name)) {
+        return step::of_step(context, args, Path::new(file));
+    }
+    if args.size.is_some() || args.distance.is_some() {
+        let cure = "name the STEP file: `slipstick new part.step`";
+        return Err(Failure::input("--size and --distance are for STEP files", cure));
     }
     let name = args.template.as_deref().map(|name| name.replace('_', "-"));
     match (name.as_deref(), &args.mesh) {
@@ -64,6 +76,7 @@ fn list(context: &Context) -> Outcome {
         console.text(&format!("  {name:width$}   {about}"));
         console.event("result", json!({ "command": "new", "template": name, "about": about }));
     }
+    console.text(&format!("  {:width$}   {ABOUT_STEP}", "part.step"));
     Ok(())
 }
 

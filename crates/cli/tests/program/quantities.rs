@@ -235,3 +235,21 @@ fn friction_of_load_cases() {
     place.write("study.toml", study);
     place.bad("study study.toml", 2, &["the load case `dry` of `mu_0.1` sets its own", "load_case[…].friction"]);
 }
+
+/// A node that is a slave in two pairs counts once: the second pair, of the same slave surface with a side that it
+/// never reaches, changes nothing.
+#[test]
+fn slave_nodes_of_two_pairs_count_once() {
+    let objective = |further: &str| {
+        let place =
+            Place::with("[[dirichlet]]\nset = \"slab_ymin\"", &format!("{further}[[dirichlet]]\nset = \"slab_ymin\""));
+        let result = place.good("optimize case.toml --iterations 1 --json").event("result");
+        result["objective"].as_f64().expect("a number")
+    };
+    let once = objective("");
+    let twice = objective(
+        "[[surface]]\nname = \"sole\"\nof = [\"block_ymin\"]\n\
+         [[contact]]\nslave = \"sole\"\nmaster = \"slab_xmax\"\nfriction = 0.3\n",
+    );
+    assert!((once - twice).abs() < 1e-8 * once.abs(), "{once} {twice}");
+}

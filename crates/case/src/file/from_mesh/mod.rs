@@ -6,7 +6,12 @@
 //! is pressed onto it, each at its side away from the contact. If there is only one body, the case
 //! adds a block that is pressed onto it. Surfaces and sets that the file does not name are selected
 //! by direction or position.
+//!
+//! A mesh of a STEP file has a pair for every two surfaces called `a_touches_b` and `b_touches_a`, as the script that
+//! meshes it names them.
 
+mod contact;
+mod pairs;
 mod survey;
 mod text;
 
@@ -15,6 +20,7 @@ use std::collections::BTreeSet;
 use slipstick_meshio::{FileMesh, MeshFileError};
 use slipstick_model::words::counted;
 
+pub use pairs::Measured;
 use survey::{Part, Survey};
 
 /// A case for a mesh file.
@@ -27,13 +33,36 @@ pub struct MeshCase {
     pub notices: Vec<String>,
 }
 
+/// Where a mesh comes from.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The STEP file.
+    pub file: String,
+    /// The script that meshes it.
+    pub script: String,
+    /// What the script measured between its surfaces.
+    pub measured: Vec<Measured>,
+}
+
 /// Writes a case for the mesh in `bytes`; `file` is the name of the mesh file in the case.
 ///
 /// # Errors
 /// If the file cannot be read or used: place, message and cure.
 pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError> {
+    write(bytes, file, None)
+}
+
+/// Writes a case for the mesh of a STEP file, in millimetres.
+///
+/// # Errors
+/// As [`case_of_mesh`].
+pub fn case_of_step(bytes: &[u8], file: &str, step: &Step) -> Result<MeshCase, MeshFileError> {
+    write(bytes, file, Some(step))
+}
+
+fn write(bytes: &[u8], file: &str, step: Option<&Step>) -> Result<MeshCase, MeshFileError> {
     let mesh = FileMesh::parse(bytes)?;
-    let survey = Survey::new(&mesh)?;
+    let survey = Survey::new(&mesh, step.map_or(&[], |step| &step.measured))?;
     let mut notices = Vec::new();
     if survey.left_out > 0 {
         let parts = survey.parts.iter().filter_map(|part| part.part.as_deref());
@@ -42,7 +71,7 @@ pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError>
     }
     notices.extend(shared(&mesh, &survey.parts));
     notices.extend(survey.parts.iter().filter_map(|part| pieces(&mesh, part)));
-    Ok(MeshCase { text: text::case(&survey, file), notices })
+    Ok(MeshCase { text: text::case(&survey, file, step), notices })
 }
 
 /// A notice for every two parts that share nodes in the file: the bodies of the case do not.
@@ -116,10 +145,53 @@ mod tests {
                     2, 5, 6, 7, 8\n*ELEMENT, type=C3D8, ELSET=Volume1\n3, 1, 2, 3, 4, 5, 6, 7, 8\n\
                     *ELSET,ELSET=floor\n1\n*ELSET,ELSET=pad\n3\n";
         let mesh = FileMesh::parse(deck.as_bytes()).expect("a mesh");
-        let survey = Survey::new(&mesh).expect("a survey");
+        let survey = Survey::new(&mesh, &[]).expect("a survey");
         let bodies: Vec<_> = survey.parts.iter().map(|part| part.part.as_deref()).collect();
         assert_eq!(bodies, [Some("pad")]);
         let faces: Vec<_> = survey.parts[0].faces.iter().map(|face| face.name.as_str()).collect();
         assert_eq!(faces, ["pad_Surface2", "pad_floor"]);
+    }
+
+    /// A cube of elements in Abaqus' format, with a surface on its lower and on its upper side.
+    fn cube(deck: &mut String, name: &str, low: f64, [below, above]: [&str; 2], first: usize) {
+        *deck += "*NODE\n";
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        for (corner, [x, y]) in corners.into_iter().chain(corners).enumerate() {
+            let z = if corner < 4 { low } else { low + 1.0 };
+            *deck += &format!("{}, {x}, {y}, {z}\n", first + corner);
+        }
+        let nodes: Vec<String> = (first..first + 8).map(|node| node.to_string()).collect();
+        *deck += &format!("*ELEMENT, TYPE=C3D8, ELSET={name}\n{first}, {}\n", nodes.join(", "));
+        *deck += &format!("*SURFACE, NAME={name}_{below}\n{first}, S1\n*SURFACE, NAME={name}_{above}\n{first}, S2\n");
+    }
+
+    /// Three cubes, one above the other: by hand, the two lower ones overlap by 0.02 and the two upper ones have a gap of
+    /// 0.1. Both pairs are in contact, the lowest cube is held, the highest one moves down, and nothing holds the middle.
+    #[test]
+    fn surfaces_that_touch_by_name_become_pairs() {
+        let mut deck = String::new();
+        cube(&mut deck, "a", 0.0, ["floor", "touches_b"], 1);
+        cube(&mut deck, "b", 0.98, ["touches_a", "touches_c"], 11);
+        cube(&mut deck, "c", 2.08, ["touches_b", "top"], 21);
+        let pair = |one: &str, two: &str, gap| Measured { surfaces: [one.into(), two.into()], gap: [gap; 2] };
+        let measured = vec![pair("a_touches_b", "b_touches_a", -0.02), pair("b_touches_c", "c_touches_b", 0.1)];
+        let step = Step { file: "parts/abc.step".into(), script: "abc_mesh.py".into(), measured };
+        let text = case_of_step(deck.as_bytes(), "abc.msh", &step).expect("a case").text;
+        for expected in [
+            "# A case for parts/abc.step, meshed in mm by abc_mesh.py.",
+            "title = \"abc.step\"",
+            "[units]\nlength = \"mm\"",
+            "overlap by 0.02.\n[[contact]]",
+            "offset = [{ t = 0, offset = -0.0202 }, { t = 0.5, offset = 0 }]",
+            "have a gap of 0.1.\n[[contact]]",
+            "held fixed\nset = \"a_floor\"",
+            "set = \"c_top\"\nmotion = [{ t = 1.0, u = [0.0, 0.0, -0.11] }]",
+        ] {
+            assert!(text.contains(expected), "{expected}\n{text}");
+        }
+        assert_eq!(text.matches("[[dirichlet]]").count(), 2, "{text}");
+        // the same names without a STEP file
+        let text = case_of_mesh(deck.as_bytes(), "abc.inp").expect("a case").text;
+        assert!(text.matches("[[contact]]").count() == 2 && text.contains("# [units]"), "{text}");
     }
 }

@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 use slipstick_mesh::{Mesh, Surface, facet_area_vector};
 use slipstick_meshio::{FileMesh, MeshFileError};
 
+use super::pairs::{self, Measured};
+
 /// Maximum number of facets of a surface that are compared with those of another one.
 const SAMPLES: usize = 400;
 
@@ -110,29 +112,59 @@ impl Face {
         self.areas.iter().sum::<Point>().norm() > PLANE * self.area()
     }
 
+    /// Whether all of its nodes are nodes of another surface of the body.
+    pub fn is_within(&self, other: &Self) -> bool {
+        self.nodes.iter().all(|node| other.nodes.binary_search(node).is_ok())
+    }
+
+    /// Positive if the surface is convex, negative if it is concave, close to zero if it is plane: the mean of the
+    /// cosine between the normals and the directions from the centre.
+    pub fn convexity(&self) -> f64 {
+        let centre = self.centre();
+        let cosine = |(at, area): (&Point, &Point)| (at - centre).try_normalize(0.0).map_or(0.0, |out| out.dot(area));
+        self.centroids.iter().zip(&self.areas).map(cosine).sum::<f64>() / self.area()
+    }
+
+    /// The share of the surface that presses along a direction: the mean square of the cosine between them.
+    pub fn bearing(&self, direction: &Point) -> f64 {
+        let share = |area: &Point| area.dot(direction).powi(2) / area.norm();
+        self.areas.iter().map(share).sum::<f64>() / self.area()
+    }
+
     /// Side length of a square with the mean area of the facets.
-    fn facet_size(&self) -> f64 {
+    pub(super) fn facet_size(&self) -> f64 {
         (self.area() / self.facets().max(1) as f64).sqrt()
     }
 }
 
 /// Two surfaces that face each other.
 pub struct Pair {
-    /// Body and surface that carry the multipliers: those with the smaller facets.
+    /// Body and surface that carry the multipliers.
     pub slave: [usize; 2],
     /// The other body and surface.
     pub master: [usize; 2],
-    /// Smallest distance along the normals; negative if they overlap.
-    pub gap: f64,
-    worth: f64,
+    /// Smallest and largest distance along the normals; negative if they overlap. If it was not measured on the
+    /// geometry, both are the smallest distance of the facets.
+    pub gap: [f64; 2],
+    /// Why this is the slave, if the names of the surfaces make them a pair.
+    pub reason: Option<&'static str>,
+    pub(super) worth: f64,
+}
+
+impl Pair {
+    /// Whether a body is on either side.
+    pub fn has(&self, body: usize) -> bool {
+        self.slave[0] == body || self.master[0] == body
+    }
 }
 
 /// The bodies of a file and where they face each other.
 pub struct Survey {
     /// The bodies, the largest first.
     pub parts: Vec<Part>,
-    /// The pair that is most likely in contact.
-    pub pair: Option<Pair>,
+    /// The pairs that the names of the surfaces make; otherwise the pair that is most likely in contact. The first
+    /// one has the largest area.
+    pub pairs: Vec<Pair>,
     /// Number of solid elements of the file that are in no body.
     pub left_out: usize,
 }
@@ -142,16 +174,19 @@ impl Survey {
     ///
     /// # Errors
     /// If a part of it cannot be used.
-    pub fn new(file: &FileMesh) -> Result<Self, MeshFileError> {
+    pub fn new(file: &FileMesh, measured: &[Measured]) -> Result<Self, MeshFileError> {
         let mut parts = Vec::new();
         for (part, name) in disjoint(file) {
             parts.push(read(file, part, name)?);
         }
         parts.sort_by(|a: &Part, b| b.volume.total_cmp(&a.volume));
-        let pair = best_pair(&parts);
+        let mut pairs = pairs::named(&parts, measured);
+        if pairs.is_empty() {
+            pairs.extend(best_pair(&parts));
+        }
         let taken: BTreeSet<u32> = parts.iter().flat_map(|part| file.solid_cells(part.part.as_deref())).collect();
         let left_out = file.solid_cells(None).len() - taken.len();
-        Ok(Self { parts, pair, left_out })
+        Ok(Self { parts, pairs, left_out })
     }
 }
 
@@ -283,7 +318,7 @@ fn best_pair(parts: &[Part]) -> Option<Pair> {
                     let of = |[body, face]: [usize; 2]| &parts[body].faces[face];
                     let Some((worth, gap)) = facing(of(slave), of(master)) else { continue };
                     if best.as_ref().is_none_or(|best| worth > best.worth) {
-                        best = Some(Pair { slave, master, gap, worth });
+                        best = Some(Pair { slave, master, gap: [gap; 2], reason: None, worth });
                     }
                 }
             }
@@ -294,7 +329,7 @@ fn best_pair(parts: &[Part]) -> Option<Pair> {
 
 /// The slave's area that faces the master, weighted down by the distance and by the remaining area
 /// of both surfaces; and the smallest distance.
-fn facing(slave: &Face, master: &Face) -> Option<(f64, f64)> {
+pub(super) fn facing(slave: &Face, master: &Face) -> Option<(f64, f64)> {
     let reach = slave.facet_size() + master.facet_size();
     let every = slave.facets().div_ceil(SAMPLES);
     let (mut area, mut gap) = (0.0, f64::INFINITY);

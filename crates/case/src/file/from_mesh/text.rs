@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
-use super::survey::{Face, Pair, Part, Survey};
+use super::Step;
+use super::survey::{Face, Part, Survey};
 use slipstick_model::words::counted;
 
 /// How far the bodies are pressed together, as a fraction of their extent along the contact normal.
@@ -23,23 +24,25 @@ const BLOCK: f64 = 0.4;
 const MATERIAL: &str = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }   # adapt";
 
 /// What the case does with the bodies.
-struct Plan<'a> {
-    survey: &'a Survey,
+pub(super) struct Plan<'a> {
+    pub(super) survey: &'a Survey,
     /// The body that is held and designed.
-    held: usize,
+    pub(super) held: usize,
     /// The body that is moved; `None`: a block that the case adds.
-    driven: Option<usize>,
+    pub(super) driven: Option<usize>,
     /// Contact normal from the driven body towards the held one.
-    normal: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+    /// Whether the driven body has no pair with the held one that gives the direction, as a pin in a bore.
+    pub(super) closed: bool,
     /// Tables `[[surface]]` and `[[set]]` that the other tables refer to.
     selections: String,
 }
 
 /// The text of the case.
-pub fn case(survey: &Survey, file: &str) -> String {
+pub fn case(survey: &Survey, file: &str, step: Option<&Step>) -> String {
     let mut plan = Plan::new(survey);
     let rest = plan.meeting();
-    let mut text = head(file);
+    let mut text = head(file, step);
     for part in &survey.parts {
         body(&mut text, part, file);
     }
@@ -49,16 +52,32 @@ pub fn case(survey: &Survey, file: &str) -> String {
     text + &plan.selections + &rest + &plan.design()
 }
 
-fn head(file: &str) -> String {
-    let name = file.replace(['"', '\\', '\n'], "_");
+fn head(file: &str, step: Option<&Step>) -> String {
+    let printable = |name: &str| name.replace(['"', '\\', '\n'], "_");
+    let of = match step {
+        None => {
+            let name = printable(file);
+            format!("the mesh {name}. Contact, supports and motion are guesses based on its geometry: correct them.")
+        }
+        Some(step) => format!(
+            "{}, meshed in mm by {}. Contact, supports and motion are\n# guesses based on its geometry: correct them, and \
+             set the materials.",
+            printable(&step.file),
+            printable(&step.script)
+        ),
+    };
+    let units = match step {
+        None => "# [units]                         # for display\n# length = \"mm\"\n# force = \"N\"\n",
+        Some(_) => "[units]\nlength = \"mm\"\nforce = \"N\"\n",
+    };
+    let title = step.map_or(file, |step| &step.file);
     format!(
-        "# A case for the mesh {name}. Contact, supports and motion are guesses based on its geometry: correct them.\n#\n\
+        "# A case for {of}\n#\n\
          #   slipstick check CASE       checks the case without running it; `check CASE --resolved` shows all defaults\n\
          #   slipstick optimize CASE    runs the optimization\n#\n\
          # Use any consistent system of units. y is up. All keys: docs/case_file.md, or `slipstick schema` for editors.\n\
-         title = {:?}\n\n\
-         # [units]                         # for display\n# length = \"mm\"\n# force = \"N\"\n",
-        file.rsplit('/').next().unwrap_or(file)
+         title = {:?}\n\n{units}",
+        title.rsplit('/').next().unwrap_or(title)
     )
 }
 
@@ -99,20 +118,13 @@ fn body(text: &mut String, part: &Part, file: &str) {
 
 impl<'a> Plan<'a> {
     fn new(survey: &'a Survey) -> Self {
-        let mut plan = Self { survey, held: 0, driven: None, normal: -Vector3::y(), selections: String::new() };
-        let centre = |body: usize| (survey.parts[body].bounds[0] + survey.parts[body].bounds[1]) / 2.0;
-        if let Some(pair) = &survey.pair {
-            let bodies = [pair.slave[0], pair.master[0]];
-            // the largest body comes first
-            plan.held = bodies[0].min(bodies[1]);
-            plan.driven = Some(bodies[0].max(bodies[1]));
-            let face = |[body, face]: [usize; 2]| survey.parts[body].faces[face].direction();
-            let outwards = face(pair.master) - face(pair.slave);
-            let sign = if pair.master[0] == plan.held { -1.0 } else { 1.0 };
-            plan.normal = (sign * outwards).try_normalize(0.1).unwrap_or(plan.normal);
+        let normal = -Vector3::y();
+        let mut plan = Self { survey, held: 0, driven: None, normal, closed: false, selections: String::new() };
+        if !survey.pairs.is_empty() {
+            plan.roles();
         } else if survey.parts.len() > 1 {
             plan.driven = Some(1);
-            plan.normal = main_axis(centre(0) - centre(1));
+            plan.normal = main_axis(plan.centre(0) - plan.centre(1));
         }
         // ignore deviations from an axis that are round-off of the mesh
         let axis = main_axis(plan.normal);
@@ -122,13 +134,17 @@ impl<'a> Plan<'a> {
         plan
     }
 
+    pub(super) fn centre(&self, body: usize) -> Vector3<f64> {
+        (self.survey.parts[body].bounds[0] + self.survey.parts[body].bounds[1]) / 2.0
+    }
+
     /// The name of the block that is pressed onto a single body.
-    fn tool(&self) -> &'static str {
+    pub(super) fn tool(&self) -> &'static str {
         if self.survey.parts[self.held].name == "block" { "tool" } else { "block" }
     }
 
     /// The surface of a single body that faces upward the most.
-    fn top(&self) -> Option<&'a Face> {
+    pub(super) fn top(&self) -> Option<&'a Face> {
         let part = &self.survey.parts[self.held];
         let upwards = |face: &Face| face.centre().y + face.direction().y * self.extent();
         let top = best(part.faces.iter(), upwards);
@@ -167,72 +183,55 @@ impl<'a> Plan<'a> {
 
     /// Contact, supports, motion and load path.
     fn meeting(&mut self) -> String {
-        let (slave, master, why) = self.surfaces();
-        let mut text = format!(
-            "\n# {why}\n[[contact]]\nslave = {}          # carries the multipliers: the finer or the more curved side\n\
-             master = {}\nfriction = 0.2\n",
-            quoted(&slave),
-            quoted(&master)
-        );
+        let mut text = self.contact();
         let far = self.far_side(self.held, self.normal);
         let _ =
             write!(text, "\n[[dirichlet]]                     # no motion given: held fixed\nset = {}\n", quoted(&far));
         let (held, driven) = (self.held, self.driven);
         for further in (0..self.survey.parts.len()).filter(|&body| body != held && Some(body) != driven) {
+            let why = match self.survey.pairs.iter().filter(|pair| pair.has(further)).count() {
+                0 => "another body, which may need a [[contact]]",
+                1 => "another body",
+                // only contact holds a body between others, such as the pin of a clevis
+                _ => continue,
+            };
             let set = self.far_side(further, self.normal);
-            let _ = write!(
-                text,
-                "\n[[dirichlet]]                     # another body, which may need a [[contact]]\nset = {}\n",
-                quoted(&set)
-            );
+            let _ = write!(text, "\n[[dirichlet]]                     # {why}\nset = {}\n", quoted(&set));
         }
         let driven = match self.driven {
-            Some(body) => self.far_side(body, -self.normal),
-            None => format!("{}_ymax", self.tool()),
+            Some(body) if self.closed => self.driven_sides(body),
+            Some(body) => vec![self.far_side(body, -self.normal)],
+            None => vec![format!("{}_ymax", self.tool())],
         };
         let [press, slide] = self.motion();
         let shown = |u: Vector3<f64>| vector(u, u.amax());
-        let _ = write!(
-            text,
-            "\n[[dirichlet]]                     # waypoints in pseudo-time 0 … 1\nset = {}\nmotion = [\n    \
-             {{ t = 0.5, u = {} }},   # pressed together,\n    {{ t = 1.0, u = {} }},   # then slid\n]\n\n[load_path]\nsteps = 10\n",
-            quoted(&driven),
-            shown(press),
-            shown(press + slide),
-        );
-        text
-    }
-
-    /// Slave, master, and the reason for the choice.
-    fn surfaces(&mut self) -> (String, String, String) {
-        let parts = &self.survey.parts;
-        if let Some(Pair { slave, master, gap, .. }) = self.survey.pair {
-            let why =
-                format!("These surfaces face each other; their facets come as close as {}.", rounded(gap.max(0.0)));
-            return (self.use_face(slave), self.use_face(master), why);
-        }
-        let Some(driven) = self.driven else {
-            let master = match self.top() {
-                Some(face) => self.use_face([self.held, face_index(&parts[self.held], face)]),
-                None => self.skin(self.held, Vector3::y()),
+        for set in driven {
+            let _ = write!(
+                text,
+                "\n[[dirichlet]]                     # waypoints in pseudo-time 0 … 1\nset = {}\n",
+                quoted(&set)
+            );
+            let _ = match slide == Vector3::zeros() {
+                true => writeln!(text, "motion = [{{ t = 1.0, u = {} }}]   # pressed together", shown(press)),
+                false => writeln!(
+                    text,
+                    "motion = [\n    {{ t = 0.5, u = {} }},   # pressed together,\n    {{ t = 1.0, u = {} }},   # then \
+                     slid\n]",
+                    shown(press),
+                    shown(press + slide),
+                ),
             };
-            return (format!("{}_ymin", self.tool()), master, "The block touches the top of the body.".into());
-        };
-        let (slave, master) = (self.skin(driven, self.normal), self.skin(self.held, -self.normal));
-        (
-            slave,
-            master,
-            "No two surfaces face each other; these are the sides of the bodies that point towards each other.".into(),
-        )
+        }
+        text + "\n[load_path]\nsteps = 10\n"
     }
 
-    fn extent(&self) -> f64 {
+    pub(super) fn extent(&self) -> f64 {
         let [low, high] = self.survey.parts[self.held].bounds;
         (high - low).norm()
     }
 
     /// The name of a surface; the case selects it if the file does not name it.
-    fn use_face(&mut self, [body, face]: [usize; 2]) -> String {
+    pub(super) fn use_face(&mut self, [body, face]: [usize; 2]) -> String {
         let part = &self.survey.parts[body];
         let face = &part.faces[face];
         match face.selected {
@@ -242,7 +241,7 @@ impl<'a> Plan<'a> {
     }
 
     /// A `[[surface]]`: the skin of a body that faces a direction.
-    fn skin(&mut self, body: usize, direction: Vector3<f64>) -> String {
+    pub(super) fn skin(&mut self, body: usize, direction: Vector3<f64>) -> String {
         let part = &self.survey.parts[body];
         let towards = ["x", "y", "z"][direction.iamax()];
         let end = if direction[direction.iamax()] > 0.0 { "max" } else { "min" };
@@ -265,15 +264,13 @@ impl<'a> Plan<'a> {
     /// A named surface at which the body is probably held or moved: the one furthest along a
     /// direction and facing it, otherwise the largest plane one; if there is none, the nodes
     /// furthest along that direction.
-    fn far_side(&mut self, body: usize, direction: Vector3<f64>) -> String {
+    pub(super) fn far_side(&mut self, body: usize, direction: Vector3<f64>) -> String {
         let part = &self.survey.parts[body];
         let [low, high] = part.range(&direction);
-        let contact: Vec<&Face> = match &self.survey.pair {
-            Some(pair) => {
-                [pair.slave, pair.master].into_iter().filter(|s| s[0] == body).map(|s| &part.faces[s[1]]).collect()
-            }
-            None => self.top().into_iter().filter(|_| body == self.held).collect(),
-        };
+        let mut contact = self.contact_faces(body);
+        if self.survey.pairs.is_empty() {
+            contact.extend(self.top().into_iter().filter(|_| body == self.held));
+        }
         let apart = |face: &&Face| {
             let shares = |other: &&Face| other.nodes.iter().any(|node| face.nodes.binary_search(node).is_ok());
             face.selected.is_none() && !contact.iter().any(shares)
@@ -282,7 +279,11 @@ impl<'a> Plan<'a> {
         let far = |face: &&Face| along(face) > 0.25 * low + 0.75 * high && face.direction().dot(&direction) > FACING;
         let named = || part.faces.iter().filter(apart);
         let plane = named().filter(|face| face.is_plane());
-        if let Some(face) = best(named().filter(far), along).or_else(|| best(plane, Face::area)) {
+        // faces that have an edge in common with the contact, such as the end of a rod
+        let within = |face: &Face| contact.iter().any(|other| face.is_within(other));
+        let beside = || part.faces.iter().filter(|face| face.selected.is_none() && face.is_plane() && !within(face));
+        let chosen = best(named().filter(far), along).or_else(|| best(plane, Face::area));
+        if let Some(face) = chosen.or_else(|| best(beside().filter(far), along)) {
             return face.name.clone();
         }
         let mut name = format!("{}_far", part.name);
@@ -312,13 +313,13 @@ impl<'a> Plan<'a> {
             let [low, high] = parts[body].range(direction);
             high - low
         };
-        let gap = match (&self.survey.pair, self.driven) {
-            (Some(pair), _) => pair.gap.max(0.0),
+        let gap = match (self.survey.pairs.first(), self.driven) {
+            (Some(_), Some(driven)) => self.gap(driven).max(0.0),
             (None, Some(driven)) => {
                 let [near, far] = [parts[self.held].range(&self.normal)[0], parts[driven].range(&self.normal)[1]];
                 (near - far).max(0.0)
             }
-            (None, None) => 0.0,
+            (_, None) => 0.0,
         };
         // slide along the longest direction of the held body that is perpendicular to the normal
         let across = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis - axis.dot(&self.normal) * self.normal);
@@ -329,8 +330,9 @@ impl<'a> Plan<'a> {
             Some(driven) => (extent(driven, &self.normal).min(extent(self.held, &self.normal)), extent(driven, &along)),
             None => (extent(self.held, &self.normal), BLOCK * extent(self.held, &along)),
         };
+        let slide = if self.blocked(&along) { 0.0 } else { SLIDE * width };
         let round = |u: Vector3<f64>| u.map(rounded);
-        [round((gap + PRESS * thickness) * self.normal), round(SLIDE * width * along)]
+        [round((gap + PRESS * thickness) * self.normal), round(slide * along)]
     }
 
     fn design(&self) -> String {
@@ -349,7 +351,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-fn face_index(part: &Part, face: &Face) -> usize {
+pub(super) fn face_index(part: &Part, face: &Face) -> usize {
     part.faces.iter().position(|other| std::ptr::eq(other, face)).unwrap_or(0)
 }
 
@@ -358,7 +360,7 @@ fn best<'f>(faces: impl Iterator<Item = &'f Face>, worth: impl Fn(&Face) -> f64)
 }
 
 /// The axis that a direction is nearest to.
-fn main_axis(direction: Vector3<f64>) -> Vector3<f64> {
+pub(super) fn main_axis(direction: Vector3<f64>) -> Vector3<f64> {
     let c = direction.iamax();
     let mut axis = Vector3::zeros();
     axis[c] = if direction[c] < 0.0 { -1.0 } else { 1.0 };
@@ -366,7 +368,7 @@ fn main_axis(direction: Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Rounded to three digits.
-fn rounded(x: f64) -> f64 {
+pub(super) fn rounded(x: f64) -> f64 {
     let rounded = format!("{x:.2e}").parse().unwrap_or(x);
     if rounded == 0.0 { 0.0 } else { rounded }
 }
@@ -386,6 +388,6 @@ fn vector(v: Vector3<f64>, size: f64) -> String {
 }
 
 /// A TOML string.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }

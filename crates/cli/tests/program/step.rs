@@ -1,0 +1,124 @@
+//! `slipstick new part.step`.
+
+use std::io::Write as _;
+
+use super::*;
+
+/// A pin of radius 4.95 mm in the bore of a lug, of radius 5 mm: a gap of 0.05 mm. The STEP file is in metres.
+const LUG: &str = r#"
+import gmsh, re
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+occ.cut([(3, occ.addBox(-0.015, -0.015, 0, 0.03, 0.03, 0.008))], [(3, occ.addCylinder(0, 0, -0.001, 0, 0, 0.01, 0.005))])
+occ.addCylinder(0, 0, -0.004, 0, 0, 0.016, 0.00495)
+occ.synchronize()
+gmsh.write("lug.step")
+text = open("lug.step").read().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)")
+for number, name in ((1, "my lug"), (2, "pin")):
+    text = re.sub(rf"'Open CASCADE STEP translator [0-9. ]*\.{number}'", f"'{name}'", text)
+open("Lug.STP", "w").write(text)
+"#;
+
+fn python() -> String {
+    std::env::var("SLIPSTICK_PYTHON").unwrap_or_else(|_| "python3".into())
+}
+
+/// Whether Python runs a statement; if not, the test is skipped, and that is said.
+fn runs(statement: &str) -> bool {
+    let found = Command::new(python()).args(["-c", statement]).output().is_ok_and(|output| output.status.success());
+    if !found {
+        // Print directly to the terminal, because the test harness captures `eprintln!`.
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {} does not run `{statement}`", python());
+    }
+    found
+}
+
+/// Runs the program with an environment variable, and expects a failure that says all of `expected`.
+fn bad_with(place: &Place, line: &str, (key, value): (&str, &str), expected: &[&str]) {
+    let ran = Ran::new(line, place.command(line).env(key, value).output().expect("the program runs"));
+    assert_eq!(ran.code, Some(2), "{line}\n{}\n{}", ran.out, ran.err);
+    for part in expected {
+        assert!(ran.err.contains(part), "{line}: no `{part}` in\n{}", ran.err);
+    }
+}
+
+/// Bodies, contact, gap and unit come from the file; the case is accepted, also that of the mesh alone.
+#[test]
+fn a_step_file_becomes_a_case() {
+    if !runs("import gmsh") {
+        return;
+    }
+    let place = Place::new();
+    place.write("make.py", LUG);
+    let made = Command::new(python()).arg("make.py").current_dir(place.path("")).output().expect("Python");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    std::fs::create_dir(place.path("cases")).expect("a folder");
+    place.good("new Lug.STP --size 4 --out cases/lug.toml");
+    let text = place.read("cases/lug.toml");
+    for expected in [
+        "length = \"mm\"",
+        "elements from (-15, -15, 0) to (15, 15, 8)",
+        "elements from (-4.95, -4.95, -4) to (4.95, 4.95, 12)",
+        "# pin_touches_my_lug and my_lug_touches_pin have a gap of 0.05.",
+        "slave = \"pin_touches_my_lug\"   # the convex side",
+        "master = \"my_lug_touches_pin\"",
+        "set = \"my_lug_ymin\"",
+        "set = \"pin_zmax\"",
+    ] {
+        assert!(text.contains(expected), "{expected}\n{text}");
+    }
+    let checked = place.good("check cases/lug.toml").out;
+    assert!(checked.contains("no warnings"), "{checked}");
+    let script = place.read("cases/lug_mesh.py");
+    assert!(script.contains("SIZE = 4.0 ") && script.contains("DISTANCE = None"), "{script}");
+    // as after the script has run elsewhere
+    place.good("new --mesh cases/lug.msh --out cases/again.toml");
+    let again = place.read("cases/again.toml");
+    assert!(again.contains("slave = \"pin_touches_my_lug\""), "{again}");
+    // nothing is replaced without --force
+    place.bad("new Lug.STP --size 4 --out cases/lug.toml", 2, &["lug.toml already exists", "--force"]);
+    place.bad("new Lug.STP --out cases/lug.toml", 2, &["already exists"]);
+    // a distance below the gap
+    let said = place.good("new Lug.STP --size 4 --distance 0.01 --out cases/lug.toml --force").err;
+    assert!(said.contains("no faces of two bodies are within 0.01 mm") && said.contains("--distance"), "{said}");
+}
+
+/// Without Gmsh or Python, the script stays, and the error says what to do.
+#[test]
+fn a_step_file_needs_gmsh() {
+    let place = Place::new();
+    place.write("part.step", "ISO-10303-21;\nEND-ISO-10303-21;\n");
+    let expected = ["`/nowhere/python` is not found", "pip install gmsh", "SLIPSTICK_PYTHON", "new --mesh part.msh"];
+    bad_with(&place, "new part.step", ("SLIPSTICK_PYTHON", "/nowhere/python"), &expected);
+    assert!(place.read("part_mesh.py").contains("STEP = \"part.step\""));
+    if !runs("import sys") {
+        return;
+    }
+    std::fs::create_dir(place.path("lacking")).expect("a folder");
+    place.write("lacking/gmsh.py", "raise ImportError(\"No module named 'gmsh'\")\n");
+    let folder = place.path("lacking").display().to_string();
+    let expected = ["No module named 'gmsh'", "-m pip install gmsh", "run part_mesh.py where it is installed"];
+    bad_with(&place, "new part.step", ("PYTHONPATH", &folder), &expected);
+    assert!(!place.path("part.toml").exists() && !place.path("part.msh").exists());
+}
+
+/// Files and options that cannot be used.
+#[test]
+fn wrong_step_files_are_refused() {
+    let place = Place::new();
+    place.bad("new nothing.step", 2, &["cannot read the STEP file nothing.step", "check its name"]);
+    place.write("empty.stp", "");
+    place.bad("new empty.stp", 2, &["empty.stp is empty", "AP203"]);
+    place.write("mesh.STEP", "$MeshFormat\n");
+    place.bad("new mesh.STEP", 2, &["is not a STEP file", "ISO-10303-21"]);
+    place.bad("new mesh.STEP --mesh a.msh", 2, &["a STEP file and --mesh at once"]);
+    place.bad("new half-ball --size 2", 2, &["--size and --distance are for STEP files"]);
+    place.bad("new mesh.STEP --size 0", 2, &["greater than zero"]);
+    if runs("import gmsh") {
+        place.write("none.step", "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n");
+        place.bad("new none.step", 2, &["none.step", "help: "]);
+        place.write("half.step", "ISO-10303-21;\nHEADER;\n");
+        place.bad("new half.step", 2, &["half.step", "help: "]);
+    }
+}
