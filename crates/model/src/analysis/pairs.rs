@@ -9,8 +9,7 @@ pub struct PairResult {
     /// Resultant of the contact forces on the slave, friction included; the master has the opposite
     /// one. Zero for a surface that touches itself, which is both. \[F\]
     pub force: [f64; 3],
-    /// Largest contact pressure at a slave node, nodal force over nodal area
-    /// ([`ContactResults::pressure`]), ≥ 0. \[F/L²\]
+    /// Largest contact pressure of the pair at a slave node, nodal force over nodal area, ≥ 0. \[F/L²\]
     pub peak_pressure: f64,
     /// The node with this pressure; `None` if no node is under pressure.
     pub peak_node: Option<u32>,
@@ -29,18 +28,13 @@ impl PairResult {
 /// sums up to the covered area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test:
 /// `forces_balance` (tests/suite/invariance.rs).
 pub fn pair_results(model: &ContactModel, results: &ContactResults) -> Vec<PairResult> {
-    let of = |(nodes, interface): (&[NodalContact], &ModelInterface)| {
-        let on_itself = interface.interface.is_with_itself();
-        nodes.iter().fold(PairResult::default(), |mut pair, at| {
-            if !on_itself {
-                (0..3).for_each(|c| pair.force[c] -= at.covered_area * at.global_multiplier[c]);
-            }
-            let pressure = results.pressure[at.node as usize];
-            if pressure > pair.peak_pressure {
-                (pair.peak_pressure, pair.peak_node) = (pressure, Some(at.node));
-            }
-            pair
-        })
+    let of = |(i, (nodes, interface)): (usize, (&[NodalContact], &ModelInterface))| {
+        let (peak_pressure, peak_node) = results.peaks.get(i).copied().unwrap_or_default();
+        let mut force = [0.0; 3];
+        for at in nodes.iter().filter(|_| !interface.interface.is_with_itself()) {
+            (0..3).for_each(|c| force[c] -= at.covered_area * at.global_multiplier[c]);
+        }
+        PairResult { force, peak_pressure, peak_node }
     };
-    model.by_pair(&results.nodes).zip(model.interfaces()).map(of).collect()
+    model.by_pair(&results.nodes).zip(model.interfaces()).enumerate().map(of).collect()
 }

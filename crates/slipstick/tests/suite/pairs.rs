@@ -5,6 +5,7 @@
 use crate::common::*;
 use crate::patch::{deformation_gradients, distorted, mean};
 use nalgebra::Matrix3;
+use slipstick::analysis::pair_results;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 
@@ -61,6 +62,23 @@ fn a_block_in_a_rigid_corner_is_under_uniform_pressure() {
             }
         }
     }
+}
+
+/// By hand: the loads on the opposite sides. At the common edge, too, the peak pressure of a pair is not the
+/// mean of both.
+#[test]
+fn each_pair_in_a_corner_has_its_own_peak_pressure() {
+    let plane = "[[dirichlet]]\nset = 'block_zmin'\ncomponents = ['z']\n";
+    let text = corner("rigid = {}", ["floor", "wall"], ["friction = 0.0"; 2], plane);
+    let mut problem =
+        problem(&text.replace("surface = 'block_xmax'\npressure = 5.0", "surface = 'block_xmax'\npressure = 2.0"));
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let [.., before, last] = &run.path.states[..] else { panic!("a path") };
+    let results = problem.analysis.design.contact_results(&before.state, &last.state, 1.0.into()).unwrap();
+    let peaks: Vec<f64> =
+        pair_results(problem.analysis.model(), &results).iter().map(|pair| pair.peak_pressure).collect();
+    assert!((peaks[0] / 5.0 - 1.0).abs() < 1e-8 && (peaks[1] / 2.0 - 1.0).abs() < 1e-8, "{peaks:?}");
 }
 
 /// Each pair transmits its own force: that of the floor is the floor's reaction, that of the wall

@@ -17,10 +17,10 @@ pub(in crate::equations) mod observed;
 pub(in crate::equations) mod thermal;
 
 use crate::equations::evaluated::{ContactState, NodeState};
-use crate::equations::{ContactModel, Design};
+use crate::equations::{ContactModel, Design, ModelInterface};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::NodeKinematics;
-use slipstick_mesh::{FacetCorners, facet_corner_areas};
+use slipstick_mesh::{FacetCorners, FacetNodes, facet_corner_areas};
 use slipstick_path::{LoadTime, StateError, StepState};
 use std::collections::BTreeMap;
 
@@ -65,6 +65,9 @@ pub struct ContactResults {
     /// shapes; one per node. Its integral over the deformed surface is the normal force, as a sum
     /// of magnitudes if the surface is curved. \[F/L²\]
     pub pressure: Vec<f64>,
+    /// Largest pressure of each pair on its own slave surface, ≥ 0, and the node that has it. A node of
+    /// several pairs has a pressure in each, and their sum in `pressure`. \[F/L²\]
+    pub peaks: Vec<(f64, Option<u32>)>,
     /// Row of each slave node that transmits a force: points of the contact surfaces and weights b_jk,
     /// empty for the others. \[L²\]
     pub transfer: Vec<Vec<(u32, f64)>>,
@@ -131,7 +134,31 @@ impl ContactState {
             _ => now.support.iter().copied().zip(now.coefficient.iter().copied()).collect(),
         };
         let transfer = nodes.iter().zip(self.nodes_here()).map(row).collect();
-        ContactResults { nodes, force, traction, pressure, transfer }
+        let peaks = self.peaks(model, x);
+        ContactResults { nodes, force, traction, pressure, peaks, transfer }
+    }
+
+    /// [`ContactResults::peaks`].
+    fn peaks(&self, model: &ContactModel, x: &[f64]) -> Vec<(f64, Option<u32>)> {
+        let mut forces = vec![BTreeMap::<u32, f64>::new(); model.interfaces.len()];
+        for (j, now, node) in self.nodes_here() {
+            let (slave, normal) = (&model.slaves[j], node.law.value()[0]);
+            let with_itself = model.pair(slave).interface.is_with_itself();
+            for (s, (&point, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
+                let weight = if s < now.ring { *b } else { -b };
+                if normal != 0.0 && (s < now.ring || with_itself) {
+                    *forces[slave.interface as usize].entry(point).or_default() += weight * normal;
+                }
+            }
+        }
+        let peak = |(forces, pair): (BTreeMap<u32, f64>, &ModelInterface)| {
+            let areas = if forces.is_empty() { Vec::new() } else { areas_around(pair.interface.slave_facets(), x) };
+            let pressures = forces.into_iter().map(|(node, force)| (force / areas[node as usize], node));
+            let larger =
+                |(peak, at), (pressure, node)| if pressure > peak { (pressure, Some(node)) } else { (peak, at) };
+            pressures.fold((0.0, None), larger)
+        };
+        forces.into_iter().zip(&model.interfaces).map(peak).collect()
     }
 }
 
@@ -157,22 +184,25 @@ impl ContactModel {
     /// a_k = ∫ N_k dA over all slave surfaces at positions `x`, for every node; zero away from
     /// them. Facets that are slaves in several pairs count once. \[L²\]
     fn surface_areas(&self, x: &[f64]) -> Vec<f64> {
-        let mut areas = vec![0.0; x.len() / 3];
-        let position = |node: u32| std::array::from_fn(|c| x[3 * node as usize + c]);
         let mut counted = std::collections::HashSet::new();
-        for facet in self.interfaces.iter().flat_map(|model| model.interface.slave_facets()) {
-            if !counted.insert(*facet) {
-                continue;
-            }
-            let corners = match facet[..] {
-                [a, b, c] => FacetCorners::Triangle([a, b, c].map(position)),
-                [a, b, c, d] => FacetCorners::Quadrilateral([a, b, c, d].map(position)),
-                _ => continue,
-            };
-            for (&node, area) in facet.iter().zip(facet_corner_areas(&corners)) {
-                areas[node as usize] += area;
-            }
-        }
-        areas
+        let facets = self.interfaces.iter().flat_map(|model| model.interface.slave_facets());
+        areas_around(facets.filter(|facet| counted.insert(**facet)), x)
     }
+}
+
+/// Areas ∫ N_k dA of facets around their corners, at positions `x`. \[L²\]
+fn areas_around<'a>(facets: impl IntoIterator<Item = &'a FacetNodes>, x: &[f64]) -> Vec<f64> {
+    let mut areas = vec![0.0; x.len() / 3];
+    let position = |node: u32| std::array::from_fn(|c| x[3 * node as usize + c]);
+    for facet in facets {
+        let corners = match facet[..] {
+            [a, b, c] => FacetCorners::Triangle([a, b, c].map(position)),
+            [a, b, c, d] => FacetCorners::Quadrilateral([a, b, c, d].map(position)),
+            _ => continue,
+        };
+        for (&node, area) in facet.iter().zip(facet_corner_areas(&corners)) {
+            areas[node as usize] += area;
+        }
+    }
+    areas
 }
