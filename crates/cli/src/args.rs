@@ -105,7 +105,7 @@ pub struct New {
     /// and more at contact]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub size: Option<f64>,
-    /// Largest gap or overlap of bodies in contact, for a STEP file, in mm [default: 2 % of the smallest body]
+    /// Largest gap or overlap of bodies in contact, for a STEP file, in mm [default: 2 % of the diagonal of the smallest body, at most a fifth of the smallest thickness]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub distance: Option<f64>,
     /// Write a case for this mesh (.msh, .inp, .vtu, .vtk), with its bodies and surfaces by name

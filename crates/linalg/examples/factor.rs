@@ -9,12 +9,14 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "../tests/supernodal/mod.rs"]
+mod supernodal;
 
-use common::supernodal::SupernodalSolver;
 use common::{Brick, Random};
 use slipstick_linalg::{CsrMatrix, Factorization, LinearSolver, MultifrontalSolver, Precision, solve_verified};
 use std::error::Error;
 use std::time::Instant;
+use supernodal::SupernodalSolver;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

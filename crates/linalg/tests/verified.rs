@@ -1,8 +1,8 @@
 //! Verified solves: single-precision and lagged factors, stalls and bad input.
 
 mod common;
+mod supernodal;
 
-use common::supernodal::SupernodalSolver;
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     Alternative, CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalFactorization, MultifrontalSolver,
@@ -10,6 +10,7 @@ use slipstick_linalg::{
     solve_verified, solve_with,
 };
 use std::sync::Arc;
+use supernodal::SupernodalSolver;
 
 const BRICK: Brick =
     Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };

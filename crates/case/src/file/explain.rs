@@ -126,7 +126,7 @@ impl CaseCode {
                  pressure of a much softer body, such as rubber, and the optimizer need not place material there."
             }
             HeatedCompliance => {
-                "Bound or minimise a displacement instead, or take temperatures and loads to load cases of their own. \
+                "Bound or minimize a displacement instead, or take temperatures and loads to load cases of their own. \
                  The smallest work is otherwise that of a layout whose expansion opposes the loads, not of the stiffest \
                  one."
             }
@@ -152,7 +152,11 @@ impl CaseCode {
                  edge, so that each side of the edge has its own normals; or swap slave and master. Contact acts along \
                  these normals; ignore the warning if the surfaces never touch there."
             }
-            CoarseSlave => "Swap slave and master, or refine the slave: master nodes between its nodes can penetrate.",
+            CoarseSlave => {
+                "Swap slave and master, or refine the slave: master nodes between its nodes can penetrate. If the \
+                 program has swapped them, as is the default of `sides`, name the other surface as the slave, or keep \
+                 the sides with `sides = \"as_given\"`."
+            }
             HeldTwice => {
                 "At a symmetry plane, use `[[symmetry]]` instead, which holds the nodes as well. Otherwise friction or \
                  a tie can transmit any force along the normal of the plane, since neither side can move along it, and \

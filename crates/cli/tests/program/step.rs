@@ -112,7 +112,7 @@ fn wrong_step_files_are_refused() {
     place.bad("new empty.stp", 2, &["empty.stp is empty", "AP203"]);
     place.write("mesh.STEP", "$MeshFormat\n");
     place.bad("new mesh.STEP", 2, &["is not a STEP file", "ISO-10303-21"]);
-    place.bad("new mesh.STEP --mesh a.msh", 2, &["a STEP file and --mesh at once"]);
+    place.bad("new mesh.STEP --mesh a.msh", 2, &["a STEP file cannot be combined with --mesh"]);
     place.bad("new half-ball --size 2", 2, &["--size and --distance are for STEP files"]);
     place.bad("new mesh.STEP --size 0", 2, &["greater than zero"]);
     if runs("import gmsh") {

@@ -1,8 +1,6 @@
 //! Model problems that the tests share: a hexahedral brick of springs with an interface.
 #![allow(dead_code)] // each test file uses a part
 
-pub mod supernodal;
-
 use slipstick_linalg::{BlockMatrix, BlockPattern, CsrMatrix, Reduction};
 use std::sync::Arc;
 

@@ -202,7 +202,7 @@ pub struct Solver {
 pub enum LinearSolverChoice {
     /// `Direct`, or `Schwarz` where it is predicted to be far cheaper; PETSc on several ranks.
     Auto,
-    /// Multifrontal LU in single precision, with double precision and `Strict` as fallbacks.
+    /// Multifrontal LU in single precision, with double precision and `strict` as fallbacks.
     Direct,
     /// Multifrontal LU.
     Multifrontal,

@@ -17,8 +17,8 @@ pub struct LoadPath {
     pub tolerance: Tolerance,
     /// Maximum number of Newton iterations before an attempt counts as failed.
     pub max_newton_iterations: usize,
-    /// How often the increment of a failing step may be halved. More than [`Self::USUAL_CUTBACKS`] also lift
-    /// the bound on what failed attempts at a step may cost.
+    /// How often the increment of a failing step may be halved. A value above 8 also lifts the bound on what
+    /// failed attempts at a step may cost.
     pub max_cutbacks: usize,
     /// Initial guess of Newton's iteration.
     pub start_values: StartValues,

@@ -5,8 +5,8 @@
     python3 SCRIPT
     slipstick new --mesh MESH
 
-Each solid becomes a body, with the name that it has in the STEP file. Faces of two bodies that look
-at each other become BODY_touches_OTHER and OTHER_touches_BODY. Other faces get names too, for
+Each solid becomes a body, with the name that it has in the STEP file. Facing surfaces of two bodies
+become BODY_touches_OTHER and OTHER_touches_BODY. Other faces get names too, for
 supports and loads: their own name in the STEP file, or the side of the body on which they lie, or
 their shape and a number.
 """
@@ -92,8 +92,8 @@ def load():
         fail(f"{STEP} cannot be read as STEP: {error}", "export it again, as AP203, AP214 or AP242")
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
     if not solids:
-        found = "only surfaces" if gmsh.model.getEntities(2) else "no shapes"
-        fail(f"{STEP} has no solid, {found}", "export solid bodies, not sketches, surfaces or meshes")
+        found = "contains only surfaces, no solids" if gmsh.model.getEntities(2) else "contains no shapes"
+        fail(f"{STEP} {found}", "export solid bodies, not sketches, surfaces or meshes")
     for solid in solids:
         if gmsh.model.occ.getMass(3, solid) <= 0.0:
             fail(f"solid {solid} of {STEP} has no volume", "repair the body in the CAD program")
@@ -235,8 +235,8 @@ def warn_of_overlap(names, pairs, distance):
             volume = common_volume(one, two)
             if volume > 1e-6 * min(gmsh.model.occ.getMass(3, one), gmsh.model.occ.getMass(3, two)):
                 print(
-                    f"warning {names[one]} and {names[two]} overlap in a volume of {volume:.3g} mm³, deeper than the "
-                    f"distance of contact of {distance:.3g} mm: separate them in CAD, or give a larger --distance"
+                    f"warning {names[one]} and {names[two]} overlap by more than the contact distance of {distance:.3g} "
+                    f"mm (common volume {volume:.3g} mm³): separate them in CAD, or give a larger --distance"
                 )
 
 
@@ -327,11 +327,11 @@ def main():
     try:
         gmsh.model.mesh.generate(3)
     except Exception as error:
-        fail(f"Gmsh cannot mesh {STEP}: {error}", f"try another size (SIZE, {size:.3g} here), or simplify small faces")
+        fail(f"Gmsh cannot mesh {STEP}: {error}", f"try another element size (--size, or SIZE in the script; it was {size:.3g} mm), or simplify small faces")
     for solid, name in names.items():
         elements = sum(len(some) for some in gmsh.model.mesh.getElements(3, solid)[1])
         if elements == 0:
-            fail(f"Gmsh did not fill {name}", f"try another size (SIZE, {size:.3g} here), or repair the body")
+            fail(f"Gmsh made no elements in {name}", f"try another element size (--size; it was {size:.3g} mm), or repair the body")
         print(f"body {name} {elements}")
     print(f"distance {distance:.3g}")
     gmsh.write(MESH)

@@ -47,7 +47,7 @@ impl Files {
 pub fn of_step(context: &Context, args: &New, step: &Path) -> Outcome {
     if args.mesh.is_some() {
         let cure = "omit --mesh: the STEP file is meshed by the script that this command writes";
-        return Err(Failure::input("a STEP file and --mesh at once", cure));
+        return Err(Failure::input("a STEP file cannot be combined with --mesh", cure));
     }
     check_header(step)?;
     let files = Files::new(args, step);
@@ -75,7 +75,14 @@ pub fn of_step(context: &Context, args: &New, step: &Path) -> Outcome {
     if !quiet {
         case.notices.iter().for_each(|notice| context.console.warning(notice));
     }
-    write(context, args, &files.case, &case.text, "step", "materials and motion are to be set, the rest is guessed")
+    write(
+        context,
+        args,
+        &files.case,
+        &case.text,
+        "step",
+        "contact, supports and motion are guesses: correct them, and set the materials",
+    )
 }
 
 /// Refuses a file that Gmsh could not read, before Gmsh says so in its own words.
@@ -122,7 +129,7 @@ fn run(context: &Context, files: &Files, quiet: bool) -> Outcome<Vec<Measured>> 
     }
     let output = Command::new(&python).arg(&files.script).output().map_err(|error| {
         let message = match error.kind() {
-            ErrorKind::NotFound => format!("there is no Python here: `{shown}` is not found"),
+            ErrorKind::NotFound => format!("Python was not found: there is no program `{shown}`"),
             _ => format!("cannot start `{shown}`: {error}"),
         };
         let cure = format!("install Python and `pip install gmsh`; SLIPSTICK_PYTHON names another Python; {elsewhere}");
@@ -152,10 +159,10 @@ fn run(context: &Context, files: &Files, quiet: bool) -> Outcome<Vec<Measured>> 
         };
         return Err(Failure::input(message, cure));
     }
-    let last = err.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
+    let last = err.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("without a message");
     Err(Failure::input(
         format!("{script} failed ({}): {last}", output.status),
-        "run it on its own to see more; another --size, or the removal of small faces in CAD, may help",
+        "run the script by itself to see all of its output; another --size, or the removal of small faces in CAD, may help",
     ))
 }
 
