@@ -231,7 +231,7 @@ fn march_options(case: &Case) -> MarchOptions {
             max_iterations: case.load_path.max_newton_iterations,
             linear_tolerance: linear_tolerance(case),
         },
-        max_cutbacks: case.load_path.max_cutbacks as u32,
+        max_cutbacks: u32::try_from(case.load_path.max_cutbacks).unwrap_or(u32::MAX),
         bounds_cost: case.load_path.max_cutbacks <= file::LoadPath::USUAL_CUTBACKS,
         start: match case.load_path.start_values {
             file::StartValues::PreviousDesign | file::StartValues::Extrapolated => StartValues::Extrapolated,

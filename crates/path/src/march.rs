@@ -22,7 +22,7 @@ use std::sync::Arc;
 pub struct MarchOptions {
     /// Newton's method.
     pub newton: NewtonOptions,
-    /// Maximum number of times that the increment of a failing step is halved.
+    /// Maximum number of times that the increment of a failing step is halved, at most [`MOST_CUTBACKS`].
     pub max_cutbacks: u32,
     /// Whether a step is given up, although its increment may still be halved, once failed attempts have
     /// cost more than it is worth.
@@ -51,6 +51,9 @@ impl Default for MarchOptions {
         }
     }
 }
+
+/// Halvings beyond which an increment would be lost in the rounding of pseudo-time.
+pub const MOST_CUTBACKS: u32 = 30;
 
 /// Events of the march.
 #[derive(Debug)]
@@ -219,7 +222,7 @@ pub fn march<P: StepProblem>(
         let step = steps_before + index + 1;
         let LoadTime { case, t: begin } = path.states.last().expect("holds the start").time;
         let whole = end - begin;
-        let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
+        let smallest = whole * 0.5f64.powi(options.max_cutbacks.min(MOST_CUTBACKS) as i32) * 0.999;
         let mut increment = whole;
         let mut failed = false;
         let mut attempts = Vec::new();
@@ -235,6 +238,7 @@ pub fn march<P: StepProblem>(
             let last = led.is_none() && end - now <= increment * (1.0 + 1e-9);
             let to = led.unwrap_or(if last { end } else { now + increment });
             let span = Span { case, from: now, to: LoadTime { case, t: to }.rounded().t };
+            debug_assert!(span.to > span.from, "an increment of no length");
             let target = span.end();
             let halvings = (whole / span.duration()).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * span.duration() < smallest;

@@ -8,6 +8,7 @@
 use super::symmetry::mirrored;
 use super::{edges, facets_of, interface_of, largest_facet, mesh, surfaces};
 use crate::file::{self, Case, Sides};
+use crate::quantity::{ContactForce, ContactPressure, ContactShare, FrictionWork, Gap, QuantityKind};
 use slipstick_mesh::{ContactMap, FacetHeights, FacetNodes, Mesh, facet_area};
 
 /// Ratio of the sizes of facets up to which they are similar.
@@ -37,24 +38,27 @@ pub(crate) struct Side {
     modulus: f64,
 }
 
-/// Generated meshes with more elements are not built only to compare sides.
+/// Meshes with more elements are not built only to correct sides.
 const LARGEST_MESH: usize = 1_000_000;
 
 /// Numbers of the pairs whose master should be the slave: with [`Sides::Chosen`], because it suits better, and with
 /// [`Sides::Corrected`], because contact would be missed. None if the mesh cannot be built, since building the problem
-/// reports why, or has more than a million elements.
+/// reports why; with `Corrected` also if it has more than a million elements.
 pub(crate) fn exchanged(case: &Case) -> Vec<usize> {
     let open = |contact: &file::Contact| {
         contact.slave != contact.master
             && match contact.sides {
                 Sides::AsGiven => false,
                 Sides::Chosen => true,
-                Sides::Corrected => !contact.tied && may_be_convex(case, &contact.master),
+                Sides::Corrected => {
+                    !contact.tied && may_be_convex(case, &contact.master) && !is_measured_in_part(case, &contact.slave)
+                }
             }
     };
     let elements = |body: &file::Body| body.shape.element_count().unwrap_or(usize::MAX);
-    if case.bodies.iter().map(elements).fold(0, usize::saturating_add) > LARGEST_MESH || !case.contacts.iter().any(open)
-    {
+    let is_large = case.bodies.iter().map(elements).fold(0, usize::saturating_add) > LARGEST_MESH;
+    let open = |contact: &file::Contact| open(contact) && (contact.sides == Sides::Chosen || !is_large);
+    if !case.contacts.iter().any(open) {
         return Vec::new();
     }
     let Ok(mesh) = mesh::open_mesh(case) else { return Vec::new() };
@@ -84,8 +88,21 @@ pub(crate) fn exchanged(case: &Case) -> Vec<usize> {
 
 /// Whether a surface may belong to a body that is not a box.
 fn may_be_convex(case: &Case, surface: &str) -> bool {
-    let boxes = case.bodies.iter().filter(|body| matches!(body.shape, file::Shape::Box { .. }));
-    !boxes.map(|body| format!("{}_", body.name)).any(|prefix| surface.starts_with(&prefix))
+    let owner = |body: &&file::Body| surface.strip_prefix(&body.name).is_some_and(|rest| rest.starts_with('_'));
+    let body = case.bodies.iter().filter(owner).max_by_key(|body| body.name.len());
+    body.is_none_or(|body| !matches!(body.shape, file::Shape::Box { .. }))
+}
+
+/// Whether a quantity of a pair counts only a part of the slave surface, so that the pair keeps its sides.
+fn is_measured_in_part(case: &Case, surface: &str) -> bool {
+    case.quantities.iter().any(|quantity| match &quantity.kind {
+        QuantityKind::ContactForce(ContactForce { slave, within: Some(_), .. })
+        | QuantityKind::ContactPressure(ContactPressure { slave, within: Some(_), .. })
+        | QuantityKind::ContactShare(ContactShare { slave, within: Some(_), .. })
+        | QuantityKind::FrictionWork(FrictionWork { slave, within: Some(_), .. })
+        | QuantityKind::Gap(Gap { slave, within: Some(_), .. }) => slave == surface,
+        _ => false,
+    })
 }
 
 /// Whether the master, but not the slave, ends at an edge of its body on an inclined surface: contact at the rim of a

@@ -76,8 +76,8 @@ fn head(file: &str, step: Option<&Step>) -> String {
          #   slipstick check CASE       checks the case without running it; `check CASE --resolved` shows all defaults\n\
          #   slipstick optimize CASE    runs the optimization\n#\n\
          # Use any consistent system of units. y is up. All keys: docs/case_file.md, or `slipstick schema` for editors.\n\
-         title = {:?}\n\n{units}",
-        title.rsplit('/').next().unwrap_or(title)
+         title = {}\n\n{units}",
+        quoted(title.rsplit('/').next().unwrap_or(title))
     )
 }
 

@@ -17,7 +17,7 @@ pub struct LoadPath {
     pub tolerance: Tolerance,
     /// Maximum number of Newton iterations before an attempt counts as failed.
     pub max_newton_iterations: usize,
-    /// How often the increment of a failing step may be halved. A value above 8 also lifts the bound on what
+    /// How often the increment of a failing step may be halved, at most 30. A value above 8 also lifts the bound on what
     /// failed attempts at a step may cost.
     pub max_cutbacks: usize,
     /// Initial guess of Newton's iteration.

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Meshes a STEP file for slipstick. Written by `slipstick new`, which runs it.
-
-    pip install gmsh
-    python3 SCRIPT
-    slipstick new --mesh MESH
+# Written by `slipstick new`, which runs it. To run it again:
+#
+#     pip install gmsh
+#     python3 SCRIPT
+#     slipstick new --mesh MESH
+"""Meshes a STEP file for slipstick.
 
 Each solid becomes a body, with the name that it has in the STEP file. Facing surfaces of two bodies
 become BODY_touches_OTHER and OTHER_touches_BODY. Other faces get names too, for
@@ -225,8 +226,8 @@ def common_volume(one, two):
 
 
 def warn_of_overlap(names, pairs, distance):
-    """Says which solids overlap without a measured overlap of faces."""
-    measured = {(one, two) for one, two, _, _, low, _ in pairs if low < 0.0}
+    """Says which solids overlap although no faces of theirs look at each other."""
+    measured = {(one, two) for one, two, *_ in pairs}
     solids = sorted(names)
     for i, one in enumerate(solids):
         for two in solids[i + 1 :]:

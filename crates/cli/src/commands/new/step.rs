@@ -32,11 +32,18 @@ struct Files {
 impl Files {
     fn new(args: &New, step: &Path) -> Self {
         let stem = step.file_stem().unwrap_or(step.as_os_str());
-        let case = args.out.clone().unwrap_or_else(|| Path::new(stem).with_extension("toml"));
-        let base = if case.as_os_str() == "-" { PathBuf::from(stem) } else { case.with_extension("") };
-        let mut script = base.clone().into_os_string();
-        script.push("_mesh.py");
-        Self { case, script: script.into(), mesh: base.with_extension("msh") }
+        let with = |base: &Path, end: &str| {
+            let mut name = base.as_os_str().to_owned();
+            name.push(end);
+            PathBuf::from(name)
+        };
+        let case = args.out.clone().unwrap_or_else(|| with(Path::new(stem), ".toml"));
+        let base = match case.extension() {
+            _ if case.as_os_str() == "-" => PathBuf::from(stem),
+            Some(end) if end == "toml" => case.with_extension(""),
+            _ => case.clone(),
+        };
+        Self { script: with(&base, "_mesh.py"), mesh: with(&base, ".msh"), case }
     }
 }
 
@@ -54,7 +61,10 @@ pub fn of_step(context: &Context, args: &New, step: &Path) -> Outcome {
     let quiet = files.case.as_os_str() == "-";
     let seen = seen_from(&files.script, step);
     let text = script(&seen, &files, args);
-    let edited = std::fs::read_to_string(&files.script).is_ok_and(|known| known != text);
+    let edited = match std::fs::read(&files.script) {
+        Ok(known) => known != text.as_bytes(),
+        Err(error) => error.kind() != ErrorKind::NotFound,
+    };
     let taken =
         [(!quiet && files.case.exists(), &files.case), (edited, &files.script), (files.mesh.exists(), &files.mesh)];
     if let Some((_, file)) = taken.iter().find(|(taken, _)| *taken && !args.force) {
@@ -102,11 +112,13 @@ fn check_header(step: &Path) -> Outcome {
 fn script(step: &str, files: &Files, args: &New) -> String {
     let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let (script, mesh) = (name(&files.script), name(&files.mesh));
+    // which must not end within a name
+    let comment = |name: &str| shell_word(name).replace(char::is_control, "?");
     // a JSON string is a string of Python
     let string = |text: &str| serde_json::Value::from(text).to_string();
     let mut text = SCRIPT
-        .replace("python3 SCRIPT", &format!("python3 {}", shell_word(&script)))
-        .replace("--mesh MESH", &format!("--mesh {}", shell_word(&mesh)))
+        .replace("python3 SCRIPT", &format!("python3 {}", comment(&script)))
+        .replace("--mesh MESH", &format!("--mesh {}", comment(&mesh)))
         .replace("STEP = \"part.step\"", &format!("STEP = {}", string(step)))
         .replace("MESH = \"part.msh\"", &format!("MESH = {}", string(&mesh)));
     for (option, value) in [("SIZE", args.size), ("DISTANCE", args.distance)] {

@@ -250,7 +250,8 @@ impl<T: Scalar> Block<T> {
                         *sum = sum.plus_product(row, factor);
                     }
                 }
-                a = a.add(self.stride);
+                // beyond the last column, the address may lie outside of the matrix
+                a = a.wrapping_add(self.stride);
                 at += step;
             }
             let stride = c.stride();

@@ -152,8 +152,11 @@ impl ContactState {
             }
         }
         let peak = |(forces, pair): (BTreeMap<u32, f64>, &ModelInterface)| {
-            let areas = if forces.is_empty() { Vec::new() } else { areas_around(pair.interface.slave_facets(), x) };
-            let pressures = forces.into_iter().map(|(node, force)| (force / areas[node as usize], node));
+            let loaded = |facet: &&FacetNodes| facet.iter().any(|node| forces.contains_key(node));
+            let mut areas = BTreeMap::<u32, f64>::new();
+            let corners = areas_around(pair.interface.slave_facets().iter().filter(loaded), x);
+            corners.for_each(|(node, area)| *areas.entry(node).or_default() += area);
+            let pressures = forces.iter().map(|(&node, &force)| (force / areas[&node], node));
             let larger =
                 |(peak, at), (pressure, node)| if pressure > peak { (pressure, Some(node)) } else { (peak, at) };
             pressures.fold((0.0, None), larger)
@@ -186,23 +189,23 @@ impl ContactModel {
     fn surface_areas(&self, x: &[f64]) -> Vec<f64> {
         let mut counted = std::collections::HashSet::new();
         let facets = self.interfaces.iter().flat_map(|model| model.interface.slave_facets());
+        let mut areas = vec![0.0; x.len() / 3];
         areas_around(facets.filter(|facet| counted.insert(**facet)), x)
+            .for_each(|(node, area)| areas[node as usize] += area);
+        areas
     }
 }
 
-/// Areas ∫ N_k dA of facets around their corners, at positions `x`. \[L²\]
-fn areas_around<'a>(facets: impl IntoIterator<Item = &'a FacetNodes>, x: &[f64]) -> Vec<f64> {
-    let mut areas = vec![0.0; x.len() / 3];
+/// Areas ∫ N_k dA of facets, corner by corner, at positions `x`. \[L²\]
+fn areas_around<'a>(facets: impl Iterator<Item = &'a FacetNodes>, x: &[f64]) -> impl Iterator<Item = (u32, f64)> {
     let position = |node: u32| std::array::from_fn(|c| x[3 * node as usize + c]);
-    for facet in facets {
+    facets.flat_map(move |facet| {
         let corners = match facet[..] {
-            [a, b, c] => FacetCorners::Triangle([a, b, c].map(position)),
-            [a, b, c, d] => FacetCorners::Quadrilateral([a, b, c, d].map(position)),
-            _ => continue,
+            [a, b, c] => Some(FacetCorners::Triangle([a, b, c].map(position))),
+            [a, b, c, d] => Some(FacetCorners::Quadrilateral([a, b, c, d].map(position))),
+            _ => None,
         };
-        for (&node, area) in facet.iter().zip(facet_corner_areas(&corners)) {
-            areas[node as usize] += area;
-        }
-    }
-    areas
+        let areas = corners.into_iter().flat_map(|corners| facet_corner_areas(&corners).into_iter());
+        facet.iter().copied().zip(areas).collect::<Vec<_>>()
+    })
 }
