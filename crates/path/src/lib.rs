@@ -63,7 +63,9 @@ pub use inputs::Inputs;
 pub use iterations::{IterationRecord, StepReport, still_falls};
 pub use ladder::{FailedAttempt, Rung};
 pub use linear::{Interrupt, LinearSystem, SolveCounts, SolveTolerance};
-pub use march::{LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Remedy, Silent, march};
+pub use march::{
+    LoadPath, MOST_CUTBACKS, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Remedy, Silent, march,
+};
 pub use newton::{NewtonOptions, Tolerance, Tolerances};
 pub use problem::{
     Adjoint, Attempt, DependentUnknowns, Evaluated, HeldMotions, HoldFreeMotions, Iteration, Method, Scales,

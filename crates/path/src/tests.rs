@@ -217,6 +217,12 @@ fn increments_are_halved_and_grow_again() {
     let failure = follow(None, &MarchOptions { max_cutbacks: 1, ..previous }, &mut Tried::default()).unwrap_err();
     assert_eq!((failure.step, failure.increment), (1, [0.0, 0.5].into()));
     assert_eq!(failure.attempts.iter().map(|(time, _)| time.t).collect::<Vec<_>>(), [1.0, 0.5]);
+    // halvings end before the increment is lost in the rounding of time
+    let rigid = Spring { longest_step: 0.0, ..spring() };
+    let load_path = LoadPath::new(Spring::rest(), &[1.0]);
+    let most = MarchOptions { max_cutbacks: 80, bounds_cost: false, ..previous };
+    let failure = self::follow(&rigid, &mut linear(), &load_path, &most, &mut Tried::default()).unwrap_err();
+    assert_eq!(failure.attempts.len(), crate::MOST_CUTBACKS as usize + 1);
 }
 
 /// A guide provides the solution as the initial guess, so that its path takes one iteration per

@@ -109,6 +109,16 @@ fn sides_that_miss_contact_are_swapped() {
     assert!(told.len() == 1 && told[0].contains("slave and master are swapped"), "{told:?}");
     let force = format!("{:?}", resolved.case.quantities[0].kind);
     assert!(force.contains("Direction([0.0, -1.0, 0.0])") && force.contains("slave: \"ball_dome\""), "{force}");
+
+    // a quantity that counts a part of the slave surface keeps the sides
+    let part = "[[set]]\nname = 'part'\nwithin = 'slab_ymax'\nboxes = [{ min = [-1, 0, -1], max = [1, 0, 1] }]\n";
+    let within = text.replace("component = 'y' }", "component = 'y', within = 'part' }") + part;
+    let resolved = parse_case(&within, "sides.toml").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((resolved.case.contacts[0].slave.as_str(), resolved.warnings.len()), ("slab_ymax", 0));
+    build(&resolved.case).unwrap_or_else(|e| panic!("{e}"));
+    // a box whose name begins that of the ball
+    let names = text.replace("'ball", "'slab_ball");
+    assert_eq!(parse_case(&names, "sides.toml").expect("a case").case.contacts[0].slave, "slab_ball_dome");
 }
 
 /// A plug that tapers in a bore, by the rim of which it is held: the bore is the slave, whichever side is named. Without a
