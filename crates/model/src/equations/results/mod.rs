@@ -156,7 +156,8 @@ impl ContactState {
             let mut areas = BTreeMap::<u32, f64>::new();
             let corners = areas_around(pair.interface.slave_facets().iter().filter(loaded), x);
             corners.for_each(|(node, area)| *areas.entry(node).or_default() += area);
-            let pressures = forces.iter().map(|(&node, &force)| (force / areas[&node], node));
+            // a row may name points of the body beyond the surface, with coefficients of zero
+            let pressures = forces.iter().filter_map(|(&node, force)| Some((force / areas.get(&node)?, node)));
             let larger =
                 |(peak, at), (pressure, node)| if pressure > peak { (pressure, Some(node)) } else { (peak, at) };
             pressures.fold((0.0, None), larger)
