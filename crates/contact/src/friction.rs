@@ -30,12 +30,6 @@ impl Friction {
         Self { coefficient, shear_limit: f64::INFINITY }
     }
 
-    /// The law with μ and τ_max multiplied by `factor` > 0, or without friction if `factor` is 0.
-    pub fn times(self, factor: f64) -> Self {
-        let shear_limit = if self.shear_limit.is_finite() { factor * self.shear_limit } else { f64::INFINITY };
-        Self { coefficient: factor * self.coefficient, shear_limit }
-    }
-
     /// Whether no tangential traction acts at any pressure.
     pub fn is_frictionless(&self) -> bool {
         self.coefficient == 0.0
@@ -158,7 +152,7 @@ mod tests {
 
     #[test]
     fn without_friction_there_is_no_tangential_traction() {
-        for law in [Friction::coulomb(0.0), Friction { coefficient: 0.3, shear_limit: 0.2 }.times(0.0)] {
+        for law in [Friction::coulomb(0.0), Friction { coefficient: 0.0, shear_limit: 0.2 }] {
             let returned = return_map(3.0, Vector2::new(1.0, 2.0), law);
             assert_eq!((returned.status, returned.traction), (Status::Slip, Vector2::zeros()));
         }

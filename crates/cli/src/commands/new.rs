@@ -21,7 +21,7 @@ const MY_MESH: &str = "my-mesh";
 /// Its description.
 const ABOUT_MY_MESH: &str = "your own mesh, with its bodies and surfaces by name: `slipstick new my-mesh --mesh FILE`";
 
-/// What a STEP file in the place of a template does.
+/// Description of a STEP file given instead of a template.
 const ABOUT_STEP: &str = "your own STEP file, meshed with Gmsh for Python: `slipstick new part.step`";
 
 /// Writes a template, or lists all.

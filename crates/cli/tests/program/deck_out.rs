@@ -207,7 +207,8 @@ fn calculix_agrees_without_contact() {
     assert!(rows.len() == 3 && rows.iter().all(near), "{compared}");
 }
 
-/// Reactions of a block that expands freely are zero: round-off in both programs, which differs, is no deviation.
+/// A block that expands freely has no reactions. Both programs report different round-off, which does not count
+/// as a deviation.
 #[test]
 fn forces_that_are_zero_do_not_deviate() {
     if !has_ccx() {

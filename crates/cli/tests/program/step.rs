@@ -89,7 +89,8 @@ fn a_step_file_becomes_a_case() {
 fn a_step_file_needs_gmsh() {
     let place = Place::new();
     place.write("part.step", "ISO-10303-21;\nEND-ISO-10303-21;\n");
-    let expected = ["there is no program `/nowhere/python`", "pip install gmsh", "SLIPSTICK_PYTHON", "new --mesh part.msh"];
+    let expected =
+        ["there is no program `/nowhere/python`", "pip install gmsh", "SLIPSTICK_PYTHON", "new --mesh part.msh"];
     bad_with(&place, "new part.step", ("SLIPSTICK_PYTHON", "/nowhere/python"), &expected);
     assert!(place.read("part_mesh.py").contains("STEP = \"part.step\""));
     if !runs("import sys") {
