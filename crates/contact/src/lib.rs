@@ -1,7 +1,7 @@
 //! Mortar contact between deformable bodies: kinematics, Coulomb friction and its enforcement.
 //!
 //! The discrete contact conditions are those of Rinderer, Popp and Gee (2025), sections 2.2–2.5,
-//! with the signs of `docs/developers/notation.md`. Everything is based on one object per slave
+//! with the signs of `docs/method/notation.md`. Everything is based on one object per slave
 //! node j, its **mortar row**: signed coefficients `b_js` over the nodes s of both surfaces,
 //!
 //! ```text

@@ -104,8 +104,8 @@ fn curves(context: &Context, args: &Render, [x, y]: [&str; 2]) -> Outcome {
     let file = chart_file(args, "curve.png")?;
     let cases = cases(&args.results);
     let mut all = Vec::new();
-    for results in &args.results {
-        all.extend(read_curves(results, &results.display().to_string(), x, y)?);
+    for (results, name) in args.results.iter().zip(short_names(&args.results)) {
+        all.extend(read_curves(results, &name, x, y)?);
     }
     if let ([run], [Some(case)]) = (&args.results[..], &cases[..])
         && let Some(requested) = requested(run, case, [x, y])?
@@ -145,20 +145,30 @@ fn chart_file(args: &Render, name: &str) -> Outcome<PathBuf> {
     Ok(file)
 }
 
+/// The paths without the folders that all of them lead through.
+fn short_names(results: &[PathBuf]) -> Vec<String> {
+    let parts = |path: &PathBuf| path.components().map(|part| part.as_os_str().to_owned()).collect::<Vec<_>>();
+    let all: Vec<Vec<_>> = results.iter().map(parts).collect();
+    let shared = |at: usize| all.iter().all(|one| at + 1 < one.len() && one[at] == all[0][at]);
+    let common = (0..).take_while(|&at| shared(at)).count();
+    let rest = |parts: &Vec<_>| parts[common..].iter().collect::<PathBuf>().display().to_string();
+    all.iter().map(rest).collect()
+}
+
 /// All histories of the results. Runs with the same name are distinguished by their paths.
 fn named(results: &[PathBuf]) -> Outcome<Vec<RunHistory>> {
-    let mut all: Vec<(&Path, RunHistory)> = Vec::new();
-    for place in results {
-        all.extend(read_histories(place)?.into_iter().map(|history| (place.as_path(), history)));
+    let mut all: Vec<(&Path, String, RunHistory)> = Vec::new();
+    for (place, name) in results.iter().zip(short_names(results)) {
+        all.extend(read_histories(place)?.into_iter().map(|history| (place.as_path(), name.clone(), history)));
     }
-    let names: Vec<String> = all.iter().map(|(_, history)| history.name.clone()).collect();
-    for (place, history) in &mut all {
+    let names: Vec<String> = all.iter().map(|(.., history)| history.name.clone()).collect();
+    for (place, short, history) in &mut all {
         if names.iter().filter(|name| **name == history.name).count() > 1 {
             let of = if place.is_dir() { String::new() } else { format!(": {}", history.name) };
-            history.name = format!("{}{of}", place.display());
+            history.name = format!("{short}{of}");
         }
     }
-    let runs: Vec<RunHistory> = all.into_iter().map(|(_, history)| history).collect();
+    let runs: Vec<RunHistory> = all.into_iter().map(|(.., history)| history).collect();
     match runs.iter().enumerate().find(|(number, run)| runs[..*number].iter().any(|other| other.name == run.name)) {
         Some((_, twice)) => Err(Failure::input(format!("{} is given twice", twice.name), "give it once")),
         None => Ok(runs),
@@ -213,4 +223,19 @@ pub(super) fn replaceable(file: &Path, option: &str) -> Outcome {
         return Err(Failure::input(message, format!("name another file with {option}")));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: shared folders are left out, down to the last part of a path.
+    #[test]
+    fn names_lack_shared_folders() {
+        let names = |paths: &[&str]| short_names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(names(&["cases/snap/start", "cases/snap/end"]), ["start", "end"]);
+        assert_eq!(names(&["old/case", "new/case"]), ["old/case", "new/case"]);
+        assert_eq!(names(&["runs/case", "runs/case/part"]), ["case", "case/part"]);
+        assert_eq!((names(&["runs/case"]), names(&["case", "case"])), (vec!["case".into()], vec!["case".into(); 2]));
+    }
 }

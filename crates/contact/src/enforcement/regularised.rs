@@ -71,7 +71,7 @@ struct Pressure {
 
 /// Evaluates the traction of one node around the multiplier ẑ.
 ///
-/// Paper: (37)–(41) and (46)–(50) with the signs of docs/theory.md, section 4. Test:
+/// Paper: (37)–(41) and (46)–(50) with the signs of docs/method/contact.md, section 4. Test:
 /// `traction_matches_finite_differences`.
 pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: Friction, stiffness: &Stiffness) -> Traction {
     if !at.covered() || at.freedom == Freedom::None {

@@ -121,13 +121,13 @@ fn implemented_equations_are_referenced() {
 /// The table from equations to code lists what is implemented and nothing else.
 #[test]
 fn the_table_of_equations_is_complete() {
-    let text = document("docs/developers/notation.md");
+    let text = document("docs/method/notation.md");
     let (_, section) = text.split_once("\n## 8 ").expect("section 8");
     let listed: BTreeSet<u32> = column(section, "equations").iter().flat_map(|(cell, _)| numbers(cell)).collect();
     assert_eq!(listed, implemented());
 }
 
-/// The column headed "Rust" of each table in `docs/developers/notation.md`: every name of every path in it is
+/// The column headed "Rust" of each table in `docs/method/notation.md`: every name of every path in it is
 /// a word of the sources.
 #[test]
 fn names_in_the_notation_exist() {
@@ -135,9 +135,9 @@ fn names_in_the_notation_exist() {
     let text = library(&sources);
     let words: BTreeSet<&str> = text.split(|c| !is_word(c)).collect();
     let mut checked = 0;
-    for (cell, line) in column(&document("docs/developers/notation.md"), "Rust") {
+    for (cell, line) in column(&document("docs/method/notation.md"), "Rust") {
         for name in quoted(cell).flat_map(|path| path.split("::")) {
-            assert!(words.contains(name), "docs/developers/notation.md: `{name}` is in no source: {line}");
+            assert!(words.contains(name), "docs/method/notation.md: `{name}` is in no source: {line}");
             checked += 1;
         }
     }
@@ -176,7 +176,7 @@ fn cited_tests_exist() {
         let joined: Vec<&str> = source.text.lines().map(|l| l.trim_start().trim_start_matches(['/', '!'])).collect();
         cited(&joined.join("\n")).iter().for_each(|name| check(name, &source.path));
     }
-    for (file, heading) in [("docs/developers/notation.md", "pinned by"), ("docs/measurements/claims.md", "test")] {
+    for (file, heading) in [("docs/method/notation.md", "pinned by"), ("docs/measurements/claims.md", "test")] {
         for (cell, line) in column(&document(file), heading) {
             quoted(cell).for_each(|name| check(name, line));
         }
@@ -189,7 +189,7 @@ fn cited_tests_exist() {
 fn cited_files_exist() {
     let sources = sources();
     for (file, heading) in [
-        ("docs/developers/notation.md", "where"),
+        ("docs/method/notation.md", "where"),
         ("docs/measurements/claims.md", "code"),
         ("docs/measurements/performance.md", "code"),
     ] {
@@ -286,8 +286,8 @@ fn documents() -> Vec<String> {
 /// The table of contents of each book lists all its pages.
 #[test]
 fn every_page_is_in_a_table_of_contents() {
-    let others = ["developers/", "measurements/"];
-    for book in ["docs", "docs/developers", "docs/measurements"] {
+    let others = ["developers/", "measurements/", "method/"];
+    for book in ["docs", "docs/developers", "docs/measurements", "docs/method"] {
         let contents = document(&format!("{book}/SUMMARY.md"));
         for page in documents().iter().filter_map(|name| name.strip_prefix(&format!("{book}/"))) {
             let other = page == "SUMMARY.md" || others.iter().any(|folder| page.starts_with(folder));

@@ -93,7 +93,7 @@ const HEAD: &str = "\
 This page compares results of slipstick with analytic solutions, published numbers and other
 programs. The suite `crates/slipstick/tests/verification` computes all its numbers and writes the
 page; do not edit it by hand. Gradients are verified elsewhere, against finite differences
-([theory](../theory.md), `slipstick verify gradient`).
+([method](../method/contact.md), `slipstick verify gradient`).
 
     cargo test --release -p slipstick --test verification -- --ignored       all problems; writes results and this page
     SLIPSTICK_VERIFY=ring,hertz cargo test …                                 some of them
