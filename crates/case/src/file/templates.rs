@@ -39,6 +39,11 @@ pub const TEMPLATES: &[Template] = &[
         text: include_str!("templates/gripper.toml"),
     },
     Template {
+        name: "snap-fit",
+        about: "an arm that snaps over a nose, designed for the largest force with bounded stress",
+        text: include_str!("templates/snap_fit.toml"),
+    },
+    Template {
         name: "bracket",
         about: "a wall bracket under a roller, designed for the smallest deflection of its tip",
         text: include_str!("templates/bracket.toml"),

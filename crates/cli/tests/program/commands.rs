@@ -38,6 +38,10 @@ fn new_writes_templates_that_check_accepts() {
         ("half-ball", "half_ball.toml"),
         ("ironing", "ironing.toml"),
         ("clutch", "clutch.toml"),
+        ("press-fit", "press_fit.toml"),
+        ("gripper", "gripper.toml"),
+        ("snap-fit", "snap_fit.toml"),
+        ("bracket", "bracket.toml"),
         ("cube-on-cuboid", "c.toml"),
     ] {
         assert!(listed.out.contains(name));

@@ -212,9 +212,14 @@ impl<'a> Recording<'a> {
             let stored = recorder.stored(energies, &old.state);
             sums.largest = sums.largest.max(stored);
             let energies = [stored, recorder.stored(&data.energy, &now), sums.largest];
-            // where material flows, the plastic work of a step is not known here; soft contact stores energy itself
-            let soft = recorder.model.interfaces().iter().any(|pair| pair.pressure.is_some());
-            let released = (!recorder.model.has_memory() && !soft).then(|| {
+            // where material flows, the plastic work of a step is not known here; soft contact stores energy itself,
+            // and where a pair ends, its energy is released on purpose
+            let apart = recorder
+                .model
+                .interfaces()
+                .iter()
+                .any(|pair| pair.pressure.is_some() || pair.is_active(old.time) && !pair.is_active(at.time));
+            let released = (!recorder.model.has_memory() && !apart).then(|| {
                 let (done, contact) = (external + offset + thermal, [&before.nodes[..], &contact.nodes[..]]);
                 ReleasedEnergy::between(
                     recorder.model,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use slipstick_case::file::{Case, Constraint, ObservedSteps, Promise};
+use slipstick_case::file::{Case, Constraint, CurveToFollow, ObjectiveKind, ObservedSteps, Promise};
 use slipstick_design::{Bound, extreme_of};
 use slipstick_model::optimize::FEASIBLE;
 use slipstick_model::words::list;
@@ -140,6 +140,7 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     }
     add_bounds(&mut promises, case);
     promises.extend(bounds_before_the_end(&table, case));
+    promises.extend(objective_before_the_end(&table, case));
     Ok(promises)
 }
 
@@ -207,6 +208,42 @@ fn bounds_before_the_end(table: &Rows, case: &Case) -> Vec<Promise> {
         }
     }
     promises
+}
+
+/// More load steps than this are not promised one by one.
+const MOST_STEPS: usize = 12;
+
+/// The quantities of the objective at each load step before the last that it observes; of a curve to follow, at the
+/// points that are load steps.
+fn objective_before_the_end(table: &Rows, case: &Case) -> Vec<Promise> {
+    let last = case.load_path.steps;
+    let before_the_end = |steps: &ObservedSteps| (1..last).filter(|&step| steps.contains(step, last)).collect();
+    let (quantities, steps): (Vec<&String>, Vec<usize>) = match case.objective.as_ref().map(|of| &of.kind) {
+        Some(ObjectiveKind::Minimise(of) | ObjectiveKind::Maximise(of)) => {
+            (of.sum.iter().map(|term| &term.quantity).collect(), before_the_end(&of.steps))
+        }
+        Some(ObjectiveKind::Follow(CurveToFollow { quantity, points })) => {
+            let steps = points.iter().map(|[t, _]| t * last as f64);
+            let on_step = steps.filter(|s| (s - s.round()).abs() < 1e-6 && (1.0..last as f64 - 0.5).contains(s));
+            (vec![quantity], on_step.map(|s| s.round() as usize).collect())
+        }
+        _ => return Vec::new(),
+    };
+    if steps.len() > MOST_STEPS {
+        return Vec::new();
+    }
+    let each = quantities.into_iter().flat_map(|quantity| steps.iter().map(move |&step| (quantity, step)));
+    let promise = |(quantity, step): (&String, usize)| {
+        let values = table.worst(quantity, &[step], true)?;
+        Some(Promise {
+            quantity: quantity.clone(),
+            values,
+            max: None,
+            min: None,
+            steps: ObservedSteps::Only(vec![step]),
+        })
+    };
+    each.filter_map(promise).collect()
 }
 
 /// The promised values of a case's design that lie beyond their bounds, compared with themselves.
@@ -393,6 +430,33 @@ mod tests {
         assert_eq!(bounds(""), [None, Some(40.0)]);
         assert_eq!(bounds("corrected = false"), [Some(40.0), None]);
         assert_eq!(bounds("steps = [1]"), [None, None]);
+    }
+
+    /// By hand: the quantity at the steps of the objective, and at those points of a curve that are load steps, without the
+    /// last one, which is promised anyway.
+    #[test]
+    fn the_objective_is_promised_at_its_steps() {
+        let text = slipstick_case::file::template("half-ball").expect("a template").text;
+        let (start, rest) = text.split_once("[objective]").expect("an objective");
+        let rest = rest.split_once("\n[").map_or("", |(_, rest)| rest);
+        let quantity =
+            "[[quantity]]\nname = \"f\"\ncontact_force = { slave = \"ball_dome\", component = \"normal\" }\n";
+        let of = |objective: &str| {
+            let text = format!("{start}\n{quantity}[objective]\n{objective}\n[{rest}");
+            let case = slipstick_case::file::parse_case(&text, "case.toml").expect("a case").case;
+            let row = |step: usize| vec![step.to_string(), format!("{}", 10 * step)];
+            let rows = vec![(1..=case.load_path.steps).map(row).collect()];
+            let found = objective_before_the_end(&Rows { columns: vec!["step".into(), "f".into()], rows }, &case);
+            let last = case.load_path.steps;
+            (last, found.into_iter().map(|of| (steps_of(&of.steps, last), of.values)).collect::<Vec<_>>())
+        };
+        let (last, found) = of("maximise = { quantity = \"f\", steps = [2, 5] }");
+        assert!(last >= 10 && last.is_multiple_of(10), "{last}");
+        assert_eq!(found, [(vec![2], vec![20.0]), (vec![5], vec![50.0])]);
+        let half = last / 2;
+        let points = "follow = { quantity = \"f\", points = [[0.123, 1.0], [0.5, 2.0], [1.0, 3.0]] }";
+        assert_eq!(of(points).1, [(vec![half], vec![10.0 * half as f64])]);
+        assert_eq!((of("minimise = { quantity = \"f\" }").1, of("contact_force = {}").1), (vec![], vec![]));
     }
 
     /// By hand: the largest of steps 1 and 2 in each of two load cases, and the smallest of all.

@@ -46,6 +46,20 @@ fn an_edge_that_digs_in_loses_work() {
     }
 }
 
+/// A block lifts a strip by a tie that ends at t = 0.5. The strip returns, and its energy, half the force times the
+/// lift, disappears on purpose; with a tie that stays, nothing does.
+#[test]
+fn the_end_of_a_pair_is_no_release_by_mistake() {
+    let up = "{ min = [0, 1, 0], max = [1, 2, 0.5], elements = [3, 3, 1] }";
+    let motion = "[{ t = 0.5, u = [0, 0.1, 0] }, { t = 1, u = [0, 0.1, 0] }]";
+    for (keys, remains) in [("tied = true\nactive = [0, 0.5]", 0.0), ("tied = true", 1.0)] {
+        let found = pressed(LONG, up, motion, keys);
+        let energy = found.get("strain_energy").expect("a column");
+        assert!((energy[20] - remains * energy[10]).abs() < 1e-9 * energy[10] && energy[10] > 0.0, "{energy:?}");
+        assert_eq!(found.released, None, "{keys}");
+    }
+}
+
 /// A rigid roller of 16 facets slides over a soft slab without friction: its kinks close and open the nodes of the slab,
 /// which slide past them instead of moving along their normals. What contact is said to add is what the energies gain; the
 /// trapezoidal rule over the gaps of these nodes would be 14 % off.
