@@ -12,4 +12,5 @@ pub mod part;
 pub mod picture;
 pub mod render;
 pub mod report;
+pub mod step;
 mod vector;
