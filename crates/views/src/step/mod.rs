@@ -57,26 +57,23 @@ pub struct Faces {
     pub left: usize,
 }
 
-/// The units of length that STEP files declare: names in case files, and the unit.
-const UNITS: [(&[&str], Unit); 6] = [
-    (&["micron", "µm", "μm", "um"], Unit::Metre(".MICRO.")),
-    (&["millimeter", "millimetre", "mm"], Unit::Metre(".MILLI.")),
-    (&["centimeter", "centimetre", "cm"], Unit::Metre(".CENTI.")),
-    (&["inch", "in", "\""], Unit::Other("INCH", 0.0254)),
-    (&["foot", "ft", "'"], Unit::Other("FOOT", 0.3048)),
-    (&["meter", "metre", "m"], Unit::Metre("$")),
-];
-
-/// The text of a STEP file with bodies of one or more solids, and its faces; `length` is the case's name for the unit
-/// of length, millimetres if it has none. `None` if STEP does not have the unit.
-pub fn step(bodies: &[(String, Vec<Source>)], length: Option<&str>) -> Option<(String, Faces)> {
-    let unit = UNITS.iter().find(|(names, _)| names.contains(&length.unwrap_or("mm").trim()))?.1;
+/// The text of a STEP file with bodies of one or more solids, and its faces; `unit` is the unit of length: micron,
+/// millimeter, centimeter, meter, inch or foot.
+pub fn step(bodies: &[(String, Vec<Source>)], unit: &str) -> (String, Faces) {
+    let unit = match unit {
+        "micron" => Unit::Metre(".MICRO."),
+        "centimeter" => Unit::Metre(".CENTI."),
+        "meter" => Unit::Metre("$"),
+        "inch" => Unit::Other("INCH", 0.0254),
+        "foot" => Unit::Other("FOOT", 0.3048),
+        _ => Unit::Metre(".MILLI."),
+    };
     let mut count = Faces::default();
     let solids: Vec<(String, Vec<Named>)> = bodies
         .iter()
         .map(|(name, sources)| (name.clone(), sources.iter().map(|source| solid(source, &mut count)).collect()))
         .collect();
-    Some((text::text(&solids, unit), count))
+    (text::text(&solids, unit), count)
 }
 
 /// How far points may move onto curved surfaces, relative to the shortest edge beside them.

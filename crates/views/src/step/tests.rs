@@ -42,7 +42,127 @@ fn bored_block(count: usize) -> Source {
 
 #[test]
 fn a_bored_block_has_eight_faces() {
-    let (text, faces) = step(&[("block".into(), vec![bored_block(24)])], None).expect("mm");
+    let (text, faces) = step(&[("block".into(), vec![bored_block(24)])], "millimeter");
     assert_eq!(faces, Faces { planes: 6, curved: 2, facets: 0, left: 0 });
-    std::fs::write("/tmp/b1w/block.step", &text).unwrap();
+    assert_eq!(text.matches("CYLINDRICAL_SURFACE").count(), 2, "the halves have their own seams");
+    assert_eq!((text.matches("=CIRCLE(").count(), text.matches("=LINE(").count()), (4, 14));
+    assert_eq!(text.matches("=VERTEX_POINT(").count(), 12);
+}
+
+/// A body of revolution about z: the profile runs from the axis back to it; each of its segments lies on a shape, or in a
+/// plane.
+fn turned(profile: &[([f64; 2], Option<Shape>)], count: usize) -> Source {
+    let mut source = Source::default();
+    let mut rings: Vec<Vec<u32>> = Vec::new();
+    for ([r, z], _) in profile {
+        let first = source.points.len() as u32;
+        if *r == 0.0 {
+            source.points.push([0.0, 0.0, *z]);
+            rings.push(vec![first; count]);
+        } else {
+            let at = |k: usize| std::f64::consts::TAU * k as f64 / count as f64;
+            source.points.extend((0..count).map(|k| [r * at(k).cos(), r * at(k).sin(), *z]));
+            rings.push((first..first + count as u32).collect());
+        }
+    }
+    for (pair, (_, shape)) in rings.windows(2).zip(profile) {
+        for k in 0..count {
+            let l = (k + 1) % count;
+            let [a, b, c, d] = [pair[0][k], pair[0][l], pair[1][l], pair[1][k]];
+            for triangle in [[a, b, c], [a, c, d]] {
+                if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
+                    source.triangles.push(triangle);
+                    source.outer.push(true);
+                    source.shapes.push(*shape);
+                    source.names.push(String::new());
+                }
+            }
+        }
+    }
+    source
+}
+
+const CENTRE: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
+
+/// A ball, from its lowest to its highest point.
+fn ball(radius: f64, rows: usize, count: usize) -> Source {
+    let shape = Some(Shape::Sphere { centre: CENTRE, radius });
+    let at = |k: usize| std::f64::consts::PI * k as f64 / rows as f64;
+    let ring = |k: usize| ([if k % rows == 0 { 0.0 } else { radius * at(k).sin() }, -radius * at(k).cos()], shape);
+    turned(&(0..=rows).map(ring).collect::<Vec<_>>(), count)
+}
+
+/// A frustum with a hemispherical pit in its wide end, radius 1 and 2, height 3.
+fn pitted_frustum(count: usize) -> Source {
+    let cone = Shape::Cone { point: CENTRE, axis: Vector3::z(), radius: 1.0, slope: 1.0 / 3.0 };
+    let pit = Some(Shape::Sphere { centre: Vector3::new(0.0, 0.0, 3.0), radius: 0.8 });
+    let mut profile = vec![([0.0, 0.0], None), ([1.0, 0.0], Some(cone)), ([2.0, 3.0], None)];
+    let at = |k: usize| 0.5 * std::f64::consts::PI * k as f64 / 6.0;
+    profile.extend((0..7).map(|k| ([if k == 6 { 0.0 } else { 0.8 * at(k).cos() }, 3.0 - 0.8 * at(k).sin()], pit)));
+    turned(&profile, count)
+}
+
+/// The edges of a boundary lie on both surfaces beside them, and are used once in each direction; its loops are closed.
+fn assert_closed(source: &Source) -> brep::Brep {
+    let named = solid(source, &mut Faces::default());
+    let tolerance = named.quantum / WRITTEN;
+    let mut used = vec![[0; 2]; named.brep.edges.len()];
+    for face in &named.brep.faces {
+        for ring in &face.loops {
+            for (k, &(edge, forward)) in ring.iter().enumerate() {
+                used[edge][usize::from(forward)] += 1;
+                let (then, ahead) = ring[(k + 1) % ring.len()];
+                assert_eq!(
+                    named.brep.edges[edge].ends[usize::from(forward)],
+                    named.brep.edges[then].ends[usize::from(!ahead)],
+                    "a gap in a loop"
+                );
+                for x in named.brep.edges[edge].samples(&named.brep.vertices) {
+                    assert!(face.surface.distance(&x).abs() < 10.0 * tolerance, "an edge beside {:?}", face.surface);
+                }
+            }
+        }
+    }
+    assert!(used.iter().all(|both| *both == [1, 1]), "an edge that is not used twice");
+    named.brep
+}
+
+impl brep::Edge {
+    /// Points between the ends.
+    fn samples(&self, vertices: &[surface::V]) -> Vec<surface::V> {
+        let [a, b] = self.ends.map(|end| vertices[end]);
+        let between = [0.25, 0.5, 0.75];
+        match &self.curve {
+            curve::Curve::Line => between.map(|t| a * (1.0 - t) + b * t).to_vec(),
+            curve::Curve::Conic { centre, normal, major, semi } => {
+                let minor = normal.cross(major);
+                let angle = |x: &surface::V| ((x - centre).dot(&minor) / semi[1]).atan2((x - centre).dot(major) / semi[0]);
+                let turn = (angle(&b) - angle(&a)).rem_euclid(std::f64::consts::TAU);
+                let at = |t: f64| angle(&a) + t * turn;
+                between.map(|t| centre + major * (semi[0] * at(t).cos()) + minor * (semi[1] * at(t).sin())).to_vec()
+            }
+            curve::Curve::Spline { points, tangents } => (0..points.len() - 1)
+                .map(|k| {
+                    let chord = (points[k + 1] - points[k]).norm();
+                    (points[k] + points[k + 1]) / 2.0 + (tangents[k] - tangents[k + 1]) * (chord / 8.0)
+                })
+                .collect(),
+        }
+    }
+}
+
+#[test]
+fn boundaries_are_closed_and_edges_on_both_surfaces() {
+    let block = assert_closed(&bored_block(24));
+    assert_eq!((block.faces.len(), block.edges.len(), block.vertices.len()), (8, 18, 12));
+    let whole = assert_closed(&ball(1.0, 12, 24));
+    assert!(whole.faces.len() <= 8, "{}", whole.faces.len());
+    let frustum = assert_closed(&pitted_frustum(24));
+    let planes = frustum.faces.iter().filter(|face| matches!(face.surface, Surface::Plane { .. })).count();
+    assert_eq!(planes, 2);
+    if let Ok(folder) = std::env::var("DUMP") {
+        for (name, source) in [("block", bored_block(24)), ("ball", ball(1.0, 12, 24)), ("frustum", pitted_frustum(24))] {
+            std::fs::write(format!("{folder}/{name}.step"), step(&[(name.into(), vec![source])], "millimeter").0).unwrap();
+        }
+    }
 }

@@ -155,7 +155,7 @@ impl File {
         let solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())");
         let accuracy = self.add(&format!(
             "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({:E}),#{length},'distance_accuracy_value','')",
-            10f64.powi(2 - self.digits as i32)
+            10f64.powi(4 - self.digits as i32)
         )
         .replace("1E", "1.E"));
         self.add(&format!(
