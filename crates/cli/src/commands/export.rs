@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use slipstick::export::{
-    ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, unit_of_length, write_3mf, write_obj, write_stl,
-    write_vtu,
+    ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, unit_of_length, write_3mf, write_obj,
+    write_stl, write_vtu,
 };
 use slipstick::part::{LoosePiece, PiecesOfBody, pieces_of_design};
 use slipstick::run::{RunDirectory, design_density};
@@ -214,7 +214,11 @@ fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBu
     for (format, file) in &files {
         accept(file, format.extension(), args.force)?;
     }
-    Ok(if files.is_empty() && args.case.is_none() && args.step.is_none() { vec![(Format::Stl, directory.file("design.stl"))] } else { files })
+    Ok(if files.is_empty() && args.case.is_none() && args.step.is_none() {
+        vec![(Format::Stl, directory.file("design.stl"))]
+    } else {
+        files
+    })
 }
 
 /// Refuses a file with another extension than that of its format, which is also the name of the option, and

@@ -29,9 +29,9 @@ mod touching;
 
 pub use error::PartError;
 pub use files::{SCRIPT, write_moves, write_script, write_surface};
-pub use solids::{Solids, solids, write_step};
 pub use per_node::PerNode;
 pub use pieces::{LoosePiece, PiecesOfBody, pieces_of_design};
+pub use solids::{Solids, solids, write_step};
 pub use touching::Touching;
 
 use std::collections::BTreeSet;

@@ -8,9 +8,10 @@ use slipstick_mesh::Mesh;
 use slipstick_results::output::write_atomically;
 
 use super::patches::NamedFaces;
+use super::remesh::PatchedSurface;
 use super::{PartBody, PartError, part_body, refuse_too_fine};
 use crate::export::{Export, ExportError, ExportOptions, labelled_surface, unit_of_length};
-use crate::step::{Faces, Source, step};
+use crate::step::{Faces, Source, simplified, step};
 
 /// The bodies of a design as solids.
 #[derive(Debug, Clone)]
@@ -20,6 +21,12 @@ pub struct Solids {
     /// The surface of the design, as exported.
     pub export: Export,
 }
+
+/// How far a STEP file's facets may be from those of the part, relative to the shortest edges.
+const NEAR: f64 = 0.05;
+
+/// Largest change of the volume by that.
+const VOLUME: f64 = 5e-4;
 
 /// The bodies of a design as parts that keep their outer faces; `size` is as for [`super::part`]. Unlike there, any body may
 /// be one, also one that is solid everywhere, and no face must be left.
@@ -48,9 +55,34 @@ pub fn solids(
         }
         let solid: Vec<usize> =
             mesh.bodies[body].elements.clone().filter(|&e| density[e] >= export.threshold).collect();
-        bodies.push(part_body(case, mesh, &faces, &own, (body, &solid), size)?);
+        let mut part = part_body(case, mesh, &faces, &own, (body, &solid), size)?;
+        simplify(&mut part);
+        bodies.push(part);
     }
     Ok(Solids { bodies, export })
+}
+
+/// Leaves out points of the surface where material was removed that lie close to the triangles of their neighbours, unless
+/// triangles would cross.
+fn simplify(body: &mut PartBody) {
+    let surface = &body.surface;
+    let mut free = vec![true; surface.points.len()];
+    for (triangle, patch) in surface.triangles.iter().zip(&surface.patch) {
+        if body.cut.binary_search(&(patch + 1)).is_err() {
+            triangle.iter().for_each(|&n| free[n as usize] = false);
+        }
+    }
+    let limits = (NEAR * body.edges[0], VOLUME * body.volume);
+    let kept = simplified(&surface.points, &surface.triangles, &free, limits);
+    let simple = PatchedSurface {
+        points: surface.points.clone(),
+        triangles: kept.iter().map(|(_, triangle)| *triangle).collect(),
+        patch: kept.iter().map(|(t, _)| surface.patch[*t]).collect(),
+    };
+    if body.crossings == 0 && simple.crossings() == 0 {
+        body.shapes = kept.iter().map(|(t, _)| body.shapes[*t]).collect();
+        body.surface = simple;
+    }
 }
 
 /// Writes bodies as solids to a STEP file; `length` is the case's name for the unit of length.

@@ -47,7 +47,8 @@ pub(super) fn brep(facets: &Facets) -> Brep {
         first[face] = first[face].min(t);
     }
     let surfaces: Vec<Surface> = first.iter().map(|&t| surface(facets, t)).collect();
-    let mut builder = Builder { facets, face_of: &face_of, surfaces: &surfaces, numbers: BTreeMap::new(), brep: Brep::default() };
+    let mut builder =
+        Builder { facets, face_of: &face_of, surfaces: &surfaces, numbers: BTreeMap::new(), brep: Brep::default() };
     let along = builder.edges();
     let mut brep = builder.brep;
     let mut loops: Vec<Vec<(f64, Vec<(usize, bool)>)>> = vec![Vec::new(); count];

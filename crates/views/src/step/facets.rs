@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::surface::{Surface, V, onto};
 use super::Source;
+use super::surface::{Surface, V, onto};
 
 /// A part of the boundary on one surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,9 +43,9 @@ impl Facets {
     /// The triangles of a solid. Flat neighbours of one name in one plane share a region; so do those on one shape.
     pub fn new(source: &Source, shapes: &[Option<Surface>]) -> Self {
         let points: Vec<V> = source.points.iter().map(|&p| p.into()).collect();
-        let (low, high) = points.iter().fold((V::repeat(f64::INFINITY), V::repeat(f64::NEG_INFINITY)), |(l, h), p| {
-            (l.inf(p), h.sup(p))
-        });
+        let (low, high) = points
+            .iter()
+            .fold((V::repeat(f64::INFINITY), V::repeat(f64::NEG_INFINITY)), |(l, h), p| (l.inf(p), h.sup(p)));
         let mut found = Self {
             tolerance: ROUND_OFF * (high - low).norm(),
             points,
@@ -130,8 +130,7 @@ impl Facets {
             }
             let normal = plane.iter().map(|&t| self.area(t)).sum::<V>().normalize();
             let number = self.regions.len();
-            self.regions
-                .push(Region { surface: Surface::Plane { origin, normal }, name: source.names[start].clone() });
+            self.regions.push(Region { surface: Surface::Plane { origin, normal }, name: source.names[start].clone() });
             plane.iter().for_each(|&t| self.region[t] = Some(number));
         }
     }

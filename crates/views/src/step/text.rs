@@ -146,18 +146,18 @@ impl File {
                 let dimensions = self.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
                 let measure = real(length, 12);
                 let factor = self.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({measure}),#{metre})"));
-                self.add(&format!(
-                    "(CONVERSION_BASED_UNIT('{name}',#{factor})LENGTH_UNIT()NAMED_UNIT(#{dimensions}))"
-                ))
+                self.add(&format!("(CONVERSION_BASED_UNIT('{name}',#{factor})LENGTH_UNIT()NAMED_UNIT(#{dimensions}))"))
             }
         };
         let angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
         let solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())");
-        let accuracy = self.add(&format!(
-            "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({:E}),#{length},'distance_accuracy_value','')",
-            10f64.powi(4 - self.digits as i32)
-        )
-        .replace("1E", "1.E"));
+        let accuracy = self.add(
+            &format!(
+                "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({:E}),#{length},'distance_accuracy_value','')",
+                10f64.powi(4 - self.digits as i32)
+            )
+            .replace("1E", "1.E"),
+        );
         self.add(&format!(
             "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#{accuracy}))\
              GLOBAL_UNIT_ASSIGNED_CONTEXT((#{length},#{angle},#{solid}))REPRESENTATION_CONTEXT('',''))"
