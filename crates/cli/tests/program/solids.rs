@@ -57,7 +57,7 @@ print(json.dumps({"read": read, "healed": healed, "mesh": mesh, "said": said}))
 "#;
 
 /// What Open CASCADE finds in a file.
-fn read(place: &Place, file: &str) -> serde_json::Value {
+fn read(place: &Place, file: &str) -> Value {
     place.write("read.py", READ);
     let output =
         Command::new(python()).args(["read.py", file]).current_dir(place.path("")).output().expect("Python starts");
@@ -66,7 +66,7 @@ fn read(place: &Place, file: &str) -> serde_json::Value {
 }
 
 /// Healing changes nothing, nothing is said, and the body has this volume.
-fn assert_valid(found: &serde_json::Value, volume: f64, tolerance: f64) {
+fn assert_valid(found: &Value, volume: f64, tolerance: f64) {
     assert_eq!(found["read"], found["healed"], "healing changes the solid");
     assert_eq!(found["said"].as_array().map(Vec::len), Some(0), "{}", found["said"]);
     let volumes: f64 = found["read"]["volumes"].as_array().expect("a list").iter().filter_map(|v| v.as_f64()).sum();
@@ -108,7 +108,7 @@ fn a_ring_is_exact() {
     assert_valid_volume(&read(&place, "ring.stp"), PI * 27.0 * 4.0 * 1e9);
 }
 
-fn assert_valid_volume(found: &serde_json::Value, volume: f64) {
+fn assert_valid_volume(found: &Value, volume: f64) {
     let read = found["read"]["volumes"][0].as_f64().expect("a number");
     assert!((read / volume - 1.0).abs() < 1e-6, "{read} instead of {volume}");
 }
