@@ -79,7 +79,7 @@ pub enum Command {
     Study(Study),
     /// Write a run as one web page: an interactive view, curves, tables, the case
     Report(Report),
-    /// Write a design as a closed triangle surface for CAD, meshing or printing, or as a deck
+    /// Write a design as a closed triangle surface, as STEP solids for CAD, or as a deck
     Export(Export),
     /// Explain an error or warning about a case file, by its code
     Explain(Explain),

@@ -7,10 +7,13 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use slipstick::case::Resolved;
 use slipstick::design::ElementValues;
-use slipstick::export::{ExportOptions, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl, write_vtu};
+use slipstick::export::{
+    ExportOptions, design_surface, unit_of_3mf, unit_of_length, write_3mf, write_obj, write_stl, write_vtu,
+};
 use slipstick::mesh::Mesh;
 use slipstick::optimize::Optimization;
 use slipstick::output::write_atomically;
+use slipstick::part::{Solids, solids, write_step};
 use slipstick::picture::{PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, RenderError};
 use slipstick::report::{PageOptions, page};
@@ -287,8 +290,8 @@ impl Run {
         detached(py, || {
             let length = self.resolved.case.units.length.as_deref();
             let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-            if !["stl", "obj", "3mf", "vtu"].contains(&extension.as_str()) {
-                let message = format!("{} ends neither in .stl, .obj, .3mf nor .vtu", file.display());
+            if !["stl", "obj", "3mf", "vtu", "step", "stp"].contains(&extension.as_str()) {
+                let message = format!("{} ends neither in .stl, .obj, .3mf, .vtu, .step nor .stp", file.display());
                 return Err(Error::input(message, "give the file one of these extensions, which selects the format"));
             }
             if extension == "3mf" {
@@ -296,6 +299,14 @@ impl Run {
             }
             let density = design_density(&self.directory, &self.mesh, iteration)?;
             let options = ExportOptions { threshold, smoothing: smooth, keep_surfaces, bodies };
+            if ["step", "stp"].contains(&extension.as_str()) {
+                unit_of_length(length, "STEP").map_err(Failure::from)?;
+                let Solids { bodies, export } =
+                    solids(&self.resolved.case, &self.mesh, &density, &options, None).map_err(Failure::from)?;
+                write_step(&file, &bodies, length).map_err(Failure::from)?;
+                let volume = bodies.iter().map(|body| body.volume).sum();
+                return Ok((export.threshold, volume, export.density_volume));
+            }
             let export = design_surface(&self.mesh, &density, &options).map_err(Failure::from)?;
             let names: Vec<&str> = self.mesh.bodies.iter().map(|body| body.name.as_str()).collect();
             let written = match extension.as_str() {

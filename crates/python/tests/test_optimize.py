@@ -169,7 +169,7 @@ def test_pictures_pages_and_surfaces(problem: ss.Problem, tmp_path: Path) -> Non
     ).exists()
     page = result.report(tmp_path / "report.html")
     assert "<html" in page.read_text(encoding="utf-8")[:500]
-    for name in ("part.stl", "part.3mf", "part.obj", "part.vtu"):
+    for name in ("part.stl", "part.3mf", "part.obj", "part.vtu", "part.step"):
         assert result.export(tmp_path / name, threshold=0.1).stat().st_size > 100
     with pytest.raises(FileExistsError, match="overwrite=True"):
         result.report(tmp_path / "report.html")

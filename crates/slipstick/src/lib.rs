@@ -25,7 +25,7 @@ pub use slipstick_model::{
     releases, rough_pressure, verify, void_contact, words,
 };
 pub use slipstick_results::{output, run};
-pub use slipstick_views::{charts, deck, export, part, picture, render, report};
+pub use slipstick_views::{charts, deck, export, part, picture, render, report, step};
 
 pub use slipstick_contact as contact;
 pub use slipstick_design as design;

@@ -40,12 +40,16 @@ pub struct Export {
     /// none)
     #[arg(long = "3mf", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub threemf: Option<PathBuf>,
+    /// STEP file to write, for CAD: solids in the unit that the case names (mm if none), with the
+    /// original planes, cylinders, cones and spheres, and facets where material was removed
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub step: Option<PathBuf>,
     /// VTU file to write, for ParaView
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub vtu: Option<PathBuf>,
     /// FRD file to write, for CGX and other programs for CalculiX: displacements, stress, reactions and
     /// contact of the load path
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "iteration", "threshold", "smooth", "keep_surfaces"])]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "step", "vtu", "iteration", "threshold", "smooth", "keep_surfaces"])]
     pub frd: Option<PathBuf>,
     /// Export the design of an iteration [default: the newest]
     #[arg(long, value_name = "NUMBER")]
@@ -68,15 +72,15 @@ pub struct Export {
     /// elements (it needs `pip install gmsh`), and a case that analyses them under the same loads
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "body")]
     pub case: Option<PathBuf>,
-    /// Length of the edges of the part's mesh [default: that of the shortest edges of the design's elements nearby; a body that is solid everywhere keeps its mesh]
-    #[arg(long, value_name = "LENGTH", requires = "case", value_parser = length, allow_negative_numbers = true)]
+    /// Length of the edges of the part's mesh, or of the facets of a STEP file [default: that of the shortest edges of the design's elements nearby; a body that is solid everywhere keeps its mesh]
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_negative_numbers = true)]
     pub size: Option<f64>,
     /// Measure the thinnest member and the narrowest gap, and keep them for the report
     #[arg(long)]
     pub measure: bool,
     /// Write the case, with the elements of the design above the threshold, as a deck for CalculiX and
     /// Abaqus to this folder (model.inp), with a case that refers to it (case.toml)
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "vtu", "frd"])]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with_all = ["case", "body", "measure", "stl", "obj", "threemf", "step", "vtu", "frd"])]
     pub deck: Option<PathBuf>,
     /// Write linear contact with this pressure per penetration instead of hard contact
     #[arg(long, value_name = "STIFFNESS", requires = "deck", value_parser = length, allow_negative_numbers = true)]

@@ -1,13 +1,13 @@
-//! `slipstick export`: a design as a closed triangle surface, as a part with its own case, or as a deck; a
-//! load path as a result file of CalculiX.
+//! `slipstick export`: a design as a closed triangle surface, as solids for CAD, as a part with its own case, or as a
+//! deck; a load path as a result file of CalculiX.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use slipstick::export::{
-    ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl,
-    write_vtu,
+    ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, unit_of_length, write_3mf, write_obj,
+    write_stl, write_vtu,
 };
 use slipstick::part::{LoosePiece, PiecesOfBody, pieces_of_design};
 use slipstick::run::{RunDirectory, design_density};
@@ -18,6 +18,7 @@ pub(super) mod deck;
 mod frd;
 mod measure;
 mod part;
+mod step;
 
 use crate::args::Export;
 use crate::context::Context;
@@ -41,6 +42,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         return frd::run(context, args, directory, file);
     }
     let files = files(args, &directory)?;
+    step::refuse(args)?;
     if let Some(folder) = &args.case {
         part::refuse(folder, args.force)?;
     }
@@ -55,6 +57,9 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     let length = resolved.case.units.length.as_deref();
     if args.threemf.is_some() {
         unit_of_3mf(length)?;
+    }
+    if args.step.is_some() {
+        unit_of_length(length, "STEP")?;
     }
     let part = match &args.case {
         Some(_) => Some(slipstick::part::part(&resolved.case, &mesh, &density, &options, args.size)?),
@@ -71,7 +76,8 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     let (surface, volume) = (&export.surface, export.surface.volume());
     let crossings = surface.crossings();
     let pieces = surface.pieces();
-    let paths: Vec<&PathBuf> = files.iter().map(|(_, file)| file).collect();
+    let solids = step::write(args, &resolved.case, (&mesh, &density), &options)?;
+    let paths: Vec<&PathBuf> = files.iter().map(|(_, file)| file).chain(&args.step).collect();
     context.console.event(
         "result",
         json!({
@@ -79,6 +85,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
             "points": surface.points.len(), "surfaces": pieces, "crossings": crossings,
             "volume": volume,
             "density_volume": export.density_volume,
+            "step": solids.as_ref().map(step::record),
         }),
     );
     context.console.text(&format!(
@@ -97,7 +104,10 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         ));
     }
     let bodies: BTreeSet<u32> = surface.bodies.iter().copied().collect();
-    if pieces > bodies.len() && part.is_none() {
+    if let Some(solids) = &solids {
+        step::tell(context, solids, export.threshold);
+    }
+    if pieces > bodies.len() && part.is_none() && solids.is_none() {
         let options = ExportOptions { threshold: Some(export.threshold), ..options.clone() };
         tell_pieces(context, &pieces_of_design(&resolved.case, &mesh, &density, &options)?, export.threshold);
     }
@@ -204,7 +214,11 @@ fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBu
     for (format, file) in &files {
         accept(file, format.extension(), args.force)?;
     }
-    Ok(if files.is_empty() && args.case.is_none() { vec![(Format::Stl, directory.file("design.stl"))] } else { files })
+    Ok(if files.is_empty() && args.case.is_none() && args.step.is_none() {
+        vec![(Format::Stl, directory.file("design.stl"))]
+    } else {
+        files
+    })
 }
 
 /// Refuses a file with another extension than that of its format, which is also the name of the option, and

@@ -25,6 +25,7 @@ mod quantities;
 mod render;
 mod report;
 mod resume;
+mod solids;
 mod step;
 mod stop;
 mod study;

@@ -20,12 +20,12 @@ for number, name in ((1, "my lug"), (2, "pin")):
 open("Lug.STP", "w").write(text)
 "#;
 
-fn python() -> String {
+pub(super) fn python() -> String {
     std::env::var("SLIPSTICK_PYTHON").unwrap_or_else(|_| "python3".into())
 }
 
 /// Whether Python runs a statement; if not, the test is skipped, and that is said.
-fn runs(statement: &str) -> bool {
+pub(super) fn runs(statement: &str) -> bool {
     let found = Command::new(python()).args(["-c", statement]).output().is_ok_and(|output| output.status.success());
     if !found {
         // Print directly to the terminal, because the test harness captures `eprintln!`.

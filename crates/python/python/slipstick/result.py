@@ -250,12 +250,12 @@ class Result:
         bodies: Sequence[str] = (),
         overwrite: bool = False,
     ) -> FilePath:
-        """Write the design as a closed surface, as ``slipstick export`` does.
+        """Write the design as a closed surface, or as solids for CAD, as ``slipstick export`` does.
 
         Parameters
         ----------
         file : path-like
-            The file to write; its extension selects STL, 3MF, OBJ or VTU.
+            The file to write; its extension selects STL, 3MF, OBJ, VTU or STEP.
         iteration : int, optional
             Number of a design; by default the newest.
         threshold : float, optional
@@ -264,7 +264,7 @@ class Result:
         smooth : int
             Number of smoothing passes.
         keep_surfaces : bool
-            Whether the outer faces of the bodies stay in place.
+            Whether the outer faces of the bodies stay in place; in a STEP file, they always do.
         bodies : sequence of str
             The bodies to export; by default the designed ones.
         overwrite : bool
@@ -275,7 +275,7 @@ class Result:
         pathlib.Path
             The file.
         """
-        path = _free(file, overwrite, (".stl", ".3mf", ".obj", ".vtu"))
+        path = _free(file, overwrite, (".stl", ".3mf", ".obj", ".vtu", ".step", ".stp"))
         self._run.export(path, iteration, threshold, smooth, keep_surfaces, list(bodies))
         return path
 

@@ -55,11 +55,13 @@ pub enum ExportError {
     /// Points that 32-bit coordinates cannot distinguish.
     #[error("the body is so far from the origin that the 32-bit coordinates of STL merge points of its surface")]
     TooFar,
-    /// A unit that 3MF does not have.
-    #[error("3MF has no unit `{unit}`")]
+    /// A unit that a format does not have.
+    #[error("{format} has no unit `{unit}`")]
     Unit {
         /// Its name in the case.
         unit: String,
+        /// The format, 3MF or STEP.
+        format: &'static str,
     },
     /// The file.
     #[error(transparent)]
@@ -79,9 +81,9 @@ impl ExportError {
                 "use a later iteration, with less grey material, or fewer smoothing passes, or set --threshold".into()
             }
             Self::TooFar => "write OBJ or VTU files, or move the body with its `place.translate`".into(),
-            Self::Unit { .. } => {
-                "3MF has µm, mm, cm, m, in and ft: use one of them for `[units] length`, or write STL or OBJ".into()
-            }
+            Self::Unit { format, .. } => format!(
+                "{format} has µm, mm, cm, m, in and ft: use one of them for `[units] length`, or write STL or OBJ"
+            ),
             Self::Output(error) => error.cure(),
         }
     }

@@ -56,7 +56,7 @@ pub use error::ExportError;
 pub use files::{write_obj, write_stl, write_vtu};
 pub use measure::{Distance, Measures, MirrorPlane, measure};
 pub use surface::TriangleSurface;
-pub use threemf::{unit_of_3mf, write_3mf};
+pub use threemf::{unit_of_3mf, unit_of_length, write_3mf};
 
 use slipstick_mesh::Mesh;
 

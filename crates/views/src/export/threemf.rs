@@ -40,9 +40,17 @@ const RELATIONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 /// # Errors
 /// [`ExportError::Unit`] for a unit that 3MF does not have.
 pub fn unit_of_3mf(length: Option<&str>) -> Result<&'static str, ExportError> {
+    unit_of_length(length, "3MF")
+}
+
+/// The same for another `format` with these units.
+///
+/// # Errors
+/// [`ExportError::Unit`].
+pub fn unit_of_length(length: Option<&str>, format: &'static str) -> Result<&'static str, ExportError> {
     let Some(length) = length else { return Ok("millimeter") };
     let found = UNITS.iter().find(|(_, names)| names.contains(&length.trim()));
-    found.map(|(unit, _)| *unit).ok_or_else(|| ExportError::Unit { unit: length.to_owned() })
+    found.map(|(unit, _)| *unit).ok_or_else(|| ExportError::Unit { unit: length.to_owned(), format })
 }
 
 /// Writes 3MF (core specification 1.3): one named object per body, with shared points; `names` are

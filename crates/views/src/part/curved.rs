@@ -161,6 +161,13 @@ impl<'a> Curved<'a> {
         facet.is_some_and(|facet| self.heights[facet].is_some())
     }
 
+    /// The shape of the face on which a triangle of the surface lies, if it is a known one.
+    pub fn shape(&mut self, corners: [[f64; 3]; 3]) -> Option<Shape> {
+        let centre = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
+        let facet = self.nearest(centre, unit_normal(corners), false)?;
+        self.shapes[facet]
+    }
+
     /// Moves the points of a surface that are not nodes onto the smooth surface, where `outer` says of its triangles that
     /// they lie on outer faces; returns the moves of the points in the middle of its edges and
     /// triangles.

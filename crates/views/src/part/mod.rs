@@ -22,6 +22,7 @@ mod patches;
 mod per_node;
 mod pieces;
 mod remesh;
+mod solids;
 #[cfg(test)]
 mod tests;
 mod touching;
@@ -30,13 +31,14 @@ pub use error::PartError;
 pub use files::{SCRIPT, write_moves, write_script, write_surface};
 pub use per_node::PerNode;
 pub use pieces::{LoosePiece, PiecesOfBody, pieces_of_design};
+pub use solids::{Solids, solids, write_step};
 pub use touching::Touching;
 
 use std::collections::BTreeSet;
 
 use slipstick_case::construct::smooth_faces;
 use slipstick_case::file::Case;
-use slipstick_mesh::{Mesh, SmoothSurface};
+use slipstick_mesh::{Mesh, Shape, SmoothSurface};
 
 use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
 use crate::vector::{area, norm};
@@ -139,6 +141,8 @@ pub struct PartBody {
     /// Number of pairs of its triangles that cross each other; 0 unless elements are inverted.
     pub crossings: usize,
     surface: PatchedSurface,
+    /// The shape on which each of its triangles lies.
+    shapes: Vec<Option<Shape>>,
     /// Where elements get points between those of the surface.
     moves: curved::Moves,
 }
@@ -286,6 +290,9 @@ fn part_body(
         remeshed(&patched, &lengths, |patch| !outer(patch), fixed, |x, normal| curved.onto_facets(x, normal));
     let flat = fine.clone();
     let moves = curved.lift(&mut fine, |t| outer(flat.patch[t]));
+    let shapes = (0..flat.triangles.len())
+        .map(|t| outer(flat.patch[t]).then(|| curved.shape(flat.corners(t))).flatten())
+        .collect();
     let mut found = named_faces((case, mesh), faces, &fine, &list, body);
     compare::compare(&mut found, (mesh, body, faces), &patched, &flat);
     Ok(PartBody {
@@ -303,6 +310,7 @@ fn part_body(
         left_out,
         pieces: around,
         surface: fine,
+        shapes,
     })
 }
 
