@@ -42,7 +42,7 @@ PAGES = {
         "Meshes": ["Mesh", "Body"],
     },
     ("optimizations", "Optimizations and studies"): {
-        "Optimizations": ["Result", "Iteration", "Term", "Bound", "resume", "open_run"],
+        "Optimizations": ["Result", "View", "Iteration", "Term", "Bound", "resume", "open_run"],
         "Studies": ["run_study", "Study", "StudyRun"],
     },
     ("own_quantities", "Your own quantities and maps"): {

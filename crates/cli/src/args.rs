@@ -12,7 +12,7 @@ mod results;
 mod values;
 
 pub use help::{Completions, Explain, Man, SchemaOf};
-pub use results::{Export, Report, Threshold, VerifyDeck};
+pub use results::{Export, Report, Threshold, Ui, VerifyDeck};
 use values::{count, fraction, memory, not_negative, override_of, positive, size, step};
 
 /// Topology optimization of bodies in three-dimensional finite-deformation frictional contact.
@@ -79,6 +79,8 @@ pub enum Command {
     Study(Study),
     /// Write a run as one web page: an interactive view, curves, tables, the case
     Report(Report),
+    /// Open a page in the browser to edit, check and run cases, and to watch and judge runs
+    Ui(Ui),
     /// Write a design as a closed triangle surface, as STEP solids for CAD, or as a deck
     Export(Export),
     /// Explain an error or warning about a case file, by its code

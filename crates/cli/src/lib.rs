@@ -19,6 +19,7 @@ pub mod runs;
 pub mod setup;
 pub mod summary;
 pub mod table;
+mod ui;
 pub mod watch;
 
 use args::{Cli, Command, VerifyWhat};
@@ -72,6 +73,7 @@ fn runs(command: &Command) -> bool {
         | Command::Explain(_)
         | Command::Schema(_)
         | Command::Completions(_)
+        | Command::Ui(_)
         | Command::Man(_) => false,
     }
 }
@@ -100,6 +102,7 @@ fn execute(context: &Context, command: &Command) -> Outcome {
         Command::Render(args) => commands::render::run(context, args),
         Command::Study(args) => commands::study::run(context, args),
         Command::Report(args) => commands::report::run(context, args),
+        Command::Ui(args) => ui::run(context, args),
         Command::Export(args) => commands::export::run(context, args),
         Command::Explain(args) => commands::explain::run(context, args),
         Command::Schema(args) => commands::schema::run(context, args),

@@ -1,16 +1,20 @@
 //! The states of a load path.
 
 use std::ffi::CString;
+use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use slipstick::analysis::LoadCases;
+use slipstick::analysis::{Designs, LoadCases};
 use slipstick::linalg::Alone;
 use slipstick::model::{ContactResults, Design};
 use slipstick::path::PathState;
-use slipstick::quantities::{Quantities, quantities};
+use slipstick::quantities::{Quantities, Recording, quantities};
+use slipstick::report::{PageOptions, page};
+use slipstick::run::{ExitState, PathWriter, Run, RunDirectory, RunPart, write_densities};
+use slipstick_service::failure::Failure;
 
 use crate::arrays;
 use crate::built::Built;
@@ -103,6 +107,31 @@ impl Path {
         let units = found.names.iter().map(|name| name.unit).collect();
         let rows: Vec<f64> = found.rows.iter().filter(|row| row.step > 0).flat_map(|row| row.values.clone()).collect();
         Ok((names, units, arrays::matrix(py, rows, found.names.len())))
+    }
+
+    /// The interactive view of the path as a web page; the folder, which must be empty, takes the files of a run.
+    fn view(&self, py: Python<'_>, folder: PathBuf, command: Vec<String>) -> PyResult<String> {
+        detached(py, || {
+            let problem = self.built.lock()?;
+            let designs = Designs::new(&self.design, &self.cases);
+            let part = RunPart::starting(command, rayon::current_num_threads());
+            let resolved = &self.built.case;
+            // the page needs no copies of mesh files
+            let run = Run::start(&folder, resolved, FilePath::new("case.toml"), &|_| Ok(Vec::new()), part, false)?;
+            let steps = problem.analysis.times.len() / self.cases.count();
+            let recording = Recording::new(&problem.mesh, &problem.quantities, designs, steps);
+            let mut writer = PathWriter::new(Some(run.directory()), &problem.mesh, designs, recording);
+            for (index, at) in self.path.states.iter().enumerate() {
+                writer.add(at.into(), self.path.state(index, &Alone), None);
+            }
+            writer.finish().1?;
+            let file = run.directory().file("design.csv");
+            write_densities(&file, &problem.mesh, self.design.density(), None, None).map_err(Failure::from)?;
+            let directory = RunDirectory::open(&folder)?;
+            run.end(ExitState::Finished, None)?;
+            let options = PageOptions { view_only: true, ..PageOptions::default() };
+            Ok(page(&directory, &resolved.case, &problem.mesh, &options)?.html)
+        })
     }
 
     /// Densities of the path.

@@ -274,6 +274,14 @@ impl Run {
         })
     }
 
+    /// The interactive view of the run as a web page.
+    fn view(&self, py: Python<'_>) -> PyResult<String> {
+        detached(py, || {
+            let options = PageOptions { view_only: true, ..PageOptions::default() };
+            Ok(page(&self.directory, &self.resolved.case, &self.mesh, &options)?.html)
+        })
+    }
+
     /// Writes a design as a closed surface, in the format of the file's extension; returns
     /// threshold, volume of the surface and volume of the densities.
     #[pyo3(signature = (file, iteration, threshold, smooth, keep_surfaces, bodies))]

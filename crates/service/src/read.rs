@@ -59,7 +59,26 @@ pub fn case_file(path: &Path, overrides: &[Override]) -> Result<Resolved, Unread
 ///
 /// As [`case_file`].
 pub fn case_or_deck(path: &Path, overrides: &[Override], ignored: &[String]) -> Result<Resolved, Unreadable> {
-    let mut text = text_of(path)?;
+    case_of_text(path, text_of(path)?, overrides, ignored)
+}
+
+/// As [`case_or_deck`], with this text instead of that of the case file, which may have been edited. A deck is
+/// read as it is on disk, since it may consist of several files.
+///
+/// # Errors
+///
+/// As [`case_file`].
+pub fn edited(path: &Path, text: &str) -> Result<Resolved, Unreadable> {
+    let text = if deck_name(path).is_some() { text_of(path)? } else { text.to_owned() };
+    case_of_text(path, text, &[], &[])
+}
+
+fn case_of_text(
+    path: &Path,
+    mut text: String,
+    overrides: &[Override],
+    ignored: &[String],
+) -> Result<Resolved, Unreadable> {
     let mut name = path.display().to_string();
     let files = mesh_files(path);
     let deck = with_deck(&text, &name, &files, ignored).map_err(Unreadable::Wrong)?.map(|with| {

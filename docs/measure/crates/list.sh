@@ -55,6 +55,7 @@ TEXT
     row clap_mangen "the manual page"
     row ctrlc "Ctrl-C stops a run when the current Newton iteration ends"
     row flate2 "compressed VTU files"
+    row getrandom "the token in the address of \`slipstick ui\`"
     row indicatif "the progress bar"
     row libloading "the CUDA driver and cuDSS at run time; only in builds with the feature \`cudss\`"
     row lz4_flex "VTU files compressed with LZ4"
@@ -87,6 +88,10 @@ About 700 lines in `views/src/render` and `picture.rs` draw charts and the text 
 tried libraries and kept our own code: `plotters`, `kuva` and `charts-rs` depend on `ttf-parser`,
 which is no longer maintained (RUSTSEC-2026-0192); `skrifa` with `ab_glyph_rasterizer` would replace
 only the code that draws glyphs, and would add about half a minute to the first build.
+
+The server of `slipstick ui` (`cli/src/ui/http.rs`, about 230 lines) uses the standard library:
+one request per connection, with a deadline and with limits for size and number. `tiny_http` 0.12
+would add five crates, and sets no deadline for a request that arrives slowly.
 TEXT
     printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"

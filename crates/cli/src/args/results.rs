@@ -94,6 +94,21 @@ pub struct Export {
     pub force: bool,
 }
 
+/// Arguments of `ui`.
+#[derive(Debug, Clone, Args)]
+pub struct Ui {
+    /// A case file, a deck (.inp), the directory of a run, or a folder with these [default: the current
+    /// folder]
+    #[arg(value_name = "PATH", value_hint = ValueHint::AnyPath)]
+    pub path: Option<PathBuf>,
+    /// Port of 127.0.0.1 to serve the page on [default: a free one]
+    #[arg(long, value_name = "NUMBER")]
+    pub port: Option<u16>,
+    /// Print the address without opening the browser
+    #[arg(long)]
+    pub no_browser: bool,
+}
+
 /// Arguments of `verify deck`.
 #[derive(Debug, Clone, Args)]
 pub struct VerifyDeck {

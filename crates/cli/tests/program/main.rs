@@ -32,6 +32,7 @@ mod study;
 #[path = "../../../slipstick/tests/common/table.rs"]
 mod table;
 mod ties;
+mod ui;
 mod warnings;
 
 use std::path::{Path, PathBuf};

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from .response import Bound, Term
     from .result import Iteration, Result, open_run, resume
     from .study import Study, StudyRun, run_study
+    from .view import View
 
 # Where the other names are defined. They are imported when they are first used, so that the program
 # starts without numpy.
@@ -68,6 +69,7 @@ _HOMES = {
     "response": ("Bound", "Term"),
     "result": ("Iteration", "Result", "open_run", "resume"),
     "study": ("Study", "StudyRun", "run_study"),
+    "view": ("View",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 # jax and torch are not in __all__: `from slipstick import *` must not need them
@@ -108,6 +110,7 @@ __all__ = [
     "StudyError",
     "StudyRun",
     "Term",
+    "View",
     "__version__",
     "errors",
     "gradient",

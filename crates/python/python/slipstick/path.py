@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays, _slipstick
+from .view import View
 
 if TYPE_CHECKING:
     import pandas
@@ -155,6 +159,31 @@ class Path:
         """Units of the quantities in force F and length L; empty for dimensionless numbers."""
         names, units, _ = self._table
         return dict(zip(names, units, strict=True))
+
+    def view(self, *, height: int = 640) -> View:
+        """The interactive 3D view of ``slipstick report``, for notebooks.
+
+        Rotate it with the mouse or the arrow keys, choose fields, cut it open and play the path.
+
+        Parameters
+        ----------
+        height : int
+            Height in the notebook, in pixels.
+
+        Returns
+        -------
+        View
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> view = ss.Case.template("cube-on-cuboid").build().solve().view()
+        >>> view.save("path.html")  # doctest: +SKIP
+        """
+        with tempfile.TemporaryDirectory(prefix="slipstick-") as folder:
+            # a folder that does not exist yet takes the files of a run
+            page = self._path.view(FilePath(folder) / "run", ["python", *sys.argv])
+        return View(page, height)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """The quantities as a table with a row for each load step (needs pandas).

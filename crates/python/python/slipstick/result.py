@@ -19,10 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _slipstick
+from ._files import free
 from ._progress import IterationBar, Report
 from .errors import SlipstickWarning
 from .quantity import Quantity
 from .response import recorded
+from .view import View
 
 if TYPE_CHECKING:
     import pandas
@@ -213,7 +215,7 @@ class Result:
         pathlib.Path
             The picture.
         """
-        path = _free(file, overwrite, (".png",))
+        path = free(file, overwrite, (".png",))
         names = None if bodies is None else list(bodies)
         self._run.render(
             path, field, step, iteration, view, deformed, threshold, smooth, names, plain, size
@@ -235,9 +237,26 @@ class Result:
         pathlib.Path
             The page.
         """
-        path = _free(file, overwrite, (".html", ".htm"))
+        path = free(file, overwrite, (".html", ".htm"))
         self._run.report(path)
         return path
+
+    def view(self, *, height: int = 640) -> View:
+        """The interactive 3D view of ``slipstick report``, for notebooks.
+
+        Designs of all iterations that were kept, and the load path; rotate it with the mouse or the
+        arrow keys, choose fields, cut it open and play the path.
+
+        Parameters
+        ----------
+        height : int
+            Height in the notebook, in pixels.
+
+        Returns
+        -------
+        View
+        """
+        return View(self._run.view(), height)
 
     def export(
         self,
@@ -275,7 +294,7 @@ class Result:
         pathlib.Path
             The file.
         """
-        path = _free(file, overwrite, (".stl", ".3mf", ".obj", ".vtu", ".step", ".stp"))
+        path = free(file, overwrite, (".stl", ".3mf", ".obj", ".vtu", ".step", ".stp"))
         self._run.export(path, iteration, threshold, smooth, keep_surfaces, list(bodies))
         return path
 
@@ -286,16 +305,6 @@ class Result:
 
     def __repr__(self) -> str:
         return f"<Result in {self.directory}>"
-
-
-def _free(file: str | os.PathLike[str], overwrite: bool, extensions: tuple[str, ...]) -> FilePath:
-    path = FilePath(file)
-    if path.suffix.lower() not in extensions:
-        wanted = ", ".join(extensions)
-        raise ValueError(f"file is {os.fspath(file)!r}: give a name that ends in {wanted}")
-    if path.exists() and not overwrite:
-        raise FileExistsError(f"{path} already exists: name another file, or give overwrite=True")
-    return path
 
 
 Record = Callable[[str, float, str], None]

@@ -25,11 +25,19 @@ pub(super) struct Frames {
     path_of: Option<String>,
 }
 
+impl Frames {
+    /// The model before it runs: one state, without densities.
+    pub fn of_model() -> Self {
+        Self { designs: vec![Design { number: 0, density: None, derivative: None }], ..Self::default() }
+    }
+}
+
 /// A design.
 #[derive(Debug, Serialize)]
 pub(super) struct Design {
     number: usize,
-    density: Packed,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    density: Option<Packed>,
     #[serde(skip_serializing_if = "Option::is_none")]
     derivative: Option<Packed>,
 }
@@ -129,7 +137,7 @@ pub(super) fn read(
     if let Some(density) = newest.as_ref().filter(|_| layout.is_designed() && frames.steps.is_empty())
         && frames.designs.is_empty()
     {
-        frames.designs.push(Design { number: 0, density: densities(density, layout), derivative: None });
+        frames.designs.push(Design { number: 0, density: Some(densities(density, layout)), derivative: None });
     }
     if let (Some(of_path), Some(newest)) = (&of_path, &newest)
         && of_path[..] != newest[..]
@@ -162,7 +170,7 @@ fn densities(values: &[f64], layout: &Layout) -> Packed {
 }
 
 fn design(stored: &Stored, number: usize, mesh: &Mesh, layout: &Layout) -> Option<Design> {
-    let density = densities(stored.values("density", mesh.elements.len())?, layout);
+    let density = Some(densities(stored.values("density", mesh.elements.len())?, layout));
     let derivative = stored.values("objective_derivative", mesh.elements.len());
     let on_page = |values: &[f64]| layout.elements.iter().map(|&e| values[e as usize]).collect::<Vec<f64>>();
     Some(Design { number, density, derivative: derivative.map(|values| Packed::numbers(&on_page(values))) })

@@ -22,6 +22,7 @@ mod model;
 mod named;
 mod origin;
 mod pack;
+mod setup;
 mod summary;
 mod tables;
 #[cfg(test)]
@@ -41,11 +42,15 @@ use model::Model;
 use named::Bounded;
 use origin::Origin;
 use pack::base64;
+pub use setup::model_page;
 use summary::Summary;
 use tables::{Checked, NewtonSteps, Table};
 
 /// The file of a run with the thinnest member and the narrowest gap of its newest design.
 pub const MEASURES: &str = "measures.json";
+
+/// The script that draws curves and tables, for other pages.
+pub const CHARTS: &str = include_str!("page/charts.js");
 
 /// A page and its contents.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,17 +76,25 @@ pub struct PageOptions {
     pub whole_elements: usize,
     /// The interval at which the open page loads its file again, for a run in progress. \[s\]
     pub reload: Option<f64>,
+    /// Only the interactive view, without tables, curves and case, for a page that contains this one.
+    pub view_only: bool,
 }
 
 impl Default for PageOptions {
     /// Pages of up to about 60 MB, which browsers on phones can still open.
     fn default() -> Self {
-        Self { frame_bytes: 24_000_000, model_bytes: 24_000_000, whole_elements: 50_000, reload: None }
+        Self {
+            frame_bytes: 24_000_000,
+            model_bytes: 24_000_000,
+            whole_elements: 50_000,
+            reload: None,
+            view_only: false,
+        }
     }
 }
 
 /// The input of the page's script.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Data {
     title: String,
     summary: String,
@@ -116,6 +129,13 @@ struct Data {
     run: Vec<[String; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     reload: Option<f64>,
+    /// Whether the page is only the view.
+    view_only: bool,
+    /// Whether the page shows a model that has not run, in a colour for each body.
+    setup: bool,
+    /// Surfaces and node sets that the view can mark.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    marks: Vec<setup::Mark>,
 }
 
 /// Makes the page of a run; `mesh` is the mesh of its case.
@@ -124,6 +144,9 @@ struct Data {
 /// [`RunError`] if a file of the run cannot be read or does not match this mesh.
 pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions) -> Result<Page, RunError> {
     let record = RunRecord::read(run)?;
+    if options.view_only {
+        return view(run, case, mesh, options, &record);
+    }
     let path = run.file("case.toml");
     let case_text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
     let history = tables::history(run)?;
@@ -163,13 +186,50 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
         reload: options.reload,
         resolved: record.case,
         title,
+        ..Data::default()
     };
+    Ok(Page { html: html(&data, picture), frames: counts, notes })
+}
+
+/// The page of a run with nothing but the view.
+fn view(
+    run: &RunDirectory,
+    case: &Case,
+    mesh: &Mesh,
+    options: &PageOptions,
+    record: &RunRecord,
+) -> Result<Page, RunError> {
+    let mut notes = ending(record);
+    let (model, frames) = shown(run, case, mesh, options, &mut notes)?;
+    let picture = match &model {
+        Some(_) => None,
+        None => picture(run, case, mesh, &PictureRequest::default()).ok().and_then(|drawn| drawn.picture.png().ok()),
+    };
+    let counts = [frames.designs.len(), frames.steps.len()];
+    let history = tables::history(run)?;
+    let data = Data {
+        title: case.title.clone(),
+        notes: notes.clone(),
+        origin: Origin::of(run, history.as_ref(), &frames.path)?,
+        model,
+        frames,
+        load_cases: case.load_case_names(),
+        units: units(case),
+        view_only: true,
+        reload: options.reload,
+        ..Data::default()
+    };
+    Ok(Page { html: html(&data, picture), frames: counts, notes })
+}
+
+/// The text of the page.
+fn html(data: &Data, picture: Option<Vec<u8>>) -> String {
     // A number that is not finite becomes `null`, and `<` cannot end the script that holds the
     // data.
-    let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
+    let json = serde_json::to_string(data).unwrap_or_default().replace('<', "\\u003c");
     let picture = picture.map_or(String::new(), |bytes| format!("data:image/png;base64,{}", base64(&bytes)));
     let script = [
-        include_str!("page/charts.js"),
+        CHARTS,
         include_str!("page/smooth.js"),
         include_str!("page/viewer.js"),
         include_str!("page/section.js"),
@@ -179,6 +239,8 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     .concat();
     let part = |key: &str| match key {
         "TITLE" => escaped(&data.title),
+        "CLASS" if data.view_only => "bare".into(),
+        "CLASS" => String::new(),
         "STYLE" => include_str!("page/style.css").trim_end().into(),
         "PICTURE" => picture.clone(),
         "SCRIPT" => script.trim_end().into(),
@@ -187,8 +249,7 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     // In the template, keys stand between @ and there is no other @; inserted text is not searched
     // again.
     let pieces = include_str!("page/page.html").split('@').enumerate();
-    let html = pieces.map(|(k, piece)| if k % 2 == 1 { part(piece) } else { piece.to_owned() }).collect();
-    Ok(Page { html, frames: counts, notes })
+    pieces.map(|(k, piece)| if k % 2 == 1 { part(piece) } else { piece.to_owned() }).collect()
 }
 
 /// Model and frames, unless there is nothing to show or they are too large.

@@ -121,6 +121,6 @@ fn eight(element: &Element) -> [u32; 8] {
 }
 
 /// A facet as a quadrilateral; for a triangle, one of its edges has no length.
-fn four(facet: &FacetNodes) -> [u32; 4] {
+pub(super) fn four(facet: &FacetNodes) -> [u32; 4] {
     std::array::from_fn(|k| facet[k.min(facet.len() - 1)])
 }

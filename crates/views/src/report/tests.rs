@@ -64,6 +64,27 @@ fn large_meshes_have_a_skin() {
     assert!(skin.is_designed());
 }
 
+/// The view of a model knows the faces of surfaces and the nodes of sets; other names are left out.
+#[test]
+fn a_model_that_has_not_run_is_shown() {
+    let text = slipstick_case::file::template("half-ball").expect("a template").text;
+    let case = slipstick_case::file::parse_case(text, "half_ball.toml").expect("a case").case;
+    let mesh = slipstick_case::construct::build_mesh(&case).expect("a mesh");
+    let names = ["ball_dome", "feet", "nothing"].map(str::to_owned);
+    let page = model_page(&case, &mesh, &names, &PageOptions::default());
+    let data = page.html.split("application/json\">").nth(1).and_then(|rest| rest.split("</script>").next());
+    let data: Value = serde_json::from_str(data.expect("data")).expect("JSON");
+    assert_eq!((&data["setup"], &data["steps"], page.notes.len()), (&true.into(), &serde_json::json!([]), 0));
+    let marks = data["marks"].as_array().expect("marks");
+    let bytes = |value: &Value| STANDARD.decode(value.as_str().expect("text")).expect("base64").len();
+    assert_eq!(marks.len(), 2);
+    assert_eq!(bytes(&marks[0]["quads"]), 16 * mesh.surfaces["ball_dome"].facets.len());
+    assert_eq!(bytes(&marks[1]["points"]), 4 * mesh.set_nodes("feet").expect("a set").len());
+    let small = PageOptions { model_bytes: 1000, ..PageOptions::default() };
+    let page = model_page(&case, &mesh, &names, &small);
+    assert!(page.notes[0].contains("too large") && page.html.len() < 100_000, "{:?}", page.notes);
+}
+
 #[test]
 fn text_is_no_markup() {
     assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");

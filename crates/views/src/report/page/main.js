@@ -88,6 +88,8 @@ function curves() {
   }
   if (data.evaluate) { show("evaluate"); element("evaluate-table").append(table(data.evaluate.columns.map(name => name.replaceAll("_", " ")), data.evaluate.rows)); }
 }
+// Colours of bodies and of marked surfaces, which can be told apart with any vision (Okabe and Ito, lightened).
+const PALETTE = ["#9fb6c8", "#e0b07a", "#a8c99a", "#c9a7cf", "#d9cf8f", "#8fc9c4", "#d69a9a", "#b5b5b5", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#f0e442", "#56b4e9"];
 // The design of the load path.
 function pathOf() {
   return data.path_of || (data.origin.path === null ? "the newest design" : `the design of iteration ${data.origin.path}`);
@@ -168,9 +170,10 @@ function view() {
     const below = open(density()).filter((phi, e) => phi <= state.threshold && m.bodies[bodyOfHex[e]].designed).sort(), middle = below[below.length >> 1];
     if (!designed || middle > 0.05 && below.filter(phi => Math.abs(phi - middle) < 0.02).length > 0.5 * below.length) state.threshold = 0;
   }
-  const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2], plastic: "" };
-  const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress", plastic: "equivalent plastic strain" };
-  const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "plastic", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? designed : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
+  if (data.setup) Object.assign(state, { field: "body", threshold: 0, smooth: false });
+  const units = { body: "", density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "", stress: data.units[2], plastic: "" };
+  const names = { body: "bodies", density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status", stress: "von Mises stress", plastic: "equivalent plastic strain" };
+  const available = () => state.mode === "steps" ? ["density", "displacement", "stress", "plastic", "pressure", "status", "gap", "slip", "body"].filter(f => f === "body" || (f === "density" ? designed : f === "status" ? frame().status : frame()[f])) : ["density", "derivative", "body"].filter(f => f === "body" || frame()[f]);
   function nodal(field) {
     const f = frame(), values = new Float32Array(nodeCount).fill(NaN);
     if (field === "displacement") { const u = open(f.displacement); for (let n = 0; n < nodeCount; n++) values[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]); return values; }
@@ -181,7 +184,7 @@ function view() {
   // One colour scale for all load steps, so that steps can be compared.
   const ranges = new Map();
   function range(field) {
-    if (field === "density") return [0, 1];
+    if (field === "density" || field === "body") return [0, 1];
     if (field === "status") return [0, 2];
     if (everywhere(field)) return ofMaterial(field);
     const key = `${state.mode} ${field}`;
@@ -217,6 +220,29 @@ function view() {
   }
   // Without material that is left out, there is nothing to round, and the colours show the densities.
   const smooth = () => designed && state.smooth && state.threshold > 0;
+  // Colours of bodies and marks are values below -2.
+  const coloured = k => -3 - k, ofBody = b => b % 8, ofMark = k => 8 + k % 6;
+  const keyOf = corners => [...new Set(corners)].sort((a, b) => a - b).join();
+  let marking = [], marks = null;
+  // The colours of faces that the containing page marks.
+  function faces_marked() {
+    if (marks) return marks;
+    marks = new Map();
+    for (const [name, colour] of marking) {
+      const mark = (data.marks || []).find(of => of.name === name);
+      if (!mark) continue;
+      const quads4 = mark.quads && new Uint32Array(bytesOf(mark.quads).buffer), set = mark.points && new Set(new Uint32Array(bytesOf(mark.points).buffer));
+      if (quads4) for (let i = 0; i < quads4.length; i += 4) marks.set(keyOf([...quads4.subarray(i, i + 4)]), colour);
+      else for (const list of [faces.nodes, quads]) for (let i = 0; i < list.length; i += 4) if ([0, 1, 2, 3].every(k => set.has(list[i + k]))) marks.set(keyOf([...list.subarray(i, i + 4)]), colour);
+    }
+    return marks;
+  }
+  addEventListener("message", ({ data: asked }) => {
+    if (!asked || !Array.isArray(asked.mark)) return;
+    marking = asked.mark; marks = null;
+    if (marking.length && available().includes("body")) state.field = "body";
+    refresh();
+  });
   let rest = { key: null, points };
   function positions(solid) {
     const phi = density(), key = smooth() ? [state.threshold, [...state.hidden].sort(), phi && phi.data].join() : null;
@@ -227,24 +253,27 @@ function view() {
   }
   function refresh() {
     const phi = density() ? open(density()) : new Float32Array(hexes.length / 8).fill(1), solid = e => e >= 0 && phi[e] > state.threshold && !state.hidden.has(bodyOfHex[e]);
-    const whole = everywhere(state.field), cells = whole || ["density", "derivative"].includes(state.field), [low, high] = range(state.field);
+    const whole = everywhere(state.field), bodies = state.field === "body", cells = whole || ["density", "derivative", "body"].includes(state.field), [low, high] = range(state.field);
     const count = hexes.length / 8;
-    let values = cells ? open(state.field === "density" ? density() : frame()[state.field]) : nodal(state.field);
+    let values = bodies ? bodyOfHex : cells ? open(state.field === "density" ? density() : frame()[state.field]) : nodal(state.field);
     const unit = v => Number.isNaN(v) ? -1 : Math.max(0, Math.min(1, (v - low) / (high - low)));
     const material = smooth() && state.field === "density";
-    const ofElement = e => material && m.bodies[bodyOfHex[e]].designed ? -2 : whole || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
-    const nodes = [], shown = [], owners = [], inner = new Set();
+    const ofElement = e => bodies ? coloured(ofBody(bodyOfHex[e])) : material && m.bodies[bodyOfHex[e]].designed ? -2 : whole || m.bodies[bodyOfHex[e]].designed ? unit(values[e]) : -1;
+    const nodes = [], shown = [], owners = [], inner = new Set(), marked = faces_marked();
+    const emphasize = () => { if (marked.size) { const k = marked.get(keyOf(nodes.slice(-4))); if (k !== undefined) shown.fill(coloured(ofMark(k)), -4); } };
     let at = positions(solid);
     for (let f = 0; f < faces.sides.length / 2; f++) {
       const [a, b] = [faces.sides[2 * f], faces.sides[2 * f + 1]];
       if (solid(a) === solid(b)) continue;
       const owner = solid(a) ? a : b;
       for (let k = 0; k < 4; k++) { const n = faces.nodes[4 * f + (owner === a ? k : 3 - k)]; nodes.push(n); shown.push(cells ? ofElement(owner) : unit(values[n])); }
+      emphasize();
       owners.push(owner);
     }
     for (let q = 0; q < quads.length / 4; q++) {
       if (state.hidden.has(bodyOfQuad[q])) continue;
-      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(cells ? (whole ? unit(values[count + q]) : -1) : unit(values[n])); }
+      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(bodies ? coloured(ofBody(bodyOfQuad[q])) : cells ? (whole ? unit(values[count + q]) : -1) : unit(values[n])); }
+      emphasize();
       owners.push(whole ? count + q : -1);
     }
     if (state.section) {
@@ -268,7 +297,10 @@ function view() {
   function legend(low, high, count, material) {
     const box = element("legend"), name = names[state.field] + units[state.field];
     box.replaceChildren();
-    if (material) {
+    if (state.field === "body") {
+      m.bodies.forEach((body, b) => { if (!state.hidden.has(b)) box.append(make("div", {}, make("span", { class: "key", style: `background:${PALETTE[ofBody(b)]}` }), body.name)); });
+      marking.forEach(([name, k]) => box.append(make("div", {}, make("span", { class: "key", style: `background:${PALETTE[ofMark(k)]}` }), `surface ${name}`)));
+    } else if (material) {
       box.append(`material where the density is above ${state.threshold}, its surface rounded`);
     } else if (state.field === "status") {
       box.append(name);
@@ -294,12 +326,14 @@ function view() {
     if (face < 0) { probe.textContent = ""; return; }
     const nodes = [...viewer.shown.nodes.slice(4 * face, 4 * face + 4)], owner = viewer.shown.owners[face], { raw, cells } = viewer.values;
     const where = owner >= 0 && owner < hexes.length / 8 ? numbered(owner) : "";
+    if (state.field === "body") { probe.textContent = owner >= 0 ? `${where} of ${m.bodies[bodyOfHex[owner]].name}` : ""; return; }
     const value = cells ? (owner >= 0 ? digits(raw[owner]) : "no value here") : nodes.map(n => raw[n]).some(Number.isNaN) ? "no value here" : `${digits(Math.min(...nodes.map(n => raw[n])))} to ${digits(Math.max(...nodes.map(n => raw[n])))} at the corners`;
     probe.textContent = `${where ? where + ", " : ""}${names[state.field]}: ${value}`;
   };
   if (!available().includes(state.field)) state.field = available()[0];
+  viewer.palette = PALETTE;
   viewer.frame(points);
-  controls({ m, state, designs, steps, available, names, refresh, viewer, designed, box: viewer.box });
+  controls({ m, state, designs, steps, available, names, refresh, viewer, designed: designed && !data.setup, box: viewer.box });
   Object.assign(viewer, kept.camera);
   keeping.camera = () => ({ yaw: viewer.yaw, pitch: viewer.pitch, zoom: viewer.zoom, shift: viewer.shift });
   refresh();

@@ -38,7 +38,8 @@ precision highp float;
 #else
 precision mediump float;
 #endif
-varying vec3 n; varying float v, beyond; uniform vec3 plain; uniform float kind;
+varying vec3 n; varying float v, beyond; uniform vec3 plain; uniform float kind; uniform vec3 palette[14];
+vec3 chosen(float k) { vec3 c = plain; for (int i = 0; i < 14; i++) if (abs(k - float(i)) < 0.5) c = palette[i]; return c; }
 vec3 map(float t) {
   vec3 c0 = vec3(.2777, .0054, .3341), c1 = vec3(.1051, 1.4046, 1.3846), c2 = vec3(-.3309, .2148, .0951), c3 = vec3(-4.6342, -5.7991, -19.3324), c4 = vec3(6.2283, 14.1799, 56.6906), c5 = vec3(4.7764, -13.7451, -65.3530), c6 = vec3(-5.4355, 4.6459, 26.3124);
   return clamp(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6))))), 0.0, 1.0);
@@ -46,7 +47,7 @@ vec3 map(float t) {
 void main() {
   if (beyond > 1e-4) discard;
   if (kind > 1.5) { gl_FragColor = vec4(plain, 1.0); return; }
-  vec3 c = v < -1.5 ? vec3(.85, .81, .745) : v < -0.5 ? plain : (kind > 0.5 ? (v < .25 ? vec3(.62, .66, .70) : v < .75 ? vec3(.13, .40, .67) : vec3(.84, .38, .10)) : map(clamp(v, 0.0, 1.0)));
+  vec3 c = v < -2.5 ? chosen(-3.0 - v) : v < -1.5 ? vec3(.85, .81, .745) : v < -0.5 ? plain : (kind > 0.5 ? (v < .25 ? vec3(.62, .66, .70) : v < .75 ? vec3(.13, .40, .67) : vec3(.84, .38, .10)) : map(clamp(v, 0.0, 1.0)));
   vec3 u = normalize(n); if (u.z < 0.0) u = -u;
   // of the pictures: from everywhere and above, a key and a fill; the power is that of the display
   float light = pow(min(1.0, 0.325 + 0.125 * u.y + 0.5 * max(0.0, dot(u, vec3(-.34, .59, .73))) + 0.15 * max(0.0, dot(u, vec3(.84, .11, .53)))), 0.4545);
@@ -134,6 +135,7 @@ class Viewer {
     gl.uniform3f(at("scale"), sx, sy, 0.2 / this.radius);
     gl.uniform2fv(at("shift"), this.shift);
     gl.uniform4fv(at("plane"), this.plane());
+    if (this.palette) gl.uniform3fv(at("palette"), this.palette.flatMap(c => [1, 3, 5].map(k => (parseInt(c.slice(k, k + 2), 16) / 255))));
     const pass = (name, mode, kind, colour) => {
       gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[name]);
       [["at", 3, 0], ["normal", 3, 12], ["value", 1, 24]].forEach(([attribute, size, offset]) => {

@@ -1,0 +1,112 @@
+//! The folder that the page shows. Cases and runs are named by a single word, and lie in it.
+
+use std::path::{Component, Path, PathBuf};
+
+use slipstick::output::write_atomically;
+use slipstick::run::{RunDirectory, RunRecord};
+use slipstick_service::failure::{Failure, Outcome};
+
+/// The folder.
+pub struct Folder(PathBuf);
+
+/// What the page shows first.
+#[derive(Debug, Default, PartialEq)]
+pub struct Opened {
+    /// A case file or a deck; empty: none.
+    pub case: String,
+    /// A run; empty: none.
+    pub run: String,
+}
+
+impl Folder {
+    /// The folder of a case file, of a deck, or of a run, or the folder itself.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if there is none.
+    pub fn of(path: &Path) -> Outcome<(Self, Opened)> {
+        let wrong = |error| Failure::input(format!("cannot open {}: {error}", path.display()), "check the name");
+        let whole = path.canonicalize().map_err(wrong)?;
+        let name = whole.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let parent = || Self(whole.parent().unwrap_or(Path::new("/")).to_owned());
+        if whole.is_file() {
+            if !is_case(&name) {
+                let cure = "name a case file (.toml), a deck (.inp), the directory of a run, or a folder with these; \
+                            `slipstick new part.step` makes a case of a STEP file";
+                return Err(Failure::input(format!("{} is no case", path.display()), cure));
+            }
+            return Ok((parent(), Opened { case: name, run: String::new() }));
+        }
+        let Ok(directory) = RunDirectory::open(&whole) else { return Ok((Self(whole), Opened::default())) };
+        let record = RunRecord::read(&directory)?;
+        let of = Path::new(&record.case_file).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let folder = parent();
+        let case = if folder.case(&of).is_ok() { of } else { String::new() };
+        Ok((folder, Opened { case, run: name }))
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// A case file or deck of the folder.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if it has none of this name.
+    pub fn case(&self, name: &str) -> Outcome<PathBuf> {
+        let path = self.within(name)?;
+        if path.is_file() && is_case(name) {
+            return Ok(path);
+        }
+        Err(Failure::input(format!("there is no case {name} in {}", self.0.display()), "choose one of the list"))
+    }
+
+    /// The directory of a run in the folder.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if it has none of this name.
+    pub fn run(&self, name: &str) -> Outcome<RunDirectory> {
+        Ok(RunDirectory::open(&self.within(name)?)?)
+    }
+
+    /// The path of a name that is a single word and leads to a place in the folder; it need not exist.
+    ///
+    /// # Errors
+    /// [`Failure::Input`].
+    pub fn within(&self, name: &str) -> Outcome<PathBuf> {
+        let mut parts = Path::new(name).components();
+        let single = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
+        let path = self.0.join(name);
+        // a link leads elsewhere
+        let inside = path.canonicalize().map_or(!path.is_symlink(), |found| found == path);
+        if single && !name.contains(['/', '\\', ':', '\0']) && inside {
+            return Ok(path);
+        }
+        let message = format!("{name:?} is no name in {}", self.0.display());
+        Err(Failure::input(message, "the page only opens files of the folder with which it was started"))
+    }
+
+    /// Names of cases and runs, in order.
+    pub fn names(&self) -> [Vec<String>; 2] {
+        let entries = std::fs::read_dir(&self.0).into_iter().flatten().filter_map(Result::ok);
+        let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+        names.sort();
+        let cases = names.iter().filter(|name| self.case(name).is_ok()).cloned().collect();
+        [cases, names.into_iter().filter(|name| self.run(name).is_ok()).collect()]
+    }
+
+    /// Replaces the text of a case.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if it cannot be written.
+    pub fn save(&self, name: &str, text: &str) -> Outcome {
+        let path = self.case(name)?;
+        Ok(write_atomically(&path, |writer| writer.write_all(text.as_bytes()))?)
+    }
+}
+
+/// Whether a name is that of a case file or a deck.
+fn is_case(name: &str) -> bool {
+    let extension = Path::new(name).extension().and_then(|of| of.to_str()).unwrap_or_default();
+    ["toml", "inp"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}

@@ -1,0 +1,178 @@
+//! Runs of the page: this program as another process, whose output goes to a file next to its results. It goes
+//! on if the page is closed or the server ends.
+
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use serde_json::{Value, json};
+use slipstick::words::shell_word;
+use slipstick_service::failure::{Failure, Outcome};
+
+use super::folder::Folder;
+use crate::process;
+
+/// Bytes at the end of a log that the page shows.
+const SHOWN: u64 = 64 << 10;
+
+/// The latest command of the page; one runs at a time.
+#[derive(Default)]
+pub struct Jobs(Mutex<Option<Job>>);
+
+struct Job {
+    child: Child,
+    /// The command line, as one would type it.
+    line: String,
+    /// The log, as a name in the folder.
+    log: String,
+    run: String,
+    code: Option<i32>,
+    ended: bool,
+    stopped: bool,
+}
+
+impl Job {
+    fn look(&mut self) {
+        if !self.ended
+            && let Ok(Some(status)) = self.child.try_wait()
+        {
+            (self.ended, self.code) = (true, status.code());
+        }
+    }
+}
+
+/// What the page asks for.
+pub struct Asked<'a> {
+    /// `check`, `solve`, `optimize` or `resume`.
+    pub command: &'a str,
+    /// The case.
+    pub case: &'a str,
+    /// The run to resume.
+    pub run: &'a str,
+    /// Whether earlier results are replaced.
+    pub force: bool,
+}
+
+impl Jobs {
+    fn lock(&self) -> MutexGuard<'_, Option<Job>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Starts a command.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if one runs already, or if it cannot be started.
+    pub fn start(&self, folder: &Folder, threads: Option<NonZeroUsize>, asked: &Asked<'_>) -> Outcome {
+        let mut current = self.lock();
+        if let Some(job) = current.as_mut() {
+            job.look();
+            if !job.ended {
+                return Err(Failure::input("a command of this page runs already", "wait for it, or press Stop"));
+            }
+        }
+        let (mut words, run, log) = line(folder, asked)?;
+        if let Some(threads) = threads {
+            words.extend(["--threads".into(), threads.to_string()]);
+        }
+        let file = folder.within(&log)?;
+        // a resumed run continues its log
+        let open = File::options().create(true).write(true).append(asked.command == "resume").open(&file);
+        let out = open.and_then(|out| {
+            if asked.command != "resume" {
+                out.set_len(0)?;
+            }
+            Ok((out.try_clone()?, out))
+        });
+        let (err, out) = out.map_err(|error| {
+            Failure::input(format!("cannot write {}: {error}", file.display()), "free some space, or allow writing")
+        })?;
+        let mut command = process::again()?;
+        command.args(&words).current_dir(folder.path()).stdin(Stdio::null()).stdout(out).stderr(err);
+        let child = command.spawn().map_err(process::refused)?;
+        let line = words.iter().fold("slipstick".to_owned(), |line, word| line + " " + &shell_word(word));
+        *current = Some(Job { child, line, log, run, code: None, ended: false, stopped: false });
+        Ok(())
+    }
+
+    /// Stops the command: within a Newton iteration if it can, at once if it is asked again.
+    pub fn stop(&self) {
+        if let Some(job) = self.lock().as_mut() {
+            job.look();
+            if !job.ended && (job.stopped || !interrupt(&job.child)) {
+                // it may have ended by itself
+                let _ = job.child.kill();
+            }
+            job.stopped = true;
+        }
+    }
+
+    /// The latest command: its line, its run, whether it runs, and how it ended.
+    pub fn state(&self) -> Value {
+        let mut current = self.lock();
+        let Some(job) = current.as_mut() else { return Value::Null };
+        job.look();
+        json!({
+            "line": job.line, "run": job.run, "log": job.log, "running": !job.ended, "code": job.code,
+            "stopping": job.stopped && !job.ended,
+        })
+    }
+}
+
+/// Words after the program's name, the name of the run, and that of the log.
+fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, String)> {
+    let Asked { command, case, run, force } = *asked;
+    let words = |list: &[&str]| list.iter().map(|word| (*word).to_owned()).collect::<Vec<String>>();
+    if command == "resume" {
+        folder.run(run)?;
+        return Ok((words(&["resume", &argument(run)]), run.to_owned(), log_of(run)));
+    }
+    folder.case(case)?;
+    let stem = Path::new(case).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let file = argument(case);
+    if command == "check" {
+        return Ok((words(&["check", &file]), String::new(), log_of(&format!("{stem}_check"))));
+    }
+    let run = match command {
+        "solve" => format!("{stem}_solve"),
+        "optimize" => stem,
+        _ => return Err(Failure::input(format!("there is no button for {command:?}"), "use those of the page")),
+    };
+    folder.within(&run)?;
+    let mut line = words(&[command, &file, "--out", &argument(&run)]);
+    line.extend(force.then(|| "--force".into()));
+    let log = log_of(&run);
+    Ok((line, run, log))
+}
+
+/// A name as an argument, also if it begins like an option.
+fn argument(name: &str) -> String {
+    if name.starts_with('-') { format!("./{name}") } else { name.to_owned() }
+}
+
+/// The log of a run.
+pub fn log_of(run: &str) -> String {
+    format!("{run}.ui.log")
+}
+
+/// The end of a log; empty if there is none.
+pub fn tail(folder: &Folder, name: &str) -> String {
+    let read = |path: PathBuf| -> std::io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(SHOWN)))?;
+        let mut bytes = Vec::new();
+        file.take(SHOWN).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let bytes = folder.within(name).ok().and_then(|path| read(path).ok()).unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Sends what Ctrl-C sends; whether this is possible.
+fn interrupt(child: &Child) -> bool {
+    cfg!(unix)
+        && Command::new("kill").args(["-INT", &child.id().to_string()]).status().is_ok_and(|status| status.success())
+}

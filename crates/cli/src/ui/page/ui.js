@@ -1,0 +1,296 @@
+// The page of `slipstick ui`. All that it knows comes from the server, and all that it does is a request.
+const element = id => document.getElementById(id);
+const LINE = 1.5 * 13, PAUSE = 350, LOOK = 1000; // px, ms, ms
+const now = { case: "", run: "", stamp: "", saved: "", kind: "", tab: "model", log: "run", commands: [], job: null, record: null, marked: null, started: false, returns: false };
+async function ask(path, { body } = {}) {
+  const answer = await fetch(path, body === undefined ? {} : { method: "POST", body }), data = await answer.json();
+  if (!answer.ok) throw new Error([data.error, data.cure].filter(text => text).join("\n"));
+  return data;
+}
+const query = values => Object.entries(values).map(([name, value]) => `${name}=${encodeURIComponent(value)}`).join("&");
+function fail(error) {
+  const box = element("failure");
+  box.hidden = !error;
+  box.textContent = !error ? "" : error instanceof TypeError ? "The program does not answer. Is `slipstick ui` still running? Your text is still here." : error.message;
+}
+const attempt = work => async (...given) => { try { fail(null); await work(...given); } catch (error) { fail(error); } };
+
+// What is open is in the address, so that it can be loaded again.
+const remember = () => history.replaceState(null, "", `#${query({ case: now.case, run: now.run })}`);
+const remembered = () => Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+async function names() {
+  const found = await ask("folder");
+  element("folder").textContent = found.folder;
+  fill("case", found.cases, now.case, "none");
+  fill("run", found.runs, now.run, "none");
+  return found;
+}
+function fill(id, all, chosen, none) {
+  element(id).replaceChildren(...["", ...all].map(name => make("option", { value: name }, name || none)));
+  element(id).value = chosen;
+}
+
+// The text.
+const source = element("source"), changed = () => now.case !== "" && source.value !== now.saved;
+function lines() { return source.value.split("\n"); }
+function fit() {
+  const all = lines();
+  element("numbers").textContent = all.map((_, k) => k + 1).join("\n") + "\n";
+  source.style.height = `${all.length * LINE + 12}px`;
+  source.style.width = `${all.reduce((most, line) => Math.max(most, line.length), 20) + 60}ch`;
+  element("save").classList.toggle("changed", changed());
+  element("save").disabled = !changed();
+  element("text-title").textContent = now.case ? `${now.case}${changed() ? " (not saved)" : ""}` : now.run ? `Case of the run ${now.run} (a record, which cannot be changed)` : "Case file";
+}
+function comment(all) {
+  const own = lines();
+  element("comments").replaceChildren(...all.map(of => {
+    const note = make("div", { class: of.severity }, `← ${of.message}`);
+    note.style.top = `${(of.line - 1) * LINE}px`;
+    note.style.left = `${(own[of.line - 1] || "").length + 2}ch`;
+    return note;
+  }));
+  element("diagnostics").replaceChildren(...all.map(of => {
+    const button = make("button", { type: "button" }, make("span", { class: of.severity }, `${of.severity} in line ${of.line}`), `: ${of.message}`, make("small", {}, `${of.help}${of.help ? " " : ""}[${of.code}]`));
+    button.addEventListener("click", () => go(of.line));
+    return make("li", {}, button);
+  }));
+  const count = word => all.filter(of => of.severity === word).length, [errors, warnings] = [count("error"), count("warning")];
+  const counted = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
+  element("verdict").textContent = all.length ? `${counted(errors, "error")}, ${counted(warnings, "warning")}` : "The text is a valid case; Check also builds and inspects it.";
+}
+function go(line) {
+  if (!line) return;
+  const before = lines().slice(0, line - 1).join("\n").length + (line > 1 ? 1 : 0), length = (lines()[line - 1] || "").length;
+  source.focus({ preventScroll: true });
+  source.setSelectionRange(before, before + length);
+  element("editor").scrollTop = Math.max(0, (line - 6) * LINE);
+}
+let waiting = null, asked = 0;
+const check = attempt(async () => {
+  const turn = ++asked;
+  if (!now.case) { comment([]); element("verdict").textContent = ""; return; }
+  const found = await ask(`check?${query({ case: now.case })}`, { body: source.value });
+  if (turn !== asked) return; // a later text is being checked
+  comment(found.diagnostics);
+  if (now.kind === "inp" && changed()) element("verdict").textContent = "Decks are checked as saved.";
+  if (found.outline) {
+    outline(found.outline);
+    now.commands = found.runs;
+    model();
+  } else now.commands = [];
+  buttons();
+});
+function typed() {
+  fit();
+  element("comments").replaceChildren();
+  clearTimeout(waiting);
+  waiting = setTimeout(check, PAUSE);
+}
+source.addEventListener("input", typed);
+const save = attempt(async () => {
+  if (!changed()) return;
+  // a text field has no carriage returns
+  const text = source.value, body = now.returns ? text.replaceAll("\n", "\r\n") : text;
+  const { stamp } = await ask(`save?${query({ case: now.case, stamp: now.stamp })}`, { body });
+  Object.assign(now, { stamp, saved: text });
+  fit();
+  element("status").textContent = `saved ${now.case}`;
+  if (now.kind === "inp") check();
+});
+addEventListener("keydown", event => { if ((event.ctrlKey || event.metaKey) && event.key === "s") { event.preventDefault(); save(); } });
+addEventListener("beforeunload", event => { if (changed()) event.preventDefault(); });
+
+// The parts.
+function outline(groups) {
+  element("outline").replaceChildren(...groups.map(({ title, items }) => make("div", {}, make("h2", {}, title), make("ul", {}, ...items.map(item => {
+    const button = make("button", { type: "button", "aria-pressed": "false" }, item.name || item.text || title.toLowerCase(), ...item.name && item.text ? [make("small", {}, item.text)] : []);
+    button.addEventListener("click", () => {
+      const again = button.getAttribute("aria-pressed") === "true";
+      element("outline").querySelectorAll("button").forEach(other => other.setAttribute("aria-pressed", "false"));
+      button.setAttribute("aria-pressed", String(!again));
+      mark(again ? [] : item.marks);
+      if (!again) go(item.line);
+    });
+    return make("li", {}, button);
+  })))));
+}
+// Shows surfaces and sets in the model, the slave's in the first colour.
+function mark(marks) {
+  now.marked = marks.map((name, k) => [name, k]);
+  if (now.tab !== "model" && marks.length) { show("model"); return; }
+  element("frame").contentWindow.postMessage({ mark: now.marked }, "*");
+}
+
+// Model and report.
+const frame = element("frame");
+frame.addEventListener("load", () => {
+  frame.classList.remove("loading");
+  frame.dataset.shows = shown;
+  if (now.tab === "model" && now.marked) frame.contentWindow.postMessage({ mark: now.marked }, "*");
+});
+let shown = "";
+function load(address) {
+  shown = address;
+  frame.classList.add("loading");
+  frame.contentWindow.location.replace(address ? new URL(address, location.href) : "about:blank");
+}
+let version = 0;
+function model() {
+  if (now.tab !== "model") return;
+  // the text that was checked last
+  load(`model?${query({ case: now.case, run: now.run, version: ++version })}`);
+}
+function show(tab) {
+  now.tab = tab;
+  for (const name of ["model", "report"]) element(`tab-${name}`).setAttribute("aria-selected", String(name === tab));
+  frame.title = tab === "model" ? "Model" : "Report of the run";
+  element("reload").hidden = tab === "model";
+  if (tab === "model") model(); else load(now.run ? `report?${query({ run: now.run, version: ++version })}` : "");
+}
+element("tab-model").addEventListener("click", () => show("model"));
+element("tab-report").addEventListener("click", () => show("report"));
+element("reload").addEventListener("click", () => show("report"));
+element("tabs").addEventListener("keydown", event => {
+  if (event.key !== "ArrowLeft" && event.key !== "ArrowRight" || element("tab-report").disabled) return;
+  const tab = now.tab === "model" ? "report" : "model";
+  show(tab); element(`tab-${tab}`).focus();
+});
+
+// Commands.
+function buttons() {
+  const running = Boolean(now.job && now.job.running), elsewhere = Boolean(now.record && now.record.in_progress && !running);
+  for (const button of document.querySelectorAll("[data-command]")) {
+    const command = button.dataset.command;
+    button.disabled = running || (command === "resume" ? !(now.record && now.record.resumable && now.record.exit !== "finished") : command === "check" ? !now.case : !now.commands.includes(command));
+  }
+  element("stop").disabled = !running;
+  element("stop").textContent = running && now.job.stopping ? "Stop at once" : "Stop";
+  element("tab-report").disabled = !now.record;
+  if (elsewhere) element("status").textContent = `${now.run} runs in another terminal; stop it there`;
+}
+const start = attempt(async command => {
+  await save();
+  if (changed()) return;
+  const force = element("force").checked;
+  now.job = await ask(`start?${query({ command, case: now.case, run: now.run, force })}`, { body: "" });
+  element("force").checked = false;
+  now.log = "job"; now.started = true;
+  if (now.job.run) { now.run = now.job.run; now.record = null; remember(); }
+  await look();
+});
+document.querySelectorAll("[data-command]").forEach(button => button.addEventListener("click", () => start(button.dataset.command)));
+element("stop").addEventListener("click", attempt(async () => { now.job = await ask("stop", { body: "" }); buttons(); }));
+
+// Progress.
+const ENDS = { 0: "done", 2: "wrong input", 3: "the analysis failed", 4: "interrupted; Resume continues an optimization" };
+let timer = null, before = { log: "", history: "", quantities: "" };
+async function look() {
+  clearTimeout(timer);
+  const was = Boolean(now.job && now.job.running);
+  let state;
+  try { state = await ask(`state?${query({ run: now.run, log: now.log })}`); } catch (error) { fail(error); timer = setTimeout(look, 3 * LOOK); return; }
+  const running = Boolean(state.job && state.job.running), first = !now.record && state.run;
+  now.job = state.job; now.record = state.run;
+  const of = now.log === "job" ? state.job : null, line = of ? of.line : state.run ? state.run.line.join(" ") : "none yet";
+  element("line").textContent = line;
+  const log = element("log");
+  if (state.log !== before.log) {
+    const follows = log.scrollTop + log.clientHeight >= log.scrollHeight - 30;
+    log.textContent = state.log; log.hidden = !state.log;
+    if (follows) log.scrollTop = log.scrollHeight;
+  }
+  draw(state.run);
+  before = { log: state.log, history: state.run ? state.run.history : "", quantities: state.run ? state.run.quantities : "" };
+  element("status").textContent = running ? `${state.job.stopping ? "stopping" : "running"}: ${state.job.line}` : of ? `${of.line.split(" ")[1]}: ${ENDS[of.code] || "ended by the system"}` : state.run ? `${state.run.name}: ${state.run.exit}` : "";
+  const ended = (was || now.started) && !running;
+  if (!running) now.started = false;
+  if (ended && of && of.code && of.code !== 4) fail(new Error(reason(state.log)));
+  else if (!of && state.run && state.run.exit === "failed") fail(new Error(state.run.message || "the run failed"));
+  if (first || ended) await names();
+  if (ended && state.run && of && of.run) show("report");
+  buttons();
+  if (running || state.run && state.run.in_progress) timer = setTimeout(look, LOOK);
+}
+// The error at the end of a log.
+function reason(log) {
+  const all = log.trim().split("\n"), from = all.findLastIndex(line => /^error|: error: /.test(line));
+  return all.slice(from < 0 ? -8 : from).join("\n");
+}
+const rows = text => { const [head, ...rest] = text.trim().split("\n").map(line => line.split(",")); return text.trim() ? { columns: head, rows: rest.map(row => row.map(cell => cell === "" || Number.isNaN(+cell) ? null : +cell)) } : null; };
+const column = (table, name) => table.rows.map(row => row[table.columns.indexOf(name)] ?? null);
+const words = name => name.replaceAll("_", " ");
+function draw(run) {
+  const [history, quantities] = [run ? run.history : "", run ? run.quantities : ""];
+  if (history === before.history && quantities === before.quantities && element("charts").dataset.run === (run ? run.name : "")) return;
+  element("charts").dataset.run = run ? run.name : "";
+  const h = rows(history), q = rows(quantities), figures = [];
+  if (h && h.rows.length) {
+    const x = column(h, "iteration"), put = (title, names) => figures.push(chart(title, x, names.filter(name => h.columns.includes(name)).map(name => ({ name: words(name), values: column(h, name) }))));
+    const functions = h.columns.filter(name => h.columns.includes(`multiplier_${name}`)), parts = functions.filter(name => name.startsWith("objective_"));
+    put("Objective (minimized)", parts.length ? parts : ["objective"]);
+    put("Volume fraction", ["volume_fraction"]);
+    functions.filter(name => name !== "volume_fraction" && !parts.includes(name)).forEach(name => put(`Constraint: ${words(name)}`, [name]));
+    if (column(h, "violation").some(v => v > 0)) put("Largest violation, relative to its bound", ["violation"]);
+  }
+  element("curve").hidden = !(q && q.rows.length > 1);
+  if (q && q.rows.length > 1) {
+    const names = q.columns.filter(name => !["load_case", "friction"].includes(name)), known = name => names.includes(name);
+    for (const id of ["across", "up"]) {
+      const select = element(id), kept = select.value;
+      if (select.dataset.names === names.join()) continue;
+      select.dataset.names = names.join();
+      select.replaceChildren(...names.map(name => make("option", { value: name }, words(name))));
+      // the reaction of the support that moves most, along its motion
+      const motion = name => Math.max(...column(q, name.replace("reaction", "displacement")).map(v => Math.abs(v || 0)));
+      const moving = names.filter(name => name.startsWith("reaction_") && motion(name) > 0).sort((a, b) => motion(b) - motion(a))[0];
+      select.value = known(kept) && kept ? kept : id === "up" ? moving || names[names.length - 1] : moving ? moving.replace("reaction", "displacement") : "time";
+    }
+    const [x, y] = [element("across").value, element("up").value], cases = column(q, "load_case"), several = [...new Set(cases)];
+    figures.push(curve(`Load path: ${words(y)}`, column(q, x), column(q, y), words(x), several.length > 1 ? cases.map(k => `load case ${k + 1}`) : cases.map(() => "")));
+  }
+  element("charts").replaceChildren(...figures.filter(figure => figure));
+}
+for (const id of ["across", "up"]) element(id).addEventListener("change", () => { element("charts").dataset.run = ""; before.history = "\n"; draw(now.record); });
+
+// Cases and runs.
+async function open(name, run) {
+  Object.assign(now, { case: name, run, kind: name.split(".").pop(), marked: null, record: null, commands: [], log: now.job && now.job.running && now.job.run === run ? "job" : "run" });
+  fill("run", [...element("run").options].map(option => option.value).filter(value => value), run, "none");
+  element("case").value = name;
+  remember();
+  element("outline").replaceChildren();
+  const found = name || run ? await ask(`case?${query({ case: name, run })}`) : { text: "", stamp: "" };
+  source.value = now.saved = found.text;
+  source.readOnly = !name;
+  now.stamp = found.stamp;
+  now.returns = found.text.includes("\r\n");
+  now.saved = source.value;
+  fit();
+  element("editor").scrollTop = 0;
+  show("model");
+  await check();
+  await look();
+  if (now.record && now.record.exit === "finished" && !name) show("report");
+}
+element("case").addEventListener("change", attempt(async () => {
+  if (changed() && !confirm(`${now.case} has changes that are not saved. Leave them?`)) { element("case").value = now.case; return; }
+  await open(element("case").value, "");
+}));
+element("run").addEventListener("change", attempt(async () => {
+  now.run = element("run").value; now.log = now.job && now.job.running && now.job.run === now.run ? "job" : "run"; now.record = null;
+  remember();
+  if (!now.case) { await open("", now.run); return; }
+  await look();
+  show(now.record ? "report" : "model");
+}));
+attempt(async () => {
+  const found = await names(), wanted = remembered(), state = await ask("state?run=");
+  now.job = state.job;
+  const name = found.cases.includes(wanted.case) ? wanted.case : found.case || (found.cases.length === 1 && !found.run ? found.cases[0] : "");
+  const running = state.job && state.job.running ? state.job.run : "";
+  await open(name, running || (found.runs.includes(wanted.run) ? wanted.run : found.run));
+  if (state.job && state.job.running) { now.log = "job"; await look(); }
+  if (!name && !found.run) element("verdict").textContent = found.cases.length ? "Choose a case above." : "This folder has no case. `slipstick new` writes one.";
+  document.documentElement.dataset.ready = "true";
+})();
