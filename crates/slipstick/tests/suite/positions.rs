@@ -10,9 +10,9 @@ use slipstick_path::Silent;
 /// Relative to the sum of the magnitudes of all terms of a directional derivative.
 const BOUND: f64 = 1e-8;
 
-/// A case's text with its boxes replaced by files.
+/// A case's text with its boxes replaced by files. Planes whose nodes have moved are facets, not curved surfaces.
 fn meshed(scene: &Scene) -> String {
-    let mut text = scene.text();
+    let mut text = scene.text().replace("multiplier_shape", "surfaces = \"faceted\"\nmultiplier_shape");
     for name in ["slab", "block"] {
         let start = text.find("box = ").expect("a box");
         let end = start + text[start..].find('\n').expect("its end");
@@ -43,22 +43,22 @@ fn check(name: &str, text: &str, meshes: &[Mesh; 2]) -> String {
     let mut random = Random::new(3);
     for _ in 0..2 {
         let direction = random.vector(count, 1.0);
+        let size: f64 = found.iter().zip(&direction).map(|(g, v)| (g * v).abs()).sum();
+        let along: f64 = found.iter().zip(&direction).map(|(g, v)| g * v).sum();
+        // `None` beyond a kink
         let value = |h: f64| {
             let shift: Vec<f64> = direction.iter().map(|v| h * v).collect();
             let mut moved = built(text, meshes, &shift);
             let run = forward(&mut moved, &density);
-            assert_eq!(status_path(&mut moved, &run), statuses, "{name}: a kink");
-            run.value
+            (status_path(&mut moved, &run) == statuses).then_some(run.value)
         };
-        let h = 2e-4;
-        let expected = (8.0 * (value(h) - value(-h)) - (value(2.0 * h) - value(-2.0 * h))) / (12.0 * h);
-        let size: f64 = found.iter().zip(&direction).map(|(g, v)| (g * v).abs()).sum();
-        let along: f64 = found.iter().zip(&direction).map(|(g, v)| g * v).sum();
-        println!(
-            "{name}: {along} by the adjoint, {expected} by differences, of {size}: {:.1e}",
-            (along - expected) / size
-        );
-        assert!((along - expected).abs() < BOUND * size, "{name}: {along} {expected} of {size}");
+        let error = |h: f64| {
+            let difference = (8.0 * (value(h)? - value(-h)?) - (value(2.0 * h)? - value(-2.0 * h)?)) / (12.0 * h);
+            Some((along - difference).abs() / size)
+        };
+        let errors: Vec<Option<f64>> = [2e-4, 5e-5, 1e-5].map(error).into();
+        println!("{name}: {along}, terms of {size}, deviations {errors:?}");
+        assert!(errors.iter().flatten().any(|error| *error < BOUND), "{name}: {along} of {size}, {errors:?}");
     }
     all
 }
