@@ -3,6 +3,7 @@
 
 use crate::common::scene::*;
 use crate::common::*;
+use slipstick::analysis::Forward;
 use slipstick::build::Problem;
 use slipstick::mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_path::Silent;
@@ -29,19 +30,33 @@ fn built(text: &str, meshes: &[Mesh; 2], shift: &[f64]) -> Problem {
     problem_with(text, &[("slab", slab), ("block", block)])
 }
 
-/// Compares derivatives along random directions. Returns the contact statuses, among which is slip.
+/// The contact statuses of all states, and the points that flow before each.
+fn branches(problem: &mut Problem, run: &Forward) -> Vec<String> {
+    let mut out = status_path(problem, run);
+    let solid = problem.analysis.model().solid();
+    let histories: Vec<&[f64]> = run.path.states.iter().map(|state| &state.state.history[..]).collect();
+    for pair in histories.windows(2).filter(|_| solid.history() > 0) {
+        let [before, after] = [pair[0], pair[1]].map(|of| &of[of.len() - solid.history()..]);
+        out.push(format!("{:?}", solid.flowing(before, after)));
+    }
+    out
+}
+
+/// Compares derivatives along two random directions, in which no branch changes within the step sizes. Returns the
+/// contact statuses, among which is slip.
 fn check(name: &str, text: &str, meshes: &[Mesh; 2]) -> String {
     let count = 3 * meshes.iter().map(|mesh| mesh.nodes.len()).sum::<usize>();
     let mut base = built(text, meshes, &vec![0.0; count]);
     let density = random_density(&base, 7);
     let run = forward(&mut base, &density);
-    let statuses = status_path(&mut base, &run);
+    let statuses = branches(&mut base, &run);
     let found = base.analysis.gradient_by_positions(&run).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(found.len(), count, "{name}");
-    let all = statuses.concat();
+    let all = status_path(&mut base, &run).concat();
     assert!(all.contains('l'), "{name}: {statuses:?}");
     let mut random = Random::new(3);
-    for _ in 0..2 {
+    let mut compared = 0;
+    for _ in 0..8 {
         let direction = random.vector(count, 1.0);
         let size: f64 = found.iter().zip(&direction).map(|(g, v)| (g * v).abs()).sum();
         let along: f64 = found.iter().zip(&direction).map(|(g, v)| g * v).sum();
@@ -50,16 +65,22 @@ fn check(name: &str, text: &str, meshes: &[Mesh; 2]) -> String {
             let shift: Vec<f64> = direction.iter().map(|v| h * v).collect();
             let mut moved = built(text, meshes, &shift);
             let run = forward(&mut moved, &density);
-            (status_path(&mut moved, &run) == statuses).then_some(run.value)
+            (branches(&mut moved, &run) == statuses).then_some(run.value)
         };
         let error = |h: f64| {
             let difference = (8.0 * (value(h)? - value(-h)?) - (value(2.0 * h)? - value(-2.0 * h)?)) / (12.0 * h);
             Some((along - difference).abs() / size)
         };
-        let errors: Vec<Option<f64>> = [2e-4, 5e-5, 1e-5].map(error).into();
+        let errors: Vec<Option<f64>> = [2e-4, 5e-5, 1e-5, 2e-6].map(error).into();
         println!("{name}: {along}, terms of {size}, deviations {errors:?}");
-        assert!(errors.iter().flatten().any(|error| *error < BOUND), "{name}: {along} of {size}, {errors:?}");
+        let Some(least) = errors.iter().flatten().copied().reduce(f64::min) else { continue };
+        assert!(least < BOUND, "{name}: {along} of {size}, {errors:?}");
+        compared += 1;
+        if compared == 2 {
+            break;
+        }
     }
+    assert_eq!(compared, 2, "{name}: too many kinks");
     all
 }
 
