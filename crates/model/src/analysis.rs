@@ -21,6 +21,7 @@ pub(crate) use previous::PreviousData;
 use repeated::Repeated;
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;
+use slipstick_design::quantity::Reads;
 use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
     Guide, LinearSystem, LoadTime, MarchObserver, MarchOptions, Path, PathGradient, PathState, SweepOptions, Timings,
@@ -278,7 +279,7 @@ impl Analysis {
         Ok(self.named(gradient))
     }
 
-    fn named(&self, PathGradient { design, parameters }: PathGradient) -> Gradients {
+    fn named(&self, PathGradient { design, parameters, .. }: PathGradient) -> Gradients {
         // without friction, θ has a kink: a coefficient cannot become negative
         let interfaces = self.model().interfaces();
         let smooth =
@@ -331,6 +332,51 @@ impl Analysis {
         self.linear.forget();
         let gradient = self.sweep_back(forward, &self.responses()[..1], &[weights], parameters)?.swap_remove(0);
         Ok(self.named(gradient))
+    }
+
+    /// Moves the nodes to reference positions X, three entries each, in all load cases. Quantities keep what they took
+    /// from the mesh when they were built, such as weights of nodes.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Positions`]; nothing has then changed.
+    pub fn set_positions(&mut self, x: &[f64]) -> Result<(), AnalysisError> {
+        let model = self.model();
+        let fixed = model.fixes_positions();
+        if !fixed.is_empty() {
+            return Err(AnalysisError::Positions { what: fixed.join("; ") });
+        }
+        let moved = model.at_positions(x).map_err(|error| AnalysisError::Positions { what: error.to_string() })?;
+        self.change_model(|model| *model = moved);
+        self.workspace.forget();
+        Ok(())
+    }
+
+    /// dθ/dX with respect to the reference positions of all nodes, three entries each, at fixed material constants
+    /// and prescribed motions. Contact stiffnesses that are multiples of the bodies' own stiffness, and the areas that
+    /// count as the whole surface around a node, remain those of the start design; quantities keep what they took from
+    /// the mesh when they were built, such as weights of nodes. Test: tests/suite/positions.rs.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Positions`] if the model or the objective has no such derivatives; otherwise as
+    /// [`gradients`](Self::gradients).
+    ///
+    /// # Panics
+    /// Without an objective.
+    pub fn gradient_by_positions(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
+        let mut fixed = self.model().fixes_positions();
+        for term in self.objective.iter().flat_map(Response::terms) {
+            let Reads { energy, stress, plastic_work, plastic_strain, previous, .. } = term.quantity.reads();
+            if energy || stress || plastic_work || plastic_strain || previous {
+                fixed.push(format!("the quantity `{}`", term.quantity.name()));
+            }
+        }
+        if !fixed.is_empty() {
+            return Err(AnalysisError::Positions { what: fixed.join("; ") });
+        }
+        self.sweep.positions = true;
+        let gradient = self.gradient_of_objective(forward, false);
+        self.sweep.positions = false;
+        gradient.map(|gradient| gradient.positions)
     }
 
     fn gradient_of_objective(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// A converged step of a problem, and how to vary its inputs.
 pub struct Comparison<'a, P: StepProblem> {
-    /// The problem with the density and the parameters of these inputs.
+    /// The problem with the density, the parameters and the positions of these inputs.
     pub problem: &'a dyn Fn(&Inputs) -> P,
     /// A workspace of a problem.
     pub workspace: &'a dyn Fn(&P) -> P::Workspace,
@@ -21,7 +21,7 @@ pub struct Comparison<'a, P: StepProblem> {
     pub at: Inputs,
     /// Increment of the differences for each field of the inputs, in the order of their
     /// [names](Inputs::NAMES).
-    pub increments: [f64; 5],
+    pub increments: [f64; 6],
     /// Parts of the history, which are compared separately.
     pub history: Vec<(&'a str, Range<usize>)>,
 }
@@ -175,12 +175,14 @@ mod tests {
             history: vec![0.1, -0.3, 0.2],
             density: vec![1.3, 0.7, 2.1],
             parameters: vec![0.8],
+            position: vec![0.4, -0.3, 0.7],
         }
     }
 
     fn of_spring(inputs: &Inputs) -> Spring {
         let stiffness = [inputs.density[0], inputs.density[1], inputs.density[2]];
-        Spring { stiffness, amplitude: inputs.parameters[0], ..Spring::default() }
+        let position = [inputs.position[0], inputs.position[1], inputs.position[2]];
+        Spring { stiffness, position, amplitude: inputs.parameters[0], ..Spring::default() }
     }
 
     /// A spring with every input, whose equations hold no settings, at any state.
@@ -192,10 +194,10 @@ mod tests {
             workspace: &workspace,
             span: [0.5, 1.0].into(),
             at: spring(),
-            increments: [1e-3; 5],
+            increments: [1e-3; 6],
             history: vec![("first", 0..1), ("others", 1..3)],
         };
-        assert_small(&comparison.deviations().unwrap(), 6, 1e-10);
+        assert_small(&comparison.deviations().unwrap(), 7, 1e-10);
     }
 
     /// Automatic differentiation agrees with differences, in stick and in slip.
@@ -212,9 +214,9 @@ mod tests {
                     previous: vec![before, -0.02, 0.0],
                     history: vec![0.1],
                     density: vec![2.0],
-                    parameters: Vec::new(),
+                    ..Inputs::default()
                 },
-                increments: [1e-4; 5],
+                increments: [1e-4; 6],
                 history: Vec::new(),
             };
             let deviations = comparison.deviations().unwrap();

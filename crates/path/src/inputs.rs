@@ -20,36 +20,38 @@ pub struct Inputs<T = f64> {
     pub density: Vec<T>,
     /// p, the problem's [parameters](Unknowns::parameters).
     pub parameters: Vec<T>,
+    /// X, the reference positions of the nodes, three each. \[L\]
+    pub position: Vec<T>,
 }
 
 impl<T> Default for Inputs<T> {
     fn default() -> Self {
-        let [unknowns, previous, history, density, parameters] = [(); 5].map(|()| Vec::new());
-        Self { unknowns, previous, history, density, parameters }
+        let [unknowns, previous, history, density, parameters, position] = [(); 6].map(|()| Vec::new());
+        Self { unknowns, previous, history, density, parameters, position }
     }
 }
 
 impl<T> Inputs<T> {
     /// The names of the fields, in order.
-    pub const NAMES: [&'static str; 5] = ["unknowns", "previous", "history", "density", "parameters"];
+    pub const NAMES: [&'static str; 6] = ["unknowns", "previous", "history", "density", "parameters", "position"];
 
     /// The fields, in the order of their [names](Self::NAMES).
-    pub fn fields(&self) -> [&[T]; 5] {
-        let Self { unknowns, previous, history, density, parameters } = self;
-        [unknowns, previous, history, density, parameters]
+    pub fn fields(&self) -> [&[T]; 6] {
+        let Self { unknowns, previous, history, density, parameters, position } = self;
+        [unknowns, previous, history, density, parameters, position]
     }
 
     /// The fields, to be changed.
-    pub fn fields_mut(&mut self) -> [&mut Vec<T>; 5] {
-        let Self { unknowns, previous, history, density, parameters } = self;
-        [unknowns, previous, history, density, parameters]
+    pub fn fields_mut(&mut self) -> [&mut Vec<T>; 6] {
+        let Self { unknowns, previous, history, density, parameters, position } = self;
+        [unknowns, previous, history, density, parameters, position]
     }
 
     /// The same function of every entry.
     pub fn map<S>(&self, mut of: impl FnMut(&T) -> S) -> Inputs<S> {
-        let [unknowns, previous, history, density, parameters] =
+        let [unknowns, previous, history, density, parameters, position] =
             self.fields().map(|field| field.iter().map(&mut of).collect());
-        Inputs { unknowns, previous, history, density, parameters }
+        Inputs { unknowns, previous, history, density, parameters, position }
     }
 }
 
@@ -63,6 +65,7 @@ impl Inputs {
             history: zeros(unknowns.history),
             density: zeros(unknowns.designs),
             parameters: zeros(unknowns.parameters),
+            position: zeros(unknowns.positions),
         }
     }
 

@@ -307,6 +307,6 @@ pub struct Adjoint<'a> {
     /// η of the history.
     pub eta: &'a [f64],
     /// μ = dθ/dŷ: one entry per unknown, of which only the prescribed ones count. Only derivatives with
-    /// respect to parameters need it.
+    /// respect to parameters and positions need it.
     pub mu: &'a [f64],
 }

@@ -2,12 +2,12 @@
 //! free one through a nonlinear spring.
 //!
 //! ```text
-//! F = φ ∘ (e + κ e³) + S e + u + m (h_{n−1} − 0.2 u_{n−1}) − f(t),   e = u − v,   v = a t (1, −0.5, 0.25)
+//! F = φ ∘ (e + κ e³) + S e + (1 + X²) u + m (h_{n−1} − 0.2 u_{n−1}) − f(t),   e = u − v,   v = a t (1, −0.5, 0.25)
 //! h = 0.5 h_{n−1} + 0.3 u² + 0.1 u_{n−1}
 //! ```
 //!
 //! u is the free node's displacement, v that of the driven one, S is unsymmetric. The design is φ,
-//! the only parameter is a.
+//! the only parameter is a, and X is the free node's reference position.
 
 use crate::{
     Adjoint, Evaluated, Inputs, Iteration, LoadTime, Scales, Span, StateError, StepProblem, StepState, Unknowns, Wanted,
@@ -27,6 +27,8 @@ pub struct Spring {
     pub cubic: f64,
     /// m
     pub memory: f64,
+    /// X
+    pub position: [f64; 3],
     /// Scale of S.
     pub coupling: f64,
     /// f(t) = load(t) (1, 1, 1).
@@ -43,12 +45,14 @@ impl Default for Spring {
             amplitude: 0.8,
             cubic: 0.6,
             memory: 0.9,
+            position: [0.0; 3],
             coupling: 1.0,
             load: |_| 0.0,
             longest_step: f64::INFINITY,
             unknowns: Unknowns {
                 history: 3,
                 parameters: 1,
+                positions: 3,
                 ..Unknowns::displacements(&[true, true, true, false, false, false], 3)
             },
         }
@@ -75,6 +79,11 @@ impl Spring {
 
     pub fn rest() -> StepState {
         StepState { unknowns: vec![0.0; 6], history: vec![0.0; 3] }
+    }
+
+    /// 1 + X².
+    fn of_ground(&self, c: usize) -> f64 {
+        1.0 + self.position[c].powi(2)
     }
 
     /// ∂(spring force)_c/∂e_b.
@@ -131,7 +140,8 @@ impl StepProblem for Spring {
             let spring = self.stiffness[c] * (e[c] + self.cubic * e[c].powi(3)) + self.coupling * coupled;
             residual[c] = -spring;
             residual[3 + c] =
-                spring + y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c]) - (self.load)(*time);
+                spring + self.of_ground(c) * y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c])
+                    - (self.load)(*time);
         }
         let scales = Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0, rigidity: 0.0 };
         Ok(Evaluated { unknowns: y.to_vec(), residual, scales, active_set: Vec::new(), geometry: (), state: () })
@@ -144,7 +154,7 @@ impl StepProblem for Spring {
         matrix: &'w mut BlockMatrix,
     ) -> Result<&'w BlockMatrix, StateError> {
         let spring: [f64; 9] = std::array::from_fn(|k| self.slope(&at.unknowns, k / 3, k % 3));
-        let ground: [f64; 9] = std::array::from_fn(|k| f64::from(u8::from(k % 4 == 0)));
+        let ground: [f64; 9] = std::array::from_fn(|k| if k % 4 == 0 { self.of_ground(k / 4) } else { 0.0 });
         matrix.set_zero();
         for (row, column, sign) in [(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)] {
             matrix.add(row, column, &spring.map(|s| sign * s));
@@ -183,6 +193,7 @@ impl StepProblem for Spring {
             add(&mut into.density, c, &|| (lambda[3 + c] - lambda[c]) * (e + self.cubic * e.powi(3)));
             // v = a v(1)
             add(&mut into.parameters, 0, &|| time * DIRECTION[c] * mu[c]);
+            add(&mut into.position, c, &|| 2.0 * self.position[c] * y[3 + c] * lambda[3 + c]);
         }
         Ok(())
     }

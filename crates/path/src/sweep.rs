@@ -63,7 +63,7 @@ pub struct Explicit<'a> {
     pub residual: &'a mut [f64],
     /// ∂θ/∂h_n.
     pub history: &'a mut [f64],
-    /// ∂θ/∂y_{n−1}, ∂θ/∂h_{n−1}, ∂θ/∂φ and, if they are requested, ∂θ/∂p.
+    /// ∂θ/∂y_{n−1}, ∂θ/∂h_{n−1}, ∂θ/∂φ and, if they are requested, ∂θ/∂p and ∂θ/∂X.
     pub inputs: &'a mut Inputs,
 }
 
@@ -74,6 +74,8 @@ pub struct PathGradient {
     pub design: Vec<f64>,
     /// dθ/dp with respect to the problem's other parameters.
     pub parameters: Vec<f64>,
+    /// dθ/dX with respect to the reference positions of the nodes, three each; empty unless requested.
+    pub positions: Vec<f64>,
 }
 
 /// Settings of the sweep.
@@ -84,11 +86,13 @@ pub struct SweepOptions {
     /// Whether derivatives with respect to parameters other than the design are requested;
     /// otherwise they remain 0.
     pub parameters: bool,
+    /// Whether derivatives with respect to reference positions are requested.
+    pub positions: bool,
 }
 
 impl Default for SweepOptions {
     fn default() -> Self {
-        Self { linear_tolerance: 1e-10, parameters: false }
+        Self { linear_tolerance: 1e-10, parameters: false, positions: false }
     }
 }
 
@@ -137,7 +141,7 @@ pub fn sweep_states<P: StepProblem>(
     // they would have to serve a tangent that may be far away
     solver.linear.forget_factors();
     let unknowns = solver.problem.unknowns();
-    let one = ResponseAdjoint::at_rest(unknowns, options.parameters);
+    let one = ResponseAdjoint::at_rest(unknowns, options);
     let adjoints = vec![one; responses.count()];
     let mut run = Run { solver, path, responses, options, adjoints, geometry: None, factors: None };
     let mut fetched = None;
@@ -151,13 +155,14 @@ pub fn sweep_states<P: StepProblem>(
     let Run { adjoints, solver, .. } = run;
     // later solves cannot use factors of the sweep
     solver.linear.forget_factors();
-    let gradient = |ResponseAdjoint { inputs: Inputs { density, mut parameters, .. }, .. }| {
+    let gradient = |ResponseAdjoint { inputs: Inputs { density, mut parameters, position, .. }, .. }| {
         parameters.resize(unknowns.parameters, 0.0);
-        PathGradient { design: density, parameters }
+        PathGradient { design: density, parameters, positions: position }
     };
     let gradients: Vec<PathGradient> = adjoints.into_iter().map(gradient).collect();
-    let entries = || gradients.iter().flat_map(|gradient| gradient.design.iter().chain(&gradient.parameters));
-    if let Some(index) = entries().position(|g| !g.is_finite()) {
+    let lists = gradients.iter().flat_map(|of| [&of.design, &of.parameters, &of.positions]);
+    let not_finite = lists.flatten().position(|g| !g.is_finite());
+    if let Some(index) = not_finite {
         let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
         return Err(SweepError { time: LoadTime::default(), kind });
     }
@@ -170,17 +175,20 @@ const RECENT: usize = 4;
 /// The adjoint of one response.
 #[derive(Debug, Clone, Default)]
 struct ResponseAdjoint {
-    /// dθ/dφ and dθ/dp so far, and the pull-back from the next step of the path to the state treated next.
+    /// dθ/dφ, dθ/dp and dθ/dX so far, and the pull-back from the next step of the path to the state treated next.
     inputs: Inputs,
     /// The latest solutions, most recent first.
     solutions: VecDeque<Vec<f64>>,
 }
 
 impl ResponseAdjoint {
-    fn at_rest(unknowns: &Unknowns, parameters: bool) -> Self {
+    fn at_rest(unknowns: &Unknowns, options: &SweepOptions) -> Self {
         let mut inputs = Inputs { unknowns: Vec::new(), ..Inputs::zero(unknowns) };
-        if !parameters {
+        if !options.parameters {
             inputs.parameters = Vec::new();
+        }
+        if !options.positions {
+            inputs.position = Vec::new();
         }
         Self { inputs, solutions: VecDeque::new() }
     }
@@ -281,7 +289,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             let begin = linear.timings().begin();
             // dθ/dŷ at the prescribed unknowns, whose rows were left out of the solve
             let mut mu = Vec::new();
-            if self.options.parameters {
+            if self.options.parameters || self.options.positions {
                 mu.resize(lambda.len(), 0.0);
                 linear.product_transpose(matrix, &lambda, &mut mu);
                 mu.iter_mut().zip(rhs).for_each(|(m, r)| *m -= r);

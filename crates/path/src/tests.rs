@@ -110,10 +110,12 @@ fn the_gradient_of_a_spring_matches_differences() {
         let times = [0.7, 1.0, 1.9];
         let options = MarchOptions { keeps_factors, max_cutbacks: 5, ..options() };
         let spring = |design: usize, h: f64| {
-            let mut spring = Spring { longest_step, load: |time| 0.3 * time * time, ..Spring::default() };
+            let (load, position): (fn(f64) -> f64, _) = (|time| 0.3 * time * time, [0.4, -0.2, 0.1]);
+            let mut spring = Spring { longest_step, load, position, ..Spring::default() };
             match design {
                 0..3 => spring.stiffness[design] += h,
-                _ => spring.amplitude += h,
+                3 => spring.amplitude += h,
+                _ => spring.position[design - 4] += h,
             }
             spring
         };
@@ -130,10 +132,11 @@ fn the_gradient_of_a_spring_matches_differences() {
         let cut = marched.states.len() > 4;
         assert_eq!((marched.steps, cut), (3, longest_step < 1.0));
         assert_eq!(marched.states_with_factors() > 0, keeps_factors);
-        let options_of_sweep = SweepOptions { linear_tolerance: 1e-13, parameters: true };
+        let options_of_sweep = SweepOptions { linear_tolerance: 1e-13, parameters: true, positions: true };
         let found = sweep(&mut solver, &marched, &mut Responses::of(&objectives, &marched), &options_of_sweep).unwrap();
-        for (objective, PathGradient { design, parameters }) in objectives.iter().zip(&found) {
-            for (i, found) in design.iter().chain(parameters).enumerate() {
+        for (objective, PathGradient { design, parameters, positions }) in objectives.iter().zip(&found) {
+            assert_eq!(positions.len(), 3);
+            for (i, found) in design.iter().chain(parameters).chain(positions).enumerate() {
                 let at = |h: f64| {
                     let other = path(&spring(i, h), &times, &options);
                     assert_eq!(other.states.len(), marched.states.len());

@@ -39,6 +39,8 @@ pub struct Unknowns {
     /// differentiated: coefficients of friction, moduli, amplitudes of prescribed motions and
     /// loads.
     pub parameters: usize,
+    /// Number of reference positions, three per node, with respect to which the equations can be differentiated.
+    pub positions: usize,
 }
 
 impl Unknowns {

@@ -3,7 +3,7 @@
 //! A new element implements [`ElementBlock`] and gets a row in [`KINDS`].
 
 use crate::heat::Heat;
-use crate::inelastic::{self, Energies, Inelastic};
+use crate::inelastic::{self, Energies, Inelastic, PointElement};
 use crate::interpolation::ElementScaling;
 use crate::quadratic::{Hex27, ReducedHex27, Tet10, Wedge18};
 use crate::section::{Formulation, Section};
@@ -12,6 +12,7 @@ use crate::{hex8, tet4};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
 use slipstick_mesh::{Element, Mesh};
+use std::borrow::Cow;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -140,10 +141,31 @@ pub(crate) trait ElementBlock: Debug + Send + Sync {
     /// Adds the derivatives of Σ w σ_v over the stress points.
     fn pull_back_stresses(&self, state: State<'_>, weights: &stress::Weights<'_>, into: &mut StressSlopes<'_>);
 
+    /// The same elements, in the same order, with nodes at other reference positions, or the elements that have no
+    /// positive Jacobian there.
+    fn at_positions(&self, x: &[[f64; 3]], sections: &[Section]) -> Result<Arc<dyn ElementBlock>, Vec<u32>>;
+
+    /// Number of places that elements may occupy.
+    fn places(&self) -> usize;
+
+    /// The element at a place, with its integration points, but without the averages of F̄; `None` if there is none.
+    fn points(&self, place: usize) -> Option<Cow<'_, PointElement>>;
+
     /// The elements, if their law has memory.
     fn memory(&self) -> Option<&Inelastic> {
         None
     }
+}
+
+/// The positions of an element's nodes.
+pub(crate) fn corners<const N: usize>(x: &[[f64; 3]], nodes: &[u32; N]) -> [[f64; 3]; N] {
+    nodes.map(|node| x[node as usize])
+}
+
+/// All elements, or those that have no reference geometry.
+pub(crate) fn all_or_flat<E>(elements: Vec<Result<E, u32>>) -> Result<Vec<E>, Vec<u32>> {
+    let flat: Vec<u32> = elements.iter().filter_map(|element| element.as_ref().err().copied()).collect();
+    if flat.is_empty() { Ok(elements.into_iter().flatten().collect()) } else { Err(flat) }
 }
 
 /// Writes what `of` returns for each element, by its number.

@@ -19,6 +19,7 @@ pub mod law;
 pub mod load;
 mod memory;
 pub mod model;
+mod position;
 mod power;
 mod quadratic;
 #[cfg(test)]

@@ -68,7 +68,7 @@ pub struct SolidModel {
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
     /// Of the nodes, three each.
-    coordinates: Arc<[f64]>,
+    pub(crate) coordinates: Arc<[f64]>,
     pub(crate) counter: Counter,
 }
 
@@ -162,6 +162,26 @@ impl SolidModel {
             |sections: &[Section]| sections.iter().map(|s| s.material.kind().has_memory()).collect::<Vec<_>>();
         assert_eq!(memories(&sections), memories(&self.sections), "one section for each, of the same kind");
         Self { sections, ..self }
+    }
+
+    /// The same elements, in the same order, with nodes at other reference positions `x`.
+    ///
+    /// # Errors
+    /// If elements have a non-positive Jacobian there.
+    ///
+    /// # Panics
+    /// If there is not one position for each node.
+    pub fn at_positions(&self, x: &[[f64; 3]]) -> Result<Self, InvertedElements> {
+        assert_eq!(3 * x.len(), self.coordinates.len(), "one position for each node");
+        let (mut blocks, mut flat) = (Vec::with_capacity(self.blocks.len()), Vec::new());
+        for block in &self.blocks {
+            match block.at_positions(x, &self.sections) {
+                Ok(block) => blocks.push(block),
+                Err(elements) => flat.extend(elements),
+            }
+        }
+        refuse(flat)?;
+        Ok(Self { blocks, coordinates: x.as_flattened().into(), ..self.clone() })
     }
 
     /// Material and formulation of every body, and then of every region.

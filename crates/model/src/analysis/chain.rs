@@ -439,6 +439,13 @@ impl PathResponses<Design> for Adapter<'_> {
         if by.contact.iter().any(|by| !by.is_zero()) {
             design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
         }
+        if !to.inputs.position.is_empty() {
+            let position = &mut to.inputs.position;
+            design.pull_back_external_force(d, at.time, &by.external_force, position);
+            if by_internal {
+                design.pull_back_internal_force_by_positions(at.step, d, &by.internal_force, position)?;
+            }
+        }
         if by_internal {
             design.pull_back_density(
                 d,

@@ -34,6 +34,12 @@ pub enum AnalysisError {
         /// Why.
         source: Box<AnalysisError>,
     },
+    /// Nodes cannot move, or there are no derivatives with respect to their positions.
+    #[error("no derivatives with respect to the positions of nodes exist with these: {what}")]
+    Positions {
+        /// What there is in the problem, or what is wrong with the positions.
+        what: String,
+    },
     /// The path was cancelled before its end.
     #[error("the path ends after {steps} of {all} load steps: the objective has no gradient there")]
     Unfinished {

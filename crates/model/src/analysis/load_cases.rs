@@ -321,6 +321,7 @@ impl Analysis {
             for (to, from) in gradients.iter_mut().zip(&part) {
                 to.design.iter_mut().zip(&from.design).for_each(|(to, from)| *to += from);
                 to.parameters.iter_mut().zip(&from.parameters).for_each(|(to, from)| *to += from);
+                to.positions.iter_mut().zip(&from.positions).for_each(|(to, from)| *to += from);
             }
         }
         for ((response, slopes), gradient) in responses.iter().zip(slopes).zip(&mut gradients) {

@@ -36,9 +36,9 @@ impl Repeated {
     pub fn gradients(&self, swept: &[PathGradient]) -> Vec<PathGradient> {
         let place = |first: usize| self.once().position(|r| r == first).expect("it is swept");
         let one = |&(first, factor): &(usize, f64)| {
-            let PathGradient { design, parameters } = &swept[place(first)];
+            let PathGradient { design, parameters, positions } = &swept[place(first)];
             let times = |values: &[f64]| values.iter().map(|value| factor * value).collect();
-            PathGradient { design: times(design), parameters: times(parameters) }
+            PathGradient { design: times(design), parameters: times(parameters), positions: times(positions) }
         };
         self.of.iter().map(one).collect()
     }
@@ -89,7 +89,8 @@ mod tests {
             [[-1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [2.0, 0.0]].map(|row| vec![row.to_vec()]).into();
         let repeated = Repeated::new(&responses, &slopes);
         assert_eq!(repeated.of, [(0, 1.0), (1, 1.0), (0, -1.0), (3, 1.0), (4, 1.0)]);
-        let gradient = |value: f64| PathGradient { design: vec![value], parameters: vec![2.0 * value] };
+        let gradient =
+            |value: f64| PathGradient { design: vec![value], parameters: vec![2.0 * value], positions: Vec::new() };
         let all = repeated.gradients(&[1.0, 2.0, 3.0, 4.0].map(gradient));
         let found: Vec<[f64; 2]> = all.iter().map(|one| [one.design[0], one.parameters[0]]).collect();
         assert_eq!(found, [[1.0, 2.0], [2.0, 4.0], [-1.0, -2.0], [3.0, 6.0], [4.0, 8.0]]);

@@ -26,6 +26,7 @@ mod expansion;
 mod layout;
 pub mod motion;
 mod parameters;
+mod positions;
 mod results;
 mod step;
 mod terms;
@@ -276,6 +277,9 @@ impl ContactModel {
         model.start_at(start.to_vec());
         model.history = model.history_layout();
         model.unknowns = model.count_unknowns();
+        if model.fixes_positions().is_empty() {
+            model.unknowns.positions = model.coordinates.len();
+        }
         model
     }
 

@@ -136,7 +136,7 @@ impl FailureReport {
                 report.cause = format!("a converged state cannot be evaluated: {}", report.cause);
                 report
             }
-            AnalysisError::Unfinished { .. } | AnalysisError::Infinite { .. } => {
+            AnalysisError::Unfinished { .. } | AnalysisError::Infinite { .. } | AnalysisError::Positions { .. } => {
                 Self { cause: error.to_string(), ..Self::default() }
             }
         }

@@ -308,7 +308,7 @@ fn check_pull_back(name: &str, generic: &Generic) {
             history: generic.previous.history.clone(),
             ..Inputs::default()
         },
-        increments: [1e-5, 1e-5, 1e-3, 1e-3, 0.0],
+        increments: [1e-5, 1e-5, 1e-3, 1e-3, 0.0, 0.0],
         history: Vec::new(),
     };
     for deviation in comparison.deviations().unwrap() {

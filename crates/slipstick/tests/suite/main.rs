@@ -38,6 +38,7 @@ mod pairs;
 mod parameters;
 mod patch;
 mod plasticity;
+mod positions;
 mod pressures;
 mod quantities;
 mod quantity_gradients;

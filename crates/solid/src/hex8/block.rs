@@ -2,19 +2,22 @@
 //! that is detected at run time.
 
 use super::kernel::Scratch;
-use super::{ReferenceGeometry, energy, interpolated, smallest_determinant, transposed};
+use super::{POINTS, ReferenceGeometry, energy, interpolated, smallest_determinant, transposed};
 use crate::assembly::{add, add_to_nodes, local, positions};
 use crate::block::{
-    Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, in_chunks, visit, write,
+    Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, all_or_flat, corners, in_chunks, visit,
+    write,
 };
 use crate::clusters::{Clusters, Target};
 use crate::heat::Power;
-use crate::inelastic::Energies;
+use crate::inelastic::{Energies, PointElement};
 use crate::interpolation::ElementScaling;
+use crate::section::Section;
 use crate::stress::{self, STRESS_POINTS};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Number of elements that a thread processes at a time.
@@ -162,6 +165,26 @@ impl ElementBlock for Hexahedra {
                 into.add(element.number(), &element.nodes, (factor, &forces), by_gamma);
             }
         }
+    }
+
+    fn at_positions(&self, x: &[[f64; 3]], _: &[Section]) -> Result<Arc<dyn ElementBlock>, Vec<u32>> {
+        let moved = |&Hexahedron { nodes, number, section, .. }: &Hexahedron| {
+            let geometry = ReferenceGeometry::new(&corners(x, &nodes));
+            geometry.map(|geometry| Hexahedron { geometry, nodes, number, section }).ok_or(number)
+        };
+        let elements = all_or_flat(self.elements.par_iter().map(moved).collect())?;
+        Ok(Arc::new(Self { elements, clusters: self.clusters.clone() }))
+    }
+
+    fn places(&self) -> usize {
+        self.elements.len()
+    }
+
+    fn points(&self, place: usize) -> Option<Cow<'_, PointElement>> {
+        let Hexahedron { geometry, nodes, number, section } = &self.elements[place];
+        let gradients = (0..POINTS).map(|p| geometry.shape_gradients(p).to_vec()).collect();
+        let weights = (0..POINTS).map(|p| geometry.weight(p)).collect();
+        Some(Cow::Owned(PointElement::elastic((nodes, *number, *section), gradients, weights)))
     }
 }
 

@@ -20,12 +20,15 @@ use crate::heat::Power;
 use crate::interpolation::ElementScaling;
 use crate::law::memory::Inelastic as _;
 use crate::law::{HISTORY, Material, with_memory};
+use crate::section::Section;
 use crate::stress;
 pub(crate) use points::PointElement;
 use points::{Deformed, Tensor};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
 use std::array::from_fn;
+use std::borrow::Cow;
+use std::sync::Arc;
 
 /// All elements with memory, or those of this rank.
 #[derive(Debug)]
@@ -56,13 +59,16 @@ impl<'a> State<'a> {
         element.deformed(self.d, self.stretch(element.number()))
     }
 
-    fn history_of(&self, element: &PointElement, q: usize) -> [f64; HISTORY] {
+    /// The history of point q at the start of the step.
+    pub fn history_of(&self, element: &PointElement, q: usize) -> [f64; HISTORY] {
         self.history.get(element.entries(q)).map_or([0.0; HISTORY], |of| from_fn(|i| of[i]))
     }
 }
 
 /// The derivatives of s Λ : P + η · h′ at one point, with the factor s of the stiffness.
 struct Slopes {
+    /// P.
+    stress: Tensor,
     by_f: Tensor,
     by_history: [f64; HISTORY],
     by_strength: f64,
@@ -96,11 +102,25 @@ fn slopes(
     }
     h.iter().zip(eta).for_each(|(h, weight)| add(h, *weight));
     Slopes {
+        stress: p.map(|row| row.map(|p| p.value)),
         by_f: from_fn(|a| from_fn(|b| sum[3 * a + b])),
         by_history: from_fn(|i| sum[9 + i]),
         by_strength: sum[9 + HISTORY],
         by_factor,
     }
+}
+
+/// P at a point, and the derivative of s Λ : P + η · h′ with respect to F̄.
+pub(crate) fn by_deformation(
+    material: &Material,
+    strength: f64,
+    f: &Tensor,
+    previous: &[f64; HISTORY],
+    by_stress: (f64, &Tensor),
+    eta: &[f64; HISTORY],
+) -> (Tensor, Tensor) {
+    let slopes = slopes(material, strength, f, previous, by_stress, eta);
+    (slopes.stress, slopes.by_f)
 }
 
 impl Inelastic {
@@ -283,6 +303,18 @@ impl ElementBlock for Inelastic {
 
     fn memory(&self) -> Option<&Inelastic> {
         Some(self)
+    }
+
+    fn at_positions(&self, x: &[[f64; 3]], sections: &[Section]) -> Result<Arc<dyn ElementBlock>, Vec<u32>> {
+        Ok(Arc::new(build::at_positions(self, x, sections)?))
+    }
+
+    fn places(&self) -> usize {
+        self.elements.len()
+    }
+
+    fn points(&self, place: usize) -> Option<Cow<'_, PointElement>> {
+        Some(Cow::Borrowed(&self.elements[place]))
     }
 }
 

@@ -55,6 +55,15 @@ pub(crate) struct Deformed {
 }
 
 impl PointElement {
+    /// An element without history and without averages.
+    pub fn elastic(
+        (nodes, number, section): (&[u32], u32, u32),
+        gradients: Vec<Vec<[f64; 3]>>,
+        weights: Vec<f64>,
+    ) -> Self {
+        Self { nodes: nodes.to_vec(), number, section, first: 0, gradients, weights, average: None }
+    }
+
     /// The mesh's number of the element.
     pub fn number(&self) -> usize {
         self.number as usize

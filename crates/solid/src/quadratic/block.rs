@@ -6,17 +6,20 @@ use super::kernel::Scratch;
 use super::{Group, Kind};
 use crate::assembly::{find_pairs, local};
 use crate::block::{
-    Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, in_chunks, visit, write,
+    Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, all_or_flat, corners, in_chunks, visit,
+    write,
 };
 use crate::clusters::Target;
 use crate::heat::Power;
 use crate::hex8::transposed;
-use crate::inelastic::Energies;
+use crate::inelastic::{Energies, PointElement};
 use crate::interpolation::ElementScaling;
+use crate::section::Section;
 use crate::stress;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -107,6 +110,26 @@ where
             let factor = state.by_displacement(cell.number(), cell.section as usize);
             into.add(cell.number(), &cell.nodes, (factor, &forces), by_gamma);
         }
+    }
+
+    fn at_positions(&self, x: &[[f64; 3]], _: &[Section]) -> Result<Arc<dyn ElementBlock>, Vec<u32>> {
+        let moved = |cell: &Cell<N, B, M>| {
+            let moved = Cell::new(Self::table(), &corners(x, &cell.nodes), cell.nodes, cell.number, cell.section);
+            moved.ok_or(cell.number)
+        };
+        let cells = all_or_flat(self.cells.par_iter().map(moved).collect())?;
+        Ok(Arc::new(Self { cells, clusters: self.clusters.clone() }))
+    }
+
+    fn places(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn points(&self, place: usize) -> Option<Cow<'_, PointElement>> {
+        let (cell, table) = (&self.cells[place], Self::table());
+        let gradients = (0..table.points()).map(|p| cell.gradients(table, p).to_vec()).collect();
+        let weights = cell.weights.as_flattened()[..table.points()].to_vec();
+        Some(Cow::Owned(PointElement::elastic((&cell.nodes, cell.number, cell.section), gradients, weights)))
     }
 }
 

@@ -84,6 +84,11 @@ pub(super) static REDUCED_HEX27: LazyLock<Table<27, 1, 32>> = LazyLock::new(|| {
     Table::new(&points.map(|at| (at, 1.0)), &points, hex27_shapes)
 });
 
+/// Shape functions of hex27 at its integration points.
+pub(crate) fn hex27_values() -> &'static [[f64; 27]] {
+    &HEX27.values
+}
+
 /// One element in its reference configuration.
 #[derive(Debug, Clone)]
 #[repr(C, align(32))]

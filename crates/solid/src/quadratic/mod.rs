@@ -19,7 +19,7 @@ mod kernel;
 mod tangent;
 
 use crate::assembly::local;
-use crate::block::State;
+use crate::block::{State, corners};
 use crate::clusters::Clusters;
 use crate::heat::Power;
 use crate::inelastic::Reference;
@@ -27,6 +27,7 @@ use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
 use crate::section::Formulation;
 use crate::stress::AveragedPoints;
+pub(crate) use cell::hex27_values;
 use cell::{Cell, HEX27, REDUCED_HEX27, TET10, Table, WEDGE18, gradients_of, plus_identity};
 use rayon::prelude::*;
 use slipstick_mesh::{Element, Mesh};
@@ -145,17 +146,17 @@ where
 
 /// The integration points of a second-order element, as elements with memory need them; `None` if a
 /// Jacobian is not positive.
-pub(crate) fn reference_points(mesh: &Mesh, number: u32, formulation: Formulation) -> Option<Reference> {
+pub(crate) fn reference_points(x: &[[f64; 3]], nodes: &[u32], formulation: Formulation) -> Option<Reference> {
     fn points<const N: usize, const B: usize, const P: usize, const M: usize>(
-        mesh: &Mesh,
-        number: u32,
+        x: &[[f64; 3]],
+        nodes: &[u32],
     ) -> Option<Reference>
     where
         Group<N, B, P, M>: Kind<N, B, P>,
     {
-        let nodes = Group::<N, B, P, M>::nodes(&mesh.elements[number as usize])?;
+        let nodes: [u32; N] = nodes.try_into().ok()?;
         let table = Group::<N, B, P, M>::table();
-        let cell = Cell::<N, B, M>::new(table, &mesh.coordinates(&nodes), nodes, number, 0)?;
+        let cell = Cell::<N, B, M>::new(table, &corners(x, &nodes), nodes, 0, 0)?;
         let points = table.points();
         let at = |x: &[AtPoints; B], q: usize| x[q / POINTS][q % POINTS];
         let share = |q: usize, p: usize| -> f64 {
@@ -164,12 +165,12 @@ pub(crate) fn reference_points(mesh: &Mesh, number: u32, formulation: Formulatio
         let gradients = (0..points).map(|q| cell.gradients(table, q).to_vec()).collect();
         let weights = (0..points).map(|q| at(&cell.weights, q)).collect();
         let average = (0..points).map(|q| (0..points).map(|p| share(q, p)).collect()).collect();
-        Some((nodes.to_vec(), gradients, weights, average))
+        Some(Reference { gradients, weights, average })
     }
-    match (&mesh.elements[number as usize], formulation) {
-        (Element::Tet10(_), _) => points::<10, 1, 16, 1>(mesh, number),
-        (Element::Wedge18(_), _) => points::<18, 2, 32, 1>(mesh, number),
-        (_, Formulation::Reduced) => points::<27, 1, 32, 4>(mesh, number),
-        (_, Formulation::Full | Formulation::FBar) => points::<27, 4, 32, 4>(mesh, number),
+    match (nodes.len(), formulation) {
+        (10, _) => points::<10, 1, 16, 1>(x, nodes),
+        (18, _) => points::<18, 2, 32, 1>(x, nodes),
+        (_, Formulation::Reduced) => points::<27, 1, 32, 4>(x, nodes),
+        (_, Formulation::Full | Formulation::FBar) => points::<27, 4, 32, 4>(x, nodes),
     }
 }

@@ -5,13 +5,15 @@ use super::{Batch, LANES, Work, pull_back};
 use crate::assembly::{add, add_to_nodes, find_pairs, local};
 use crate::block::{Build, ElementBlock, PullBack, State, StressSlopes, VisitStresses, Weights, in_chunks, visit};
 use crate::clusters::{Clusters, Target};
-use crate::inelastic::Energies;
+use crate::inelastic::{Energies, PointElement};
 use crate::interpolation::ElementScaling;
+use crate::section::Section;
 use crate::stress;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use slipstick_linalg::BlockPattern;
 use slipstick_mesh::{Element, Mesh};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Number of batches that a thread processes at a time.
@@ -53,7 +55,7 @@ fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> 
         _ => None,
     };
     let elements: Vec<(u32, [u32; 4])> = numbers.iter().filter_map(nodes).collect();
-    Batch::new(mesh, &elements, section as usize)
+    Batch::new(&mesh.nodes, &elements, section as usize)
 }
 
 impl Tetrahedra {
@@ -148,6 +150,29 @@ impl ElementBlock for Tetrahedra {
                 into.add(e, &batch.nodes[lane], (state.by_displacement(e, batch.section), &forces), by_gamma);
             }
         }
+    }
+
+    fn at_positions(&self, x: &[[f64; 3]], _: &[Section]) -> Result<Arc<dyn ElementBlock>, Vec<u32>> {
+        let moved = |batch: &Batch| {
+            let elements: Vec<(u32, [u32; 4])> = batch.numbers().iter().copied().zip(batch.nodes).collect();
+            Batch::new(x, &elements, batch.section)
+        };
+        let (mut batches, mut flat) = (Vec::with_capacity(self.batches.len()), Vec::new());
+        for batch in self.batches.par_iter().map(moved).collect::<Vec<_>>() {
+            batch.map_or_else(|elements| flat.extend(elements), |batch| batches.push(batch));
+        }
+        if flat.is_empty() { Ok(Arc::new(Self { batches, clusters: self.clusters.clone() })) } else { Err(flat) }
+    }
+
+    fn places(&self) -> usize {
+        LANES * self.batches.len()
+    }
+
+    fn points(&self, place: usize) -> Option<Cow<'_, PointElement>> {
+        let (batch, lane) = (&self.batches[place / LANES], place % LANES);
+        let element = (&batch.nodes[lane][..], *batch.numbers().get(lane)?, batch.section as u32);
+        let (gradients, weights) = (vec![batch.shape_gradients(lane).to_vec()], vec![batch.volumes[lane]]);
+        Some(Cow::Owned(PointElement::elastic(element, gradients, weights)))
     }
 }
 

@@ -18,12 +18,12 @@ mod kernel;
 pub(crate) use block::block;
 use kernel::{Work, pull_back};
 
-use crate::block::State;
+use crate::block::{State, corners};
 use crate::heat::Power;
 use crate::interpolation::ElementScaling;
 use crate::law::determinant;
 use crate::registers::{AtPoints, POINTS};
-use slipstick_mesh::{Mesh, tet_volume};
+use slipstick_mesh::tet_volume;
 
 /// Maximum number of elements in a batch.
 pub(crate) const LANES: usize = POINTS;
@@ -44,12 +44,12 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// A batch of elements, given by their numbers and nodes; the error contains the numbers of
+    /// A batch of elements, given by their numbers and nodes, with nodes at positions `x`; the error contains the numbers of
     /// elements without a positive volume.
     ///
     /// # Panics
     /// With no elements, or more than [`LANES`].
-    pub fn new(mesh: &Mesh, elements: &[(u32, [u32; 4])], section: usize) -> Result<Self, Vec<u32>> {
+    pub fn new(x: &[[f64; 3]], elements: &[(u32, [u32; 4])], section: usize) -> Result<Self, Vec<u32>> {
         let mut out = Self {
             inverse: [[[0.0; LANES]; 3]; 3],
             volumes: [0.0; LANES],
@@ -60,7 +60,7 @@ impl Batch {
         };
         let mut flat = Vec::new();
         for (lane, &(number, nodes)) in elements.iter().enumerate() {
-            let corners = mesh.coordinates(&nodes);
+            let corners = corners(x, &nodes);
             let volume = tet_volume(&corners);
             if !(volume > 0.0 && volume.is_finite()) {
                 flat.push(number);
@@ -144,7 +144,7 @@ mod tests {
         let mesh = box_mesh("block", &shape).unwrap().divided(|_| true);
         let elements: Vec<(u32, [u32; 4])> =
             mesh.elements.iter().zip(0..).map(|(e, number)| (number, e.nodes().try_into().unwrap())).collect();
-        let batch = Batch::new(&mesh, &elements, 0).unwrap();
+        let batch = Batch::new(&mesh.nodes, &elements, 0).unwrap();
         let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.2 * (i as f64 * 1.7).sin()).collect();
         for (lane, (_, nodes)) in elements.iter().enumerate() {
             let rest = mesh.coordinates(nodes);

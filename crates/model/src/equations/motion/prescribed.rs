@@ -1,6 +1,7 @@
 //! Prescribed displacements along the load path.
 
 mod error;
+mod positions;
 
 use crate::equations::LoadTime;
 use crate::equations::linear::LinearEquations;

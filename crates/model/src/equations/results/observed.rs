@@ -127,6 +127,9 @@ impl Design {
         model.pull_to_nodes(&mut unknowns);
         model.pull_to_nodes(&mut previous.previous);
         model.share.sum(&mut [&mut unknowns, &mut previous.previous, &mut previous.history, &mut by_parameters]);
+        // contact depends on reference positions as on displacements, now and before
+        add(&mut to.inputs.position, &unknowns);
+        add(&mut to.inputs.position, &previous.previous);
         add(to.unknowns, &unknowns);
         add(&mut to.inputs.previous, &previous.previous);
         add(&mut to.inputs.history, &previous.history);

@@ -243,6 +243,9 @@ impl StepProblem for Design {
         if !into.parameters.is_empty() {
             self.pull_back_parameters(step, at, adjoint, &mut into.parameters)?;
         }
+        if !into.position.is_empty() {
+            self.pull_back_positions(step, at, adjoint, &mut into.position)?;
+        }
         Ok(())
     }
 

@@ -160,6 +160,16 @@ impl Loads {
         self.loads.iter().any(|applied| matches!(applied.action, Action::Mass(..)))
     }
 
+    /// Whether forces depend on the reference positions of nodes other than through the current ones.
+    pub(in crate::equations) fn depend_on_positions(&self) -> bool {
+        let depends = |applied: &Applied| match applied.action {
+            Action::Mass(..) => true,
+            Action::Dead(_) => !matches!(applied.load.kind, LoadKind::NodalForce(_)),
+            Action::Pressure(..) => false,
+        };
+        self.loads.iter().any(depends)
+    }
+
     /// Adds the negative external force, which is its contribution to R. \[F\]
     pub(in crate::equations) fn add_residual(&self, at: LoadState<'_>, out: &mut [f64]) {
         for applied in &self.loads {
