@@ -164,12 +164,15 @@ WARNINGS = ["contact transmits no force", "neither friction nor a gap accounts f
 #: The warning about work that too large steps miscount; it says nothing about forces.
 COARSE_STEPS = "load steps are coarse for the friction work"
 
+#: What the program says of a body that comes loose under its loads.
+LOOSE = "only contact holds body"
+
 
 def reason(text):
     """The line of the message that says why a run failed."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     errors = [line for line in lines if "error" in line or "failed" in line or "not done" in line]
-    return (errors or lines or ["no message"])[0][:160]
+    return (errors or lines or ["no message"])[0][:240]
 
 
 def judge(seed, folder, compare):
@@ -178,8 +181,9 @@ def judge(seed, folder, compare):
     if code != 0:
         kind = "refused" if code == 2 else "failed"
         impossible = has_no_equilibrium(folder, setup)
-        if impossible:
-            kind, text = "impossible", f"error: {impossible}; {reason(text)}"
+        loose = [line.strip() for line in text.splitlines() if LOOSE in line]
+        if impossible and loose:
+            kind, text = "impossible", f"error: {impossible}; {loose[0]}"
         return Row(seed, setup.kind, kind, results.iterations(folder / "base/out"), seconds, 0.0, 0.0, [reason(text)], True)
     found = results.Run(folder / "base/out", setup)
     warned = any(warning in text for warning in WARNINGS)
