@@ -112,7 +112,7 @@ fn assembled(case: &Case, platform: &dyn Platform, mesh: Mesh, ties: ties::Rows)
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
     let times = LoadTime::ends(load_cases.len().max(1), case.load_path.steps);
-    let (unmoved, ever_supported) = (edges::unmoved(&prescribed, &times), prescribed.ever_supported().into_owned());
+    let (held, ever_supported) = (edges::Held::over(&prescribed, &times), prescribed.ever_supported().into_owned());
     let prescribed = equations::with_equations(prescribed, case, &mesh, &times)?;
     let sections = sections(case, &mesh)?;
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
@@ -124,7 +124,7 @@ fn assembled(case: &Case, platform: &dyn Platform, mesh: Mesh, ties: ties::Rows)
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
-    let interfaces = build_interfaces(case, &mesh, &mirrored, &unmoved, approach, ties)?;
+    let interfaces = build_interfaces(case, &mesh, &mirrored, &held, approach, ties)?;
     let uzawa = build_uzawa(case)?;
     let variables = variables::build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -311,7 +311,7 @@ fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     mirrored: &[[bool; 3]],
-    unmoved: &[bool],
+    held: &edges::Held,
     approach: f64,
     ties: ties::Rows,
 ) -> Result<Vec<ModelInterface>, BuildError> {
@@ -356,7 +356,7 @@ fn build_interfaces(
             true => interface,
             false => {
                 let interface = interface.with_trusted_depth(1.5 * approach + largest_offset + adjust);
-                edges::with_normals(interface, contact, mesh, &points, mirrored, unmoved)
+                edges::with_normals(interface, contact, &case.bodies, mesh, &points, mirrored, held)
             }
         };
         let slants = match contact.offset.is_empty() {

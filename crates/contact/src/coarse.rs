@@ -2,7 +2,7 @@
 //! those that lie on each other.
 
 use crate::ContactInterface;
-use crate::cones::SHARP_KINK;
+use crate::cones::{KINK, SHARP_KINK};
 use crate::kinematics::frame::RingCorner;
 use crate::kinematics::height::FacetHeight;
 use crate::slave_node::{SAME_COSINE, SlaveNode, normal};
@@ -20,12 +20,24 @@ impl ContactInterface {
     ///
     /// Tests: `facets_of_fifteen_degrees_are_coarse`, `a_torus_of_eight_facets_around_its_tube_is_coarse`.
     pub fn is_coarse(&self, coordinates: &[f64]) -> bool {
-        let [slave, master] = self.heights();
-        self.turns(slave, coordinates) && master.iter().all(Option::is_none)
+        self.turns(COARSE, coordinates)
     }
 
-    /// Whether curved facets of the slave turn by at least [`COARSE`] at a common edge that is not sharp.
-    fn turns(&self, heights: &[Option<FacetHeight>], x: &[f64]) -> bool {
+    /// As [`Self::is_coarse`], for facets that meet at 10° or more. Where the master's facets are larger than such
+    /// facets, the master cannot follow their shape, and averaged normals are off by up to half of that angle.
+    ///
+    /// Test: `facets_of_fifteen_degrees_are_coarse`.
+    pub fn has_kinks(&self, coordinates: &[f64]) -> bool {
+        self.turns(KINK, coordinates)
+    }
+
+    /// Whether curved facets of the slave turn by at least an angle at a common edge that is not sharp, and the master
+    /// has no curved facets.
+    fn turns(&self, angle: f64, x: &[f64]) -> bool {
+        let [heights, master] = self.heights();
+        if master.iter().any(Option::is_some) {
+            return false;
+        }
         let smooth: HashSet<[u32; 3]> = self.slave_nodes().iter().flat_map(pairs_around).collect();
         let mut known: HashMap<[u32; 2], (u32, Vector3<f64>)> = HashMap::new();
         for ((f, facet), _) in (0_u32..).zip(self.slave_facets()).zip(heights).filter(|(_, height)| height.is_some()) {
@@ -34,7 +46,7 @@ impl ContactInterface {
                 let b = facet[(i + 1) % facet.len()];
                 let Some((other, normal)) = known.insert([a.min(b), a.max(b)], (f, own)) else { continue };
                 let is_smooth = [a, b].iter().any(|&node| smooth.contains(&[node, other, f]));
-                if own.dot(&normal) <= COARSE.cos() + SAME_COSINE && is_smooth {
+                if own.dot(&normal) <= angle.cos() + SAME_COSINE && is_smooth {
                     return true;
                 }
             }
@@ -83,10 +95,11 @@ impl ContactInterface {
     /// the slave that faces the master, almost half or more belongs to slave nodes at a distance of less than a tenth of
     /// the square root of the area around them, or below the master, whose averaged normals are opposite to the master's
     /// within 5°. Smooth parts are bounded by kinks of 30°. `coordinates` are those of the start, 3 per node. Surfaces
-    /// whose rows cannot be evaluated count as seated.
+    /// whose rows cannot be evaluated count as seated. A part with nodes that are `driven` does not count, since its
+    /// edge may be driven into the master.
     ///
     /// Tests: `a_block_that_rests_on_a_slab_is_seated`, `a_bent_arm_whose_end_touches_is_not_seated`.
-    pub fn is_seated(&self, coordinates: &[f64]) -> bool {
+    pub fn is_seated(&self, coordinates: &[f64], driven: impl Fn(u32) -> bool) -> bool {
         let rows = |interface: &Self| {
             let mut rows = Vec::new();
             let evaluated = interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows);
@@ -103,6 +116,11 @@ impl ContactInterface {
             for part in slave.facets.iter().map(|&(facet, _)| parts[facet as usize]).filter(|_| own.area > 0.0) {
                 facing[part] += share;
                 seated[part] += if parallel && close { share } else { 0.0 };
+            }
+        }
+        for (facet, &part) in self.slave_facets().iter().zip(&parts) {
+            if facet.iter().any(|&node| driven(node)) {
+                seated[part] = 0.0;
             }
         }
         seated.iter().zip(&facing).any(|(seated, facing)| *seated > 0.0 && *seated >= SEATED_SHARE * facing)
@@ -187,12 +205,15 @@ mod tests {
             let options = InterfaceOptions { shape, rule, reach: 1.0, feature_angle: 0.5 };
             let [first, second] = sides;
             let interface = ContactInterface::new(first, second, &x, options).unwrap().with_heights(heights);
-            interface.is_coarse(&x)
+            [interface.has_kinks(&x), interface.is_coarse(&x)]
         };
-        let found = [5.0, 14.9, 15.0, 0.5_f64.to_degrees(), 29.0].map(|degrees| is_coarse(degrees, true, true));
-        assert_eq!(found, [false, false, true, true, false]);
-        assert!(!is_coarse(20.0, false, true), "facets that are the surface itself");
-        assert!(!is_coarse(20.0, true, false), "a flat slave");
+        let found =
+            [5.0, 9.9, 10.0, 14.9, 15.0, 0.5_f64.to_degrees(), 29.0].map(|degrees| is_coarse(degrees, true, true));
+        let [kinks, coarse] = [0, 1].map(|i| found.map(|found| found[i]));
+        assert_eq!(kinks, [false, false, true, true, true, true, false]);
+        assert_eq!(coarse, [false, false, false, false, true, true, false]);
+        assert_eq!(is_coarse(20.0, false, true), [false; 2], "facets that are the surface itself");
+        assert_eq!(is_coarse(20.0, true, false), [false; 2], "a flat slave");
     }
 
     /// The bore of a plate, with the face around its rim, and a plug in it whose radius grows by `slope` per length;

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::sides::{self, SIMILAR};
 use crate::file;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::MultiplierShape;
@@ -15,13 +16,14 @@ const PERPENDICULAR: f64 = 0.03;
 /// The interface with the normals that the pair asks for. By default, the first of these that holds:
 ///
 /// 1. A surface in contact with itself has averaged normals.
-/// 2. A curved slave surface of few facets has those of the master within the cones of its nodes.
+/// 2. A curved slave surface of few facets has those of the master within the cones of its nodes: facets that meet at
+///    15°, or at 10° if those of the master are larger.
 /// 3. Curved surfaces that are inclined to each other have the master's at edges of the slave's body, and dual shapes.
-/// 4. Surfaces that lie on each other in the mesh have averaged normals.
+/// 4. Surfaces that lie on each other in the mesh have averaged normals, unless the slave's edges dig in: its body is
+///    stiffer than the master's, or supports drive nodes of the slave surface.
 /// 5. A slave surface has the master's where it ends at an edge or has a sharp kink, if one of the two is flat there.
 ///
-/// `points`: positions of the contact surfaces' corners; `unmoved`: displacements, three per node, that supports
-/// hold over the whole path.
+/// `points`: positions of the contact surfaces' corners.
 ///
 /// Facets on symmetry planes are inside the whole body, and facets that are held along their normal
 /// may be, as the faces of a strip in plane strain: what lies in such a plane is not an edge. A face that is
@@ -29,10 +31,11 @@ const PERPENDICULAR: f64 = 0.03;
 pub(super) fn with_normals(
     interface: ContactInterface,
     contact: &file::Contact,
+    bodies: &[file::Body],
     mesh: &Mesh,
     points: &[[f64; 3]],
     mirrored: &[[bool; 3]],
-    unmoved: &[bool],
+    held: &Held,
 ) -> ContactInterface {
     let feature_angle = contact.feature_angle.to_radians();
     let asked = contact.normals == Some(file::Normals::Touched);
@@ -40,13 +43,14 @@ pub(super) fn with_normals(
         return interface;
     }
     let x = points.as_flattened();
-    let all_touched = asked || interface.is_coarse(x);
+    let all_touched =
+        asked || interface.is_coarse(x) || (interface.has_kinks(x) && has_larger_master(&interface, points));
     let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
-    let seated = interface.is_seated(x);
+    let seated = !has_stiffer_slave(&interface, bodies, mesh) && interface.is_seated(x, |node| held.is_driven(node));
     if !all_touched && !both_curved && seated {
         return interface;
     }
-    let boundary = boundary_of(&interface, mesh, points, mirrored, |node, axis| unmoved[3 * node as usize + axis]);
+    let boundary = boundary_of(&interface, mesh, points, mirrored, |node, axis| held.unmoved[3 * node as usize + axis]);
     if all_touched {
         return interface.with_touched_normals(&boundary, x, feature_angle);
     }
@@ -62,19 +66,58 @@ pub(super) fn with_normals(
     if seated { interface } else { interface.with_touched_flat_edges(&boundary, x, feature_angle) }
 }
 
-/// Which displacements supports hold, and do not move at any of the `times`.
-pub(super) fn unmoved(prescribed: &Prescribed, times: &[LoadTime]) -> Vec<bool> {
-    let at = |time: LoadTime| {
-        let mut d = vec![0.0; prescribed.fixed().len()];
-        prescribed.apply(time, &mut d);
-        d
-    };
-    let mut unmoved = prescribed.fixed().to_vec();
-    for &time in times {
-        let change = at(LoadTime::start(time.case)).into_iter().zip(at(time));
-        unmoved.iter_mut().zip(change).for_each(|(unmoved, (from, to))| *unmoved &= from == to);
+/// Which displacements supports hold over a path, three per node.
+pub(super) struct Held {
+    /// They are held and do not move.
+    unmoved: Vec<bool>,
+    /// They are held and move.
+    driven: Vec<bool>,
+}
+
+impl Held {
+    /// At all of the `times`.
+    pub(super) fn over(prescribed: &Prescribed, times: &[LoadTime]) -> Self {
+        let at = |time: LoadTime| {
+            let mut d = vec![0.0; prescribed.fixed().len()];
+            prescribed.apply(time, &mut d);
+            d
+        };
+        let mut unmoved = prescribed.fixed().to_vec();
+        for &time in times {
+            let change = at(LoadTime::start(time.case)).into_iter().zip(at(time));
+            unmoved.iter_mut().zip(change).for_each(|(unmoved, (from, to))| *unmoved &= from == to);
+        }
+        let driven = prescribed.fixed().iter().zip(&unmoved).map(|(fixed, unmoved)| *fixed && !unmoved).collect();
+        Self { unmoved, driven }
     }
-    unmoved
+
+    fn is_driven(&self, node: u32) -> bool {
+        self.driven[3 * node as usize..][..3].contains(&true)
+    }
+}
+
+/// Whether the facets of the master near the slave are larger than those of the slave near the master.
+fn has_larger_master(interface: &ContactInterface, points: &[[f64; 3]]) -> bool {
+    let (slave, master) = (interface.slave_facets(), interface.master_facets());
+    let size =
+        |of: &[FacetNodes], other: &[FacetNodes]| sides::median_size(&sides::close_to(of, other, points), points);
+    size(master, slave) > SIMILAR * size(slave, master)
+}
+
+/// Ratio of the moduli of deformable bodies above which the edges of the stiffer one dig into the other one.
+const STIFFER: f64 = 2.5;
+
+/// Whether the body of the slave is stiffer than that of the master by more than [`STIFFER`]; not for rigid ones.
+fn has_stiffer_slave(interface: &ContactInterface, bodies: &[file::Body], mesh: &Mesh) -> bool {
+    let modulus = |facets: &[FacetNodes]| {
+        let node = *facets.first()?.first()? as usize;
+        let body = bodies.get(mesh.bodies.iter().position(|body| body.nodes.contains(&node))?)?;
+        body.rigid.is_none().then(|| body.material.youngs_modulus())
+    };
+    match (modulus(interface.slave_facets()), modulus(interface.master_facets())) {
+        (Some(slave), Some(master)) => slave > STIFFER * master,
+        _ => false,
+    }
 }
 
 /// Whether both sides of a pair are curved, and the slave ends at an edge of its body on an inclined master

@@ -12,7 +12,7 @@ use crate::quantity::{ContactForce, ContactPressure, ContactShare, FrictionWork,
 use slipstick_mesh::{ContactMap, FacetHeights, FacetNodes, Mesh, facet_area};
 
 /// Ratio of the sizes of facets up to which they are similar.
-const SIMILAR: f64 = 1.5;
+pub(super) const SIMILAR: f64 = 1.5;
 
 /// Ratio of the moduli up to which bodies are similarly stiff.
 const SIMILAR_MODULUS: f64 = 1.2;
@@ -200,7 +200,7 @@ impl Side {
 
 /// The facets of a side whose boxes overlap that of the other side, widened by the largest facet; all if there are
 /// none, as where bodies meet later.
-fn close_to(facets: &[FacetNodes], others: &[FacetNodes], points: &[[f64; 3]]) -> Vec<FacetNodes> {
+pub(super) fn close_to(facets: &[FacetNodes], others: &[FacetNodes], points: &[[f64; 3]]) -> Vec<FacetNodes> {
     let all = others.iter().chain(facets).map(|facet| facet_area(&facet.corners(points)).sqrt());
     let margin = all.fold(0.0, f64::max);
     let other = box_of(others.iter().flat_map(|facet| facet.iter()), points);
@@ -221,7 +221,7 @@ fn box_of<'a>(nodes: impl Iterator<Item = &'a u32>, points: &[[f64; 3]]) -> [[f6
 }
 
 /// Median of the square roots of the facets' areas. \[L\]
-fn median_size(facets: &[FacetNodes], points: &[[f64; 3]]) -> f64 {
+pub(super) fn median_size(facets: &[FacetNodes], points: &[[f64; 3]]) -> f64 {
     let mut sizes: Vec<f64> = facets.iter().map(|facet| facet_area(&facet.corners(points)).sqrt()).collect();
     sizes.sort_unstable_by(f64::total_cmp);
     sizes[sizes.len() / 2]

@@ -8,6 +8,7 @@ use serde::Serialize;
 use slipstick_mesh::Mesh;
 use slipstick_path::{FailedAttempt, IterationRecord, MarchFailure, Rung, StateError, StepFailureKind, still_falls};
 
+use super::loosening::loosened;
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
 use slipstick_model::crushed::CURE;
@@ -95,7 +96,8 @@ pub struct FailureReport {
     pub cause: String,
     /// The first few places.
     pub places: Vec<Place>,
-    /// Conditions that meet at the first place: supports, contact pairs, rigid motions.
+    /// Conditions that meet at the first place: supports, contact pairs, rigid motions; without them, bodies that
+    /// came loose from contact.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
     /// The last iterations of the last attempt.
@@ -168,6 +170,9 @@ impl FailureReport {
         report.rungs = rungs(&failure.tried);
         report.exhausted = failure.exhausted;
         report.failed_iterations = failure.failed_iterations;
+        let loose = if report.conditions.is_empty() { loosened(failure, problem) } else { Vec::new() };
+        let loosens = !loose.is_empty();
+        report.conditions.extend(loose);
         if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) =
             (still_falls(&failure.iterations), failure.attempts.last())
         {
@@ -194,7 +199,10 @@ impl FailureReport {
         if failure.exhausted {
             report.cures.push(MORE_PATIENCE.into());
         }
-        if model.has_loads() && failure.attempts.last().is_some_and(|(_, kind)| diverged(kind)) {
+        let loads = model.has_loads() && failure.attempts.last().is_some_and(|(_, kind)| diverged(kind));
+        if loosens {
+            report.cures.insert(0, SMALLER_LOAD.into());
+        } else if loads {
             report.cures.push(SMALLER_LOAD.into());
         }
         report

@@ -47,6 +47,7 @@ mod inputs;
 mod kept;
 mod lifetime;
 mod lock;
+mod loosening;
 mod path_writer;
 mod places;
 mod promises;

@@ -175,7 +175,7 @@ pub(super) struct Conditions {
 }
 
 /// Names of the axes.
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Smallest component of a direction along an axis for which a support along that axis counts as
 /// one in that direction.

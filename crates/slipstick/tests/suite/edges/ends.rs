@@ -103,6 +103,44 @@ fn frictionless_contact_of_a_driven_edge_takes_no_work() {
     }
 }
 
+/// A block that lies on a slab has averaged normals by default, unless it is more than 2.5 times as stiff, or a support
+/// drives nodes of its side, which then follow the master. A ring whose facets meet at 13.8° follows a slab with
+/// larger facets only; one of 20° follows any.
+#[test]
+fn edges_that_dig_in_follow_the_master_by_default() {
+    let follow = |block: &str, modulus: f64, slave: &str, slab: [usize; 3], drive: &str| {
+        let text = format!(
+            "[[body]]\nname = 'block'\n{block}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = {modulus:?}, poisson_ratio = 0.3 }} }}\n\
+             [[body]]\nname = 'slab'\nbox = {{ min = [-2, -1, -1], max = [2, 0, 1], elements = {slab:?} }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000, poisson_ratio = 0.3 }} }}\n\
+             [[contact]]\nslave = '{slave}'\nmaster = 'slab_ymax'\nfriction = 0.1\nsides = 'as_given'\n\
+             [[dirichlet]]\nset = 'slab_ymin'\n\
+             [[dirichlet]]\nset = '{drive}'\nmotion = [{{ t = 1, u = [0.1, -0.04, 0] }}]\n[load_path]\nsteps = 2\n"
+        );
+        let problem = problem_with(&text, &[]);
+        let nodes = problem.analysis.model().interfaces()[0].interface.slave_nodes();
+        let follow = nodes.iter().filter(|slave| slave.follows_master());
+        follow.map(|slave| problem.mesh.nodes[slave.node as usize]).collect::<Vec<_>>()
+    };
+    let block = "box = { min = [-0.6, 0, -0.5], max = [0.6, 0.7, 0.5], elements = [3, 2, 2] }";
+    let of = |modulus: f64, drive: &str| follow(block, modulus, "block_ymin", [8, 2, 4], drive).len();
+    assert_eq!([1000.0, 2400.0, 100.0].map(|modulus| of(modulus, "block_ymax")), [0; 3]);
+    // all nodes of the bottom at its edges, of 4 × 3
+    assert_eq!(of(2600.0, "block_ymax"), 10);
+    assert_eq!(of(1000.0, "block_xmax"), 10, "the lower edge of the driven face digs in");
+    let ring = |elements: usize, slab: usize| {
+        let ring = format!(
+            "half_ring = {{ inner_radius = 0.4, outer_radius = 0.9, width = 1, elements = [{elements}, 2, 2] }}\n\
+             place = {{ translate = [0, 0.91, 0] }}"
+        );
+        let found = follow(&ring, 1000.0, "block_outer", [slab, 2, 4], "block_ends");
+        // away from the ring's own edges
+        found.iter().filter(|[_, y, z]| *y < 0.5 && z.abs() < 0.4).count() > 0
+    };
+    assert_eq!([ring(13, 6), ring(13, 30), ring(9, 30)], [true, false, true]);
+}
+
 /// A block whose bottom alone is the slave is pressed onto a slab and dragged: all nodes of the bottom
 /// lie on edges of the block, and their normals depend on both bodies.
 #[test]
