@@ -23,6 +23,9 @@ pub(super) struct Edge {
     pub curve: Curve,
 }
 
+/// The edges of a loop, and whether each runs from its first to its last vertex.
+pub(super) type Ring = Vec<(usize, bool)>;
+
 /// A connected part of a surface.
 #[derive(Debug)]
 pub(super) struct Face {
@@ -33,7 +36,7 @@ pub(super) struct Face {
     pub outward: bool,
     /// Edges around it, counter-clockwise seen from outside, and whether each runs from its first to its last vertex;
     /// the outer loop first.
-    pub loops: Vec<Vec<(usize, bool)>>,
+    pub loops: Vec<Ring>,
 }
 
 /// Largest angle of a conic edge. \[rad\]
@@ -51,7 +54,7 @@ pub(super) fn brep(facets: &Facets) -> Brep {
         Builder { facets, face_of: &face_of, surfaces: &surfaces, numbers: BTreeMap::new(), brep: Brep::default() };
     let along = builder.edges();
     let mut brep = builder.brep;
-    let mut loops: Vec<Vec<(f64, Vec<(usize, bool)>)>> = vec![Vec::new(); count];
+    let mut loops: Vec<Vec<(f64, Ring)>> = vec![Vec::new(); count];
     let mut walked: BTreeSet<[u32; 2]> = BTreeSet::new();
     for (t, &face) in face_of.iter().enumerate() {
         for k in 0..3 {
@@ -59,7 +62,7 @@ pub(super) fn brep(facets: &Facets) -> Brep {
             if !along.contains_key(&start) || walked.contains(&start) {
                 continue;
             }
-            let mut ring: Vec<(usize, bool)> = Vec::new();
+            let mut ring = Ring::new();
             let mut area = V::zeros();
             let origin = facets.points[start[0] as usize];
             let mut at = start;

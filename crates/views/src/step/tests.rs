@@ -88,7 +88,8 @@ const CENTRE: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
 fn ball(radius: f64, rows: usize, count: usize) -> Source {
     let shape = Some(Shape::Sphere { centre: CENTRE, radius });
     let at = |k: usize| std::f64::consts::PI * k as f64 / rows as f64;
-    let ring = |k: usize| ([if k % rows == 0 { 0.0 } else { radius * at(k).sin() }, -radius * at(k).cos()], shape);
+    let ring =
+        |k: usize| ([if k.is_multiple_of(rows) { 0.0 } else { radius * at(k).sin() }, -radius * at(k).cos()], shape);
     turned(&(0..=rows).map(ring).collect::<Vec<_>>(), count)
 }
 
