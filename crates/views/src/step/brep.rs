@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::curve::{Curve, meeting};
 use super::facets::Facets;
-use super::surface::{Surface, V};
+use super::seams::Frame;
+use super::surface::{Surface, V, across};
 
 /// The boundary of a solid.
 #[derive(Debug, Default)]
@@ -42,14 +43,19 @@ pub(super) struct Face {
 /// Largest angle of a conic edge. \[rad\]
 const LONGEST: f64 = 3.5;
 
-/// The boundary of a solid with these facets.
-pub(super) fn brep(facets: &Facets) -> Brep {
+/// The boundary of a solid with these facets; `frames` are those of its regions.
+pub(super) fn brep(facets: &Facets, frames: &[Frame]) -> Brep {
     let (face_of, count) = faces(facets);
     let mut first = vec![usize::MAX; count];
     for (t, &face) in face_of.iter().enumerate() {
         first[face] = first[face].min(t);
     }
     let surfaces: Vec<Surface> = first.iter().map(|&t| surface(facets, t)).collect();
+    let mut along_normal = vec![0.0; count];
+    for (t, &face) in face_of.iter().enumerate() {
+        let centre = facets.corners(t).iter().sum::<V>() / 3.0;
+        along_normal[face] += surfaces[face].normal(&centre).dot(&facets.area(t));
+    }
     let mut builder =
         Builder { facets, face_of: &face_of, surfaces: &surfaces, numbers: BTreeMap::new(), brep: Brep::default() };
     let along = builder.edges();
@@ -63,8 +69,7 @@ pub(super) fn brep(facets: &Facets) -> Brep {
                 continue;
             }
             let mut ring = Ring::new();
-            let mut area = V::zeros();
-            let origin = facets.points[start[0] as usize];
+            let mut corners = Vec::new();
             let mut at = start;
             loop {
                 walked.insert(at);
@@ -72,8 +77,7 @@ pub(super) fn brep(facets: &Facets) -> Brep {
                 if ring.last() != Some(&(edge, forward)) {
                     ring.push((edge, forward));
                 }
-                let [p, q] = at.map(|n| facets.points[n as usize] - origin);
-                area += p.cross(&q);
+                corners.push(facets.points[at[0] as usize]);
                 at = next(facets, &along, at);
                 if at == start {
                     break;
@@ -83,22 +87,18 @@ pub(super) fn brep(facets: &Facets) -> Brep {
             if ring.len() > 1 && ring.first() == ring.last() {
                 ring.pop();
             }
-            let normal = facets.area(t).normalize();
-            let size = match surfaces[face] {
-                Surface::Plane { .. } => area.dot(&normal),
-                _ => area.norm(),
-            };
+            let frame = facets.region[t].and_then(|region| frames[region]);
+            let size = surfaces[face].enclosed(frame, &corners) * f64::signum(along_normal[face]);
             loops[face].push((size, ring));
         }
     }
     for (face, mut loops) in loops.into_iter().enumerate() {
         loops.sort_by(|a, b| b.0.total_cmp(&a.0));
         let t = first[face];
-        let centre = facets.corners(t).iter().sum::<V>() / 3.0;
         brep.faces.push(Face {
             surface: surfaces[face],
             region: facets.region[t],
-            outward: surfaces[face].normal(&centre).dot(&facets.area(t)) > 0.0,
+            outward: along_normal[face] > 0.0,
             loops: loops.into_iter().map(|(_, ring)| ring).collect(),
         });
     }
@@ -124,10 +124,11 @@ fn next(facets: &Facets, along: &BTreeMap<[u32; 2], (usize, bool)>, [a, b]: [u32
 fn surface(facets: &Facets, t: usize) -> Surface {
     match facets.region[t] {
         Some(region) => facets.regions[region].surface,
-        None => Surface::Plane {
-            origin: facets.corners(t)[0],
-            normal: facets.area(t).try_normalize(0.0).unwrap_or_else(V::z),
-        },
+        None => {
+            let [a, b, _] = facets.corners(t);
+            let beside = || (b - a).try_normalize(0.0).map_or_else(V::z, |edge| across(&edge));
+            Surface::Plane { origin: a, normal: facets.area(t).try_normalize(0.0).unwrap_or_else(beside) }
+        }
     }
 }
 

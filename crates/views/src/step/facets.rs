@@ -154,8 +154,8 @@ impl Facets {
     }
 
     /// Divides a region along a plane through its centre or axis, also the facets beside it; the part on the side of
-    /// `normal` becomes a new region.
-    pub fn divide(&mut self, region: usize, through: &V, normal: &V) {
+    /// `normal` becomes a new region. Returns false, and adds none, if all triangles are on one side.
+    pub fn divide(&mut self, region: usize, through: &V, normal: &V) -> bool {
         let own: Vec<usize> = (0..self.triangles.len()).filter(|&t| self.region[t] == Some(region)).collect();
         let mut on: BTreeSet<u32> = BTreeSet::new();
         let side = |facets: &Self, n: u32| (facets.points[n as usize] - through).dot(normal);
@@ -177,16 +177,18 @@ impl Facets {
             let at = onto(&at, &surfaces, reach, self.tolerance).unwrap_or(at);
             on.insert(self.split([a, b], at));
         }
-        let new = self.regions.len();
-        self.regions.push(self.regions[region].clone());
-        for t in 0..self.triangles.len() {
-            if self.region[t] == Some(region) {
-                let sides = self.triangles[t].iter().filter(|n| !on.contains(n)).map(|&n| side(self, n));
-                if sides.sum::<f64>() > 0.0 {
-                    self.region[t] = Some(new);
-                }
-            }
+        let above = |t: usize| {
+            let sides = self.triangles[t].iter().filter(|n| !on.contains(n)).map(|&n| side(self, n));
+            sides.sum::<f64>() > 0.0
+        };
+        let own = (0..self.triangles.len()).filter(|&t| self.region[t] == Some(region));
+        let (upper, lower): (Vec<usize>, Vec<usize>) = own.partition(|&t| above(t));
+        if upper.is_empty() || lower.is_empty() {
+            return false;
         }
+        upper.iter().for_each(|&t| self.region[t] = Some(self.regions.len()));
+        self.regions.push(self.regions[region].clone());
+        true
     }
 
     /// The different surfaces of the triangles beside an edge; a facet's is its plane.
@@ -208,7 +210,7 @@ impl Facets {
     }
 
     /// Moves the points onto all surfaces of the regions around them; returns the curved regions that some point
-    /// does not reach within `reach` times the shortest edge beside it.
+    /// does not reach within `reach` times the shortest edge beside it, and those beside triangles that turn over.
     pub fn settle(&mut self, reach: f64) -> BTreeSet<usize> {
         let mut around: BTreeMap<u32, BTreeSet<usize>> = BTreeMap::new();
         let mut shortest = vec![f64::INFINITY; self.points.len()];
@@ -222,8 +224,9 @@ impl Facets {
                 around.entry(a).or_default().extend(self.region[t]);
             }
         }
-        let mut unreached = BTreeSet::new();
-        for (n, regions) in around {
+        let before: Vec<(V, f64)> = (0..self.triangles.len()).map(|t| (self.area(t), self.upward(t))).collect();
+        let mut unreached: BTreeSet<usize> = BTreeSet::new();
+        for (&n, regions) in &around {
             let surfaces: Vec<Surface> = regions.iter().map(|&r| self.regions[r].surface).collect();
             if surfaces.is_empty() {
                 continue;
@@ -231,12 +234,33 @@ impl Facets {
             let reach = (reach * shortest[n as usize]).max(self.tolerance);
             match onto(&self.points[n as usize], &surfaces, reach, 1e-3 * self.tolerance) {
                 Some(at) => self.points[n as usize] = at,
-                None if regions.iter().all(|&r| matches!(self.regions[r].surface, Surface::Plane { .. })) => {}
-                None => unreached
-                    .extend(regions.into_iter().filter(|&r| !matches!(self.regions[r].surface, Surface::Plane { .. }))),
+                None => unreached.extend(regions),
             }
         }
+        for (t, (area, upward)) in before.iter().enumerate() {
+            // a triangle of a region may stand on edge, as between points on one circle
+            let (before, after) = match self.region[t] {
+                Some(_) => (*upward, self.upward(t) * upward.signum()),
+                None => (area.norm(), self.area(t).dot(area)),
+            };
+            if before.abs() > self.tolerance * self.longest(t) && after <= 0.0 {
+                unreached.extend(self.triangles[t].iter().flat_map(|n| &around[n]));
+            }
+        }
+        unreached.retain(|&r| !matches!(self.regions[r].surface, Surface::Plane { .. }));
         unreached
+    }
+
+    /// Twice the area of a triangle along the normal of its region's surface. \[L²\]
+    fn upward(&self, t: usize) -> f64 {
+        let centre = self.corners(t).iter().sum::<V>() / 3.0;
+        self.region[t].map_or(0.0, |region| self.regions[region].surface.normal(&centre).dot(&self.area(t)))
+    }
+
+    /// The longest edge of a triangle. \[L\]
+    fn longest(&self, t: usize) -> f64 {
+        let [a, b, c] = self.corners(t);
+        (b - a).norm().max((c - b).norm()).max((a - c).norm())
     }
 
     /// Divides edges between curved regions and facets until the arc in the plane of a facet stays close to its chord.

@@ -84,7 +84,8 @@ pub fn step(bodies: &[(String, Vec<Source>)], unit: &str) -> (String, Faces) {
 }
 
 /// How far points may move onto curved surfaces, relative to the shortest edge beside them.
-const REACH: f64 = 0.5;
+/// Below one half, so that the ends of an edge do not meet.
+const REACH: f64 = 0.4;
 
 /// Coordinates are written to this fraction of the tolerance.
 const WRITTEN: f64 = 0.03;
@@ -108,7 +109,7 @@ fn solid(source: &Source, count: &mut Faces) -> Named {
     };
     let mut facets = facets;
     let frames = seams(&mut facets);
-    let brep = brep(&facets);
+    let brep = brep(&facets, &frames);
     for face in &brep.faces {
         match (face.region, face.surface) {
             (None, _) => count.facets += 1,

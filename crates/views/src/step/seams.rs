@@ -12,6 +12,9 @@ const GAP: f64 = PI / 6.0;
 /// Smallest angle between a face and a pole of its sphere.
 const TO_POLE: f64 = PI / 12.0;
 
+/// Most divisions of the faces of a solid.
+const DIVISIONS: usize = 1000;
+
 /// Directions that are tried.
 const TRIED: usize = 72;
 
@@ -21,8 +24,10 @@ pub(super) type Frame = Option<[V; 2]>;
 /// Divides regions that surround their axis, or from which no pole is far enough; returns the frame of each region,
 /// none for planes.
 pub(super) fn seams(facets: &mut Facets) -> Vec<Frame> {
-    let mut open: VecDeque<usize> = (0..facets.regions.len()).collect();
+    let curved = |region: &usize| !matches!(facets.regions[*region].surface, Surface::Plane { .. });
+    let mut open: VecDeque<usize> = (0..facets.regions.len()).filter(curved).collect();
     let mut frames: Vec<Frame> = vec![None; facets.regions.len()];
+    let most = facets.regions.len() + DIVISIONS;
     while let Some(region) = open.pop_front() {
         let points = points(facets, region);
         let (through, found) = match facets.regions[region].surface {
@@ -35,13 +40,12 @@ pub(super) fn seams(facets: &mut Facets) -> Vec<Frame> {
         };
         match found {
             Ok(frame) => frames[region] = Some(frame),
-            // also if there are too few points to divide it
-            Err(axis) if frames.len() > 1000 => frames[region] = Some([axis, across(&axis)]),
-            Err(axis) => {
-                facets.divide(region, &through, &clear(&points, &through, &axis));
+            Err(axis) if frames.len() < most && facets.divide(region, &through, &clear(&points, &through, &axis)) => {
                 frames.push(None);
                 open.extend([region, facets.regions.len() - 1]);
             }
+            // too few points to divide it
+            Err(axis) => frames[region] = Some([axis, across(&axis)]),
         }
     }
     frames

@@ -3,6 +3,8 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use slipstick_mesh::Shape;
 
+use super::seams::Frame;
+
 pub(super) type V = Vector3<f64>;
 
 /// A surface on which faces lie.
@@ -18,19 +20,21 @@ pub(super) enum Surface {
 }
 
 impl Surface {
-    /// The surface of a shape; `None` for a torus, whose facets stay facets.
+    /// The surface of a shape; `None` for a torus, whose facets stay facets, and for numbers that are not finite.
     pub fn of(shape: &Shape) -> Option<Self> {
-        match *shape {
-            Shape::Sphere { centre, radius } => Some(Self::Sphere { centre, radius }),
-            Shape::Cone { point, axis, radius, .. } if shape.is_cylinder() => {
-                Some(Self::Cone { point, axis, radius, slope: 0.0 })
-            }
-            // the axis points to where the radius grows
+        let (found, numbers) = match *shape {
+            Shape::Sphere { centre, radius } => (Self::Sphere { centre, radius }, [radius, 0.0, centre.sum(), 0.0]),
             Shape::Cone { point, axis, radius, slope } => {
-                Some(Self::Cone { point, axis: axis * slope.signum(), radius, slope: slope.abs() })
+                // the axis points to where the radius grows
+                let (axis, steep) = match shape.is_cylinder() {
+                    true => (axis, 0.0),
+                    false => (axis * slope.signum(), slope.abs()),
+                };
+                (Self::Cone { point, axis, radius, slope: steep }, [radius, slope, point.sum(), axis.sum()])
             }
-            Shape::Torus { .. } => None,
-        }
+            Shape::Torus { .. } => return None,
+        };
+        numbers.iter().all(|number| number.is_finite()).then_some(found)
     }
 
     /// Distance of a point from the surface, positive on the side of its normal. \[L\]
@@ -57,6 +61,28 @@ impl Surface {
                 (out - axis * *slope) / (1.0 + slope * slope).sqrt()
             }
         }
+    }
+
+    /// The area within a closed loop of points, positive if counter-clockwise seen from where the normal points: in a
+    /// plane twice the area \[L²\]; otherwise that of the angle about the axis of `frame` and the height along it, which
+    /// ranks the loops of a face \[rad L\]. Test: `a_window_is_no_outer_loop`.
+    pub fn enclosed(&self, frame: Frame, points: &[V]) -> f64 {
+        let next = |k: usize| points[(k + 1) % points.len()];
+        let sum = |of: &dyn Fn(V, V) -> f64| (0..points.len()).map(|k| of(points[k], next(k))).sum();
+        let (through, axis) = match (self, self.axis(), frame) {
+            (Self::Plane { normal, .. }, ..) => {
+                return sum(&|p, q| (p - points[0]).cross(&(q - points[0])).dot(normal));
+            }
+            (_, Some((through, axis)), Some([of_frame, _])) => (through, axis.unwrap_or(of_frame)),
+            _ => return 0.0,
+        };
+        sum(&|p, q| {
+            let (p, q) = (p - through, q - through);
+            // the angle between the meridians of both points
+            let (height, across) = ([p, q].map(|x| x.dot(&axis)), [p, q].map(|x| x - axis * x.dot(&axis)));
+            let angle = across[0].cross(&across[1]).dot(&axis).atan2(across[0].dot(&across[1]));
+            -angle * (height[0] + height[1]) / 2.0
+        })
     }
 
     /// A point and the direction of the axis, if this is a surface of revolution; a sphere has every direction.

@@ -197,7 +197,8 @@ impl File {
         let [from, to] = edge.ends;
         let curve = match &edge.curve {
             Curve::Line => {
-                let direction = (brep.vertices[to] - brep.vertices[from]).normalize();
+                let along = brep.vertices[to] - brep.vertices[from];
+                let direction = along.try_normalize(0.0).unwrap_or_else(V::x);
                 let direction = self.direction(&direction, OF_FACETS);
                 let vector = self.once(format!("VECTOR('',#{direction},1.)"));
                 self.add(&format!("LINE('',#{},#{vector})", points[from]))

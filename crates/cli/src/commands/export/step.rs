@@ -83,7 +83,9 @@ pub(super) fn tell(context: &Context, (solids, faces): &(Solids, Faces), thresho
         }
         if let Some((pieces, volume, at)) = summary(&body.loose) {
             context.console.warning(&format!(
-                "{pieces} of `{}` that no support holds (volume {volume}, the largest at ({at})) left out of the STEP                  file; if elements below the threshold of {} connect them in the design, a lower --threshold does so here",
+                "{pieces} of `{}` that no support holds (volume {volume}, the largest at ({at})) left out of the STEP \
+                 file; if elements below the threshold of {} connect them in the design, a lower --threshold does so \
+                 here",
                 body.name,
                 digits(threshold)
             ));
