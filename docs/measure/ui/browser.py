@@ -205,6 +205,12 @@ def operate(browser: Browser, url: str, case: Path, pictures: Path) -> None:
     assert browser.value("element('comments').children.length") == 1
     assert browser.value("document.querySelector('[data-command=solve]').disabled")
     browser.picture(pictures / "3_mistake_1400.png")
+    # saved with the button
+    type_text(f"# saved\n{text}")
+    browser.until("changed() && !element('save').disabled")
+    browser.value("element('save').click()")
+    browser.until("element('save').disabled")
+    assert case.read_text(encoding="utf-8") == f"# saved\n{text}"
     # fewer steps and iterations, saved with Ctrl-S
     shorter = text.replace("steps = 10", "steps = 5").replace("iterations = 40", "iterations = 12")
     type_text(shorter)
@@ -244,6 +250,25 @@ def operate(browser: Browser, url: str, case: Path, pictures: Path) -> None:
         "element('failure').textContent.includes('already contains the results of a run')"
     )
     browser.picture(pictures / "8_refused_800.png")
+    # of two quick choices, the later one is shown under its name, though its answer is the earlier one
+    second = case.with_name("second.toml")
+    second.write_text(f"# second\n{text}", encoding="utf-8")
+    browser.value("names()")
+    browser.until("[...element('case').options].some(option => option.value === 'second.toml')")
+    browser.value("""{
+      const fetched = window.fetch;
+      window.fetch = async (path, ...given) => {
+        if (path.startsWith('case?') && path.includes('half_ball')) await new Promise(done => setTimeout(done, 1500));
+        return fetched(path, ...given);
+      };
+      for (const name of ['half_ball.toml', 'second.toml']) {
+        element('case').value = name;
+        element('case').dispatchEvent(new Event('change'));
+      }
+    }""")
+    browser.until("element('text-title').textContent === 'second.toml'")
+    time.sleep(2.0)
+    assert browser.value("source.value.startsWith('# second') && now.case === 'second.toml'")
     # everything that can be operated has a name and can be reached with Tab
     unnamed = """[...document.querySelectorAll('button, select, input, textarea, iframe')]
       .filter(e => !(e.textContent || e.title || e.getAttribute('aria-label')

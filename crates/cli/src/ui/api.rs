@@ -16,7 +16,9 @@
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use slipstick::build::build_mesh;
@@ -42,12 +44,31 @@ pub struct Server {
     jobs: Jobs,
     /// Texts that were checked last, by case.
     drafts: Mutex<BTreeMap<String, String>>,
+    /// Held while a file is compared and replaced: a page that saves twice at once sees one conflict, no mixture.
+    saving: Mutex<()>,
+    /// Held while a mesh is built, so that the memory of one is available in full.
+    building: Mutex<()>,
+    /// Number of the newest request for a model.
+    newest: AtomicUsize,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Server {
     /// Serves a folder; commands use this number of threads.
     pub fn new(folder: Folder, opened: Opened, threads: Option<NonZeroUsize>) -> Self {
-        Self { folder, opened, threads, jobs: Jobs::default(), drafts: Mutex::default() }
+        Self {
+            folder,
+            opened,
+            threads,
+            jobs: Jobs::default(),
+            drafts: Mutex::default(),
+            saving: Mutex::default(),
+            building: Mutex::default(),
+            newest: AtomicUsize::default(),
+        }
     }
 
     /// Answers a request that was admitted.
@@ -105,7 +126,7 @@ impl Server {
     fn check(&self, request: &Request) -> Outcome<Response> {
         let (name, text) = (request.head.asked("case"), text(request)?);
         let path = self.folder.case(name)?;
-        self.drafts.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), text.to_owned());
+        lock(&self.drafts).insert(name.to_owned(), text.to_owned());
         let answer = match edited(&path, text).map_err(|error| error.at(&path)) {
             Ok(resolved) => {
                 let warnings: Vec<Value> = resolved.warnings.iter().map(object).collect();
@@ -120,6 +141,7 @@ impl Server {
     fn save(&self, request: &Request) -> Outcome<Response> {
         let (name, text) = (request.head.asked("case"), text(request)?);
         let path = self.folder.case(name)?;
+        let _saving = lock(&self.saving);
         if sha256(&raw_text(&path)?) != request.head.asked("stamp") {
             let cure = "copy your text, load the page again, and make your changes in the new text";
             return Ok(Response::refusal(409, &format!("{name} was changed by another program"), cure));
@@ -135,7 +157,11 @@ impl Server {
             "" => self.folder.run(run)?.file("case.toml"),
             name => self.folder.case(name)?,
         };
-        let draft = self.drafts.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned();
+        let turn = 1 + self.newest.fetch_add(1, Ordering::SeqCst);
+        let draft = lock(&self.drafts).get(name).cloned();
+        let Some(_building) = self.turn_to_build(turn, name, draft.as_ref()) else {
+            return Ok(Response::plain(409, "the text has changed; its newer model replaces this one".into()));
+        };
         let text = match draft {
             Some(text) => text,
             None => raw_text(&path)?,
@@ -149,6 +175,21 @@ impl Server {
         let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
         let names = marks(&serde_json::to_value(&resolved.case).unwrap_or_default());
         Ok(Response::framed(model_page(&resolved.case, &mesh, &names, &PageOptions::default()).html))
+    }
+
+    /// Waits until no mesh is built; `None` if another text was checked meanwhile and its model was requested,
+    /// because the page then no longer waits for this one.
+    fn turn_to_build(&self, turn: usize, name: &str, draft: Option<&String>) -> Option<MutexGuard<'_, ()>> {
+        loop {
+            if self.newest.load(Ordering::SeqCst) != turn && lock(&self.drafts).get(name) != draft {
+                return None;
+            }
+            match self.building.try_lock() {
+                Ok(building) => return Some(building),
+                Err(TryLockError::Poisoned(broken)) => return Some(broken.into_inner()),
+                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
+            }
+        }
     }
 
     fn start(&self, request: &Request) -> Outcome<Response> {
@@ -186,6 +227,7 @@ impl Server {
     }
 
     fn report(&self, request: &Request) -> Outcome<Response> {
+        let _building = lock(&self.building);
         let OpenRun { directory, resolved, mesh } = OpenRun::of(self.folder.run(request.head.asked("run"))?)?;
         Ok(Response::framed(page(&directory, &resolved.case, &mesh, &PageOptions::default())?.html))
     }

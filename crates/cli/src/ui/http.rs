@@ -1,8 +1,8 @@
 //! HTTP/1.1 (RFC 9112), as far as one page needs it: a request with a head and a body of known length, an answer,
 //! and the connection is closed.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -11,8 +11,16 @@ use serde_json::Value;
 const MOST_HEAD: usize = 16 << 10;
 const MOST_BODY: usize = 16 << 20;
 
-/// Time for a request to arrive, and for an answer to be taken.
+/// Time for the head of a request to arrive: idle connections must not keep others out.
+const HEAD_PATIENCE: Duration = Duration::from_secs(3);
+/// Time for a request to arrive, and for a short answer to be taken.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// The slowest connection over which a long answer arrives whole. \[bytes/s\]
+const SLOWEST: usize = 100_000;
+/// What is still read of a request that was refused, and for how long: a browser shows the refusal only after it
+/// has sent all.
+const MOST_DRAINED: usize = 4 * MOST_BODY;
+const DRAINING: Duration = Duration::from_secs(3);
 
 /// The head of a request.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -148,7 +156,7 @@ impl Response {
         Self { status, kind: "text/plain; charset=utf-8", ..Self::framed(text) }
     }
 
-    /// Sends it.
+    /// Sends it, within a time that its size decides, however slowly it is taken.
     pub fn write(&self, mut stream: &TcpStream) -> std::io::Result<()> {
         let reason = match self.status {
             200 => "OK",
@@ -169,10 +177,44 @@ impl Response {
             self.body.len(),
             self.policy
         );
-        stream.set_write_timeout(Some(PATIENCE))?;
-        stream.write_all(head.as_bytes())?;
-        stream.write_all(&self.body)?;
+        let until = Instant::now() + PATIENCE + Duration::from_secs((self.body.len() / SLOWEST) as u64);
+        for part in std::iter::once(head.as_bytes()).chain(self.body.chunks(64 << 10)) {
+            let mut rest = part;
+            while !rest.is_empty() {
+                let left = until.saturating_duration_since(Instant::now());
+                if left.is_zero() {
+                    return Err(ErrorKind::TimedOut.into());
+                }
+                stream.set_write_timeout(Some(left))?;
+                match stream.write(rest) {
+                    Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                    Ok(count) => rest = &rest[count..],
+                    Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                    Err(error) => return Err(error),
+                }
+            }
+        }
         stream.flush()
+    }
+}
+
+/// Reads what a client still sends after its request was refused, within bounds. A connection that is closed
+/// with unread bytes is reset, and the client loses the answer.
+pub fn drain(mut stream: &TcpStream) {
+    let until = Instant::now() + DRAINING;
+    let mut part = vec![0; 64 << 10];
+    let mut read = 0;
+    // the client learns that the answer has ended
+    let _ = stream.shutdown(Shutdown::Write);
+    while read < MOST_DRAINED {
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
+            return;
+        }
+        match stream.read(&mut part) {
+            Ok(count) if count > 0 => read += count,
+            _ => return,
+        }
     }
 }
 
@@ -182,11 +224,11 @@ impl Response {
 /// The refusal.
 pub fn read(mut stream: &TcpStream, admit: impl FnOnce(Head) -> Result<Head, Response>) -> Result<Request, Response> {
     let malformed = || Response::refusal(400, "the request is no HTTP/1.1", "use a browser");
-    let until = Instant::now() + PATIENCE;
+    let begin = Instant::now();
     let mut bytes = Vec::new();
     let mut part = [0; 4096];
     // at most until the deadline, however slowly bytes arrive
-    let mut more = |bytes: &mut Vec<u8>| -> Result<(), Response> {
+    let mut more = |bytes: &mut Vec<u8>, until: Instant| -> Result<(), Response> {
         let left = until.saturating_duration_since(Instant::now());
         stream.set_read_timeout(Some(left.max(Duration::from_millis(1)))).map_err(|_| malformed())?;
         match stream.read(&mut part) {
@@ -202,7 +244,7 @@ pub fn read(mut stream: &TcpStream, admit: impl FnOnce(Head) -> Result<Head, Res
         if bytes.len() > MOST_HEAD {
             return Err(Response::refusal(413, "the head of the request is too large", "use a browser"));
         }
-        more(&mut bytes)?;
+        more(&mut bytes, begin + HEAD_PATIENCE)?;
     };
     let head = std::str::from_utf8(&bytes[..end]).ok().and_then(Head::parse).ok_or_else(malformed)?;
     let head = admit(head)?;
@@ -217,7 +259,7 @@ pub fn read(mut stream: &TcpStream, admit: impl FnOnce(Head) -> Result<Head, Res
     }
     let mut body = bytes.split_off(end + 4);
     while body.len() < length {
-        more(&mut body)?;
+        more(&mut body, begin + PATIENCE)?;
     }
     body.truncate(length);
     Ok(Request { head, body })

@@ -1,5 +1,6 @@
 //! Runs of the page: this program as another process, whose output goes to a file next to its results. It goes
-//! on if the page is closed or the server ends.
+//! on if the page is closed or the server is killed. Ctrl-C in the server's terminal, and closing that terminal,
+//! also reach the run, which then stops in order: nobody could stop it later without its process id.
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
@@ -36,10 +37,14 @@ struct Job {
 
 impl Job {
     fn look(&mut self) {
-        if !self.ended
-            && let Ok(Some(status)) = self.child.try_wait()
-        {
-            (self.ended, self.code) = (true, status.code());
+        if self.ended {
+            return;
+        }
+        match self.child.try_wait() {
+            Ok(None) => {}
+            Ok(Some(status)) => (self.ended, self.code) = (true, status.code()),
+            // the system no longer knows the process, and no later command could start
+            Err(_) => self.ended = true,
         }
     }
 }
@@ -61,10 +66,10 @@ impl Jobs {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Starts a command.
+    /// Starts a command. The log of an earlier run is only replaced if the command may replace that run.
     ///
     /// # Errors
-    /// [`Failure::Input`] if one runs already, or if it cannot be started.
+    /// [`Failure::Input`] if one runs already, if it would replace a run, or if it cannot be started.
     pub fn start(&self, folder: &Folder, threads: Option<NonZeroUsize>, asked: &Asked<'_>) -> Outcome {
         let mut current = self.lock();
         if let Some(job) = current.as_mut() {
@@ -77,19 +82,12 @@ impl Jobs {
         if let Some(threads) = threads {
             words.extend(["--threads".into(), threads.to_string()]);
         }
+        refuse_run(folder, asked, &run)?;
+        let mut command = process::again()?;
         let file = folder.within(&log)?;
-        // a resumed run continues its log
-        let open = File::options().create(true).write(true).append(asked.command == "resume").open(&file);
-        let out = open.and_then(|out| {
-            if asked.command != "resume" {
-                out.set_len(0)?;
-            }
-            Ok((out.try_clone()?, out))
-        });
-        let (err, out) = out.map_err(|error| {
+        let (err, out) = appended(&file, asked.command == "resume").map_err(|error| {
             Failure::input(format!("cannot write {}: {error}", file.display()), "free some space, or allow writing")
         })?;
-        let mut command = process::again()?;
         command.args(&words).current_dir(folder.path()).stdin(Stdio::null()).stdout(out).stderr(err);
         let child = command.spawn().map_err(process::refused)?;
         let line = words.iter().fold("slipstick".to_owned(), |line, word| line + " " + &shell_word(word));
@@ -119,6 +117,30 @@ impl Jobs {
             "stopping": job.stopped && !job.ended,
         })
     }
+}
+
+/// Refuses what the command itself would refuse, before its log replaces that of the run.
+fn refuse_run(folder: &Folder, asked: &Asked<'_>, run: &str) -> Outcome {
+    let Ok(directory) = folder.run(run) else { return Ok(()) };
+    if directory.is_in_progress() {
+        let message = format!("another slipstick process is writing to {run}");
+        return Err(Failure::input(message, "wait until it ends, or stop it in the terminal in which it was started"));
+    }
+    if asked.command != "resume" && !asked.force {
+        let message = format!("{run} already contains the results of a run");
+        return Err(Failure::input(message, "tick \u{201c}replace earlier results\u{201d}, or rename the directory"));
+    }
+    Ok(())
+}
+
+/// A log, opened twice: for errors and for output. What it contains is removed, unless the command continues it.
+fn appended(file: &Path, continues: bool) -> std::io::Result<(File, File)> {
+    if !continues {
+        // a file that is open for appending cannot be made shorter on Windows
+        File::create(file)?;
+    }
+    let out = File::options().create(true).append(true).open(file)?;
+    Ok((out.try_clone()?, out))
 }
 
 /// Words after the program's name, the name of the run, and that of the log.

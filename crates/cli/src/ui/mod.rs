@@ -25,6 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use serde_json::json;
 
@@ -68,7 +69,12 @@ pub fn run(context: &Context, args: &Ui) -> Outcome {
 
 fn serve(listener: &TcpListener, token: &Arc<Token>, server: &Arc<Server>) {
     let open = Arc::new(AtomicUsize::new(0));
-    for stream in listener.incoming().filter_map(Result::ok) {
+    for stream in listener.incoming() {
+        let Ok(stream) = stream else {
+            // the system may have no file descriptors left, and would say so again at once
+            std::thread::sleep(Duration::from_millis(50));
+            continue;
+        };
         if open.fetch_add(1, Ordering::SeqCst) >= MOST_CONNECTIONS {
             open.fetch_sub(1, Ordering::SeqCst);
             continue;
@@ -93,10 +99,13 @@ impl Drop for Leaving {
 
 /// One request and its answer.
 fn answer(stream: &TcpStream, token: &Token, server: &Server) {
-    let response = http::read(stream, |head| admission::admit(head, token))
-        .map_or_else(|refused| refused, |request| server.answer(&request));
+    let request = http::read(stream, |head| admission::admit(head, token));
+    let whole = request.is_ok();
+    let response = request.map_or_else(|refused| refused, |request| server.answer(&request));
     // the browser may have gone
-    let _ = response.write(stream);
+    if response.write(stream).is_ok() && !whole {
+        http::drain(stream);
+    }
 }
 
 /// Opens the page in the browser. Other users can read command lines, so the browser gets a file that only
@@ -114,7 +123,7 @@ fn open(url: &str) {
         if let Ok(mut child) = started {
             let _ = child.wait();
         }
-        std::thread::sleep(std::time::Duration::from_secs(30));
+        std::thread::sleep(Duration::from_secs(30));
         let _ = std::fs::remove_file(file);
     });
 }

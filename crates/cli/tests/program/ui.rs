@@ -7,6 +7,8 @@ use std::time::Instant;
 
 use super::*;
 
+mod limits;
+
 /// A server of the folder of a place, ended with this value.
 struct Served {
     child: Child,
@@ -36,7 +38,11 @@ impl Answer {
 
 impl Served {
     fn new(place: &Place, what: &str) -> Self {
-        let mut command = place.command(&format!("ui {what} --no-browser --json --threads 1"));
+        Self::by(&mut place.command(&format!("ui {what} --no-browser --json --threads 1")))
+    }
+
+    /// As a command starts it.
+    fn by(command: &mut Command) -> Self {
         let mut child = command.stdout(Stdio::piped()).spawn().expect("the program runs");
         let mut line = String::new();
         BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
@@ -296,12 +302,13 @@ fn commands_run_and_are_followed() {
     assert_eq!(report::data(&report.body)["designs"].as_array().map(Vec::len), Some(3));
 
     // earlier results are only replaced if this is asked for, and a failure says why
-    let refused = served.done("command=optimize&case=case.toml");
-    assert_eq!(refused["job"]["code"], 2);
+    let refused = served.post("start?command=optimize&case=case.toml", "");
     assert!(
-        refused["log"].as_str().is_some_and(|log| log.contains("already contains the results of a run")),
-        "{refused}"
+        refused.status == 400 && refused.body.contains("already contains the results of a run"),
+        "{}",
+        refused.body
     );
+    assert_eq!(place.read("case.ui.log"), log, "a refused command keeps the log of the run");
     assert_eq!(served.done("command=optimize&case=case.toml&force=true")["job"]["code"], 0);
     // a server that is started later shows the run and its log
     let later = Served::new(&place, "case");

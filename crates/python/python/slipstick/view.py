@@ -12,7 +12,7 @@ __all__ = ["View"]
 
 
 class View:
-    """An interactive 3D view, which a notebook shows when it is the value of a cell.
+    """An interactive 3D view, which a notebook shows when it is the last expression of a cell.
 
     The page is self-contained: it needs no server and no network, and is stored with the notebook.
 

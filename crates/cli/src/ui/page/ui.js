@@ -88,7 +88,7 @@ function typed() {
   waiting = setTimeout(check, PAUSE);
 }
 source.addEventListener("input", typed);
-const save = attempt(async () => {
+const store = attempt(async () => {
   if (!changed()) return;
   // a text field has no carriage returns
   const text = source.value, body = now.returns ? text.replaceAll("\n", "\r\n") : text;
@@ -98,7 +98,15 @@ const save = attempt(async () => {
   element("status").textContent = `saved ${now.case}`;
   if (now.kind === "inp") check();
 });
-addEventListener("keydown", event => { if ((event.ctrlKey || event.metaKey) && event.key === "s") { event.preventDefault(); save(); } });
+// one after the other, since each needs the stamp of the one before; one waits at most
+let saving = Promise.resolve(), waits = null;
+const save = () => waits ||= saving = saving.then(() => { waits = null; return store(); });
+addEventListener("keydown", event => {
+  if (!(event.ctrlKey || event.metaKey) || event.key !== "s") return;
+  event.preventDefault();
+  if (!event.repeat) save();
+});
+element("save").addEventListener("click", save);
 addEventListener("beforeunload", event => { if (changed()) event.preventDefault(); });
 
 // The parts.
@@ -141,11 +149,14 @@ function model() {
   // the text that was checked last
   load(`model?${query({ case: now.case, run: now.run, version: ++version })}`);
 }
-function show(tab) {
+function choose(tab) {
   now.tab = tab;
   for (const name of ["model", "report"]) element(`tab-${name}`).setAttribute("aria-selected", String(name === tab));
   frame.title = tab === "model" ? "Model" : "Report of the run";
   element("reload").hidden = tab === "model";
+}
+function show(tab) {
+  choose(tab);
   if (tab === "model") model(); else load(now.run ? `report?${query({ run: now.run, version: ++version })}` : "");
 }
 element("tab-model").addEventListener("click", () => show("model"));
@@ -158,11 +169,13 @@ element("tabs").addEventListener("keydown", event => {
 });
 
 // Commands.
+// The directory of the results of a command.
+const target = command => now.case.replace(/\.[^.]*$/, "") + (command === "solve" ? "_solve" : "");
 function buttons() {
   const running = Boolean(now.job && now.job.running), elsewhere = Boolean(now.record && now.record.in_progress && !running);
   for (const button of document.querySelectorAll("[data-command]")) {
     const command = button.dataset.command;
-    button.disabled = running || (command === "resume" ? !(now.record && now.record.resumable && now.record.exit !== "finished") : command === "check" ? !now.case : !now.commands.includes(command));
+    button.disabled = running || (command === "resume" ? !(now.record && now.record.resumable && now.record.exit !== "finished") : command === "check" ? !now.case : !now.commands.includes(command) || elsewhere && now.run === target(command));
   }
   element("stop").disabled = !running;
   element("stop").textContent = running && now.job.stopping ? "Stop at once" : "Stop";
@@ -187,9 +200,10 @@ const ENDS = { 0: "done", 2: "wrong input", 3: "the analysis failed", 4: "interr
 let timer = null, before = { log: "", history: "", quantities: "" };
 async function look() {
   clearTimeout(timer);
-  const was = Boolean(now.job && now.job.running);
+  const was = Boolean(now.job && now.job.running), { run: name, log: kind } = now;
   let state;
   try { state = await ask(`state?${query({ run: now.run, log: now.log })}`); } catch (error) { fail(error); timer = setTimeout(look, 3 * LOOK); return; }
+  if (name !== now.run || kind !== now.log) return; // another run was chosen, and is looked at
   const running = Boolean(state.job && state.job.running), first = !now.record && state.run;
   now.job = state.job; now.record = state.run;
   const of = now.log === "job" ? state.job : null, line = of ? of.line : state.run ? state.run.line.join(" ") : "none yet";
@@ -254,13 +268,28 @@ function draw(run) {
 for (const id of ["across", "up"]) element(id).addEventListener("change", () => { element("charts").dataset.run = ""; before.history = "\n"; draw(now.record); });
 
 // Cases and runs.
+let opened = 0;
 async function open(name, run) {
+  const turn = ++opened;
+  let found = { text: "", stamp: "" };
+  source.readOnly = true;
+  try {
+    await saving;
+    if (name || run) found = await ask(`case?${query({ case: name, run })}`);
+  } catch (error) {
+    if (turn !== opened) return;
+    element("case").value = now.case;
+    element("run").value = now.run;
+    source.readOnly = !now.case;
+    throw error;
+  }
+  if (turn !== opened) return; // another one is being opened
+  clearTimeout(waiting);
   Object.assign(now, { case: name, run, kind: name.split(".").pop(), marked: null, record: null, commands: [], log: now.job && now.job.running && now.job.run === run ? "job" : "run" });
   fill("run", [...element("run").options].map(option => option.value).filter(value => value), run, "none");
   element("case").value = name;
   remember();
   element("outline").replaceChildren();
-  const found = name || run ? await ask(`case?${query({ case: name, run })}`) : { text: "", stamp: "" };
   source.value = now.saved = found.text;
   source.readOnly = !name;
   now.stamp = found.stamp;
@@ -268,10 +297,13 @@ async function open(name, run) {
   now.saved = source.value;
   fit();
   element("editor").scrollTop = 0;
-  show("model");
-  await check();
+  choose("model");
+  const before = version;
+  await check(); // loads the model of a valid text
   await look();
+  if (turn !== opened) return;
   if (now.record && now.record.exit === "finished" && !name) show("report");
+  else if (version === before) model();
 }
 element("case").addEventListener("change", attempt(async () => {
   if (changed() && !confirm(`${now.case} has changes that are not saved. Leave them?`)) { element("case").value = now.case; return; }
