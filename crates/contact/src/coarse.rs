@@ -95,11 +95,11 @@ impl ContactInterface {
     /// the slave that faces the master, almost half or more belongs to slave nodes at a distance of less than a tenth of
     /// the square root of the area around them, or below the master, whose averaged normals are opposite to the master's
     /// within 5°. Smooth parts are bounded by kinks of 30°. `coordinates` are those of the start, 3 per node. Surfaces
-    /// whose rows cannot be evaluated count as seated. A part with nodes that are `driven` does not count, since its
-    /// edge may be driven into the master.
+    /// whose rows cannot be evaluated count as seated. A part with nodes that are `driven` along the normal of a facet, of
+    /// length 1, does not count, since its edge may be driven into the master.
     ///
     /// Tests: `a_block_that_rests_on_a_slab_is_seated`, `a_bent_arm_whose_end_touches_is_not_seated`.
-    pub fn is_seated(&self, coordinates: &[f64], driven: impl Fn(u32) -> bool) -> bool {
+    pub fn is_seated(&self, coordinates: &[f64], driven: impl Fn(u32, &Vector3<f64>) -> bool) -> bool {
         let rows = |interface: &Self| {
             let mut rows = Vec::new();
             let evaluated = interface.evaluate(coordinates, false, &mut interface.workspace(|_| true), &mut rows);
@@ -119,7 +119,8 @@ impl ContactInterface {
             }
         }
         for (facet, &part) in self.slave_facets().iter().zip(&parts) {
-            if facet.iter().any(|&node| driven(node)) {
+            let normal = normal(facet, coordinates);
+            if facet.iter().any(|&node| driven(node, &normal)) {
                 seated[part] = 0.0;
             }
         }

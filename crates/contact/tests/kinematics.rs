@@ -292,7 +292,7 @@ fn a_block_that_rests_on_a_slab_is_seated() {
             *x = (corner + turn * (Vector3::from(*x) - corner) + Vector3::y() * up).into();
         }
         let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
-        interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard).is_seated(&x, |_| false)
+        interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard).is_seated(&x, |_, _| false)
     };
     // facets of 0.4 × 0.4
     assert!(is_seated(0.0, 0.0) && is_seated(-0.05, 0.0) && is_seated(0.01, 0.0) && is_seated(0.0, 1.0));
@@ -311,7 +311,7 @@ fn a_bent_arm_whose_end_touches_is_not_seated() {
         let end = mesh.nodes[arm.clone()].iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
         mesh.nodes[arm].iter_mut().for_each(|x| x[1] += 0.5 * curvature * (x[0] - end).powi(2));
         let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
-        interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard).is_seated(&x, |_| false)
+        interface(&mesh, &["block_ymin"], &x, MultiplierShape::Standard).is_seated(&x, |_, _| false)
     };
     assert!(is_seated(0.0) && is_seated(0.01) && !is_seated(1.0));
 }

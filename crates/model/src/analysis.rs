@@ -338,14 +338,15 @@ impl Analysis {
     /// from the mesh when they were built, such as weights of nodes.
     ///
     /// # Errors
-    /// [`AnalysisError::Positions`]; nothing has then changed.
+    /// [`AnalysisError::Positions`], or [`AnalysisError::State`] if elements are inverted there; nothing has then
+    /// changed.
     pub fn set_positions(&mut self, x: &[f64]) -> Result<(), AnalysisError> {
         let model = self.model();
         let fixed = model.fixes_positions();
         if !fixed.is_empty() {
             return Err(AnalysisError::Positions { what: fixed.join("; ") });
         }
-        let moved = model.at_positions(x).map_err(|error| AnalysisError::Positions { what: error.to_string() })?;
+        let moved = model.at_positions(x)?;
         self.change_model(|model| *model = moved);
         self.workspace.forget();
         Ok(())
@@ -353,8 +354,7 @@ impl Analysis {
 
     /// dθ/dX with respect to the reference positions of all nodes, three entries each, at fixed material constants
     /// and prescribed motions. Contact stiffnesses that are multiples of the bodies' own stiffness, and the areas that
-    /// count as the whole surface around a node, remain those of the start design; quantities keep what they took from
-    /// the mesh when they were built, such as weights of nodes. Test: tests/suite/positions.rs.
+    /// count as the whole surface around a node, remain those of the start design. Test: tests/suite/positions.rs.
     ///
     /// # Errors
     /// [`AnalysisError::Positions`] if the model or the objective has no such derivatives; otherwise as
@@ -366,7 +366,8 @@ impl Analysis {
         let mut fixed = self.model().fixes_positions();
         for term in self.objective.iter().flat_map(Response::terms) {
             let Reads { energy, stress, plastic_work, plastic_strain, previous, .. } = term.quantity.reads();
-            if energy || stress || plastic_work || plastic_strain || previous {
+            let read = energy || stress || plastic_work || plastic_strain || previous;
+            if read || term.quantity.depends_on_mesh() {
                 fixed.push(format!("the quantity `{}`", term.quantity.name()));
             }
         }

@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, DVector};
 /// unknowns and the last evaluation, which may contain the multipliers before their last update.
 ///
 /// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the
-/// contact conditions hold to the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
+/// contact conditions hold to the tolerance. Paper: (48)–(52), with the inner solve of the method, §4.
 ///
 /// The rescue helps past a limit point, where the contact jumps to another equilibrium and stick,
 /// slip and opening are mutually exclusive in every nearby state. With held multipliers the contact

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::sides::{self, SIMILAR};
 use crate::file;
+use nalgebra::{Matrix3, Vector3};
 use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area_vector};
@@ -20,7 +21,7 @@ const PERPENDICULAR: f64 = 0.03;
 ///    15°, or at 10° if those of the master are larger.
 /// 3. Curved surfaces that are inclined to each other have the master's at edges of the slave's body, and dual shapes.
 /// 4. Surfaces that lie on each other in the mesh have averaged normals, unless the slave's edges dig in: its body is
-///    stiffer than the master's, or supports drive nodes of the slave surface.
+///    stiffer than the master's, or supports drive nodes of the slave surface along its normal.
 /// 5. A slave surface has the master's where it ends at an edge or has a sharp kink, if one of the two is flat there.
 ///
 /// `points`: positions of the contact surfaces' corners.
@@ -46,7 +47,8 @@ pub(super) fn with_normals(
     let all_touched =
         asked || interface.is_coarse(x) || (interface.has_kinks(x) && has_larger_master(&interface, points));
     let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
-    let seated = !has_stiffer_slave(&interface, bodies, mesh) && interface.is_seated(x, |node| held.is_driven(node));
+    let seated = !has_stiffer_slave(&interface, bodies, mesh)
+        && interface.is_seated(x, |node, along| held.is_driven(node, along));
     if !all_touched && !both_curved && seated {
         return interface;
     }
@@ -66,13 +68,16 @@ pub(super) fn with_normals(
     if seated { interface } else { interface.with_touched_flat_edges(&boundary, x, feature_angle) }
 }
 
-/// Which displacements supports hold over a path, three per node.
+/// What supports do over a path.
 pub(super) struct Held {
-    /// They are held and do not move.
+    /// Displacements that are held and do not move, three per node.
     unmoved: Vec<bool>,
-    /// They are held and move.
-    driven: Vec<bool>,
+    /// For each node, Σ u uᵀ over the times, of the prescribed displacements u. \[L²\]
+    driven: Vec<Matrix3<f64>>,
 }
+
+/// Sine of the angle to a surface below which nodes are driven along it.
+const ALONG: f64 = 0.03;
 
 impl Held {
     /// At all of the `times`.
@@ -83,16 +88,25 @@ impl Held {
             d
         };
         let mut unmoved = prescribed.fixed().to_vec();
+        let mut driven = vec![Matrix3::zeros(); unmoved.len() / 3];
         for &time in times {
-            let change = at(LoadTime::start(time.case)).into_iter().zip(at(time));
-            unmoved.iter_mut().zip(change).for_each(|(unmoved, (from, to))| *unmoved &= from == to);
+            let both = at(LoadTime::start(time.case)).into_iter().zip(at(time));
+            let change: Vec<f64> = both.map(|(from, to)| to - from).collect();
+            // a rotation moves nodes along its axis by round-off
+            let round_off = 1e-12 * change.iter().fold(0.0, |largest: f64, u| largest.max(u.abs()));
+            unmoved.iter_mut().zip(&change).for_each(|(unmoved, u)| *unmoved &= u.abs() <= round_off);
+            for (driven, u) in driven.iter_mut().zip(change.as_chunks::<3>().0) {
+                let u = Vector3::from(*u);
+                *driven += u * u.transpose();
+            }
         }
-        let driven = prescribed.fixed().iter().zip(&unmoved).map(|(fixed, unmoved)| *fixed && !unmoved).collect();
         Self { unmoved, driven }
     }
 
-    fn is_driven(&self, node: u32) -> bool {
-        self.driven[3 * node as usize..][..3].contains(&true)
+    /// Whether a node is driven along the normal of a surface, and not only within it.
+    fn is_driven(&self, node: u32, normal: &Vector3<f64>) -> bool {
+        let squares = &self.driven[node as usize];
+        normal.dot(&(squares * normal)) > ALONG * ALONG * squares.trace()
     }
 }
 

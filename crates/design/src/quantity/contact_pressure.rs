@@ -176,6 +176,10 @@ impl Quantity for ContactPressure {
         true
     }
 
+    fn depends_on_mesh(&self) -> bool {
+        matches!(self.measure, PressureMeasure::Minimum { .. })
+    }
+
     fn value(&self, state: &StateView) -> f64 {
         self.evaluate(state).0
     }

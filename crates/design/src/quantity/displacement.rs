@@ -70,6 +70,16 @@ impl Quantity for Displacement {
         Dimension::LENGTH
     }
 
+    /// A mean over a surface does, not one over nodes.
+    fn depends_on_mesh(&self) -> bool {
+        let weights =
+            |sign: f64| self.nodes.iter().map(move |(_, weight)| sign * weight).filter(|weight| *weight > 0.0);
+        [1.0, -1.0].iter().any(|&sign| {
+            let largest = weights(sign).fold(0.0, f64::max);
+            weights(sign).any(|weight| weight < (1.0 - 1e-12) * largest)
+        })
+    }
+
     fn value(&self, state: &StateView) -> f64 {
         self.measure.of(self.mean(state))
     }

@@ -82,6 +82,10 @@ impl Quantity for Gap {
     }
 
     /// Infinite if no part of the patch faces the master.
+    fn depends_on_mesh(&self) -> bool {
+        matches!(self.measure, GapMeasure::Minimum { .. })
+    }
+
     fn value(&self, state: &StateView) -> f64 {
         match self.measure {
             GapMeasure::Mean => match self.sums(state) {

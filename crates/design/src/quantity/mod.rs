@@ -159,6 +159,12 @@ pub trait Quantity: Send + Sync {
         Reads::default()
     }
 
+    /// Whether the value depends on reference positions by more than the state, through areas, volumes or arms that the
+    /// quantity took from the mesh. There is then no derivative with respect to reference positions.
+    fn depends_on_mesh(&self) -> bool {
+        false
+    }
+
     /// The value at a state.
     fn value(&self, state: &StateView) -> f64;
 

@@ -137,6 +137,10 @@ impl Quantity for Moment {
         Reads { reaction: true, ..Reads::default() }
     }
 
+    fn depends_on_mesh(&self) -> bool {
+        true
+    }
+
     fn value(&self, state: &StateView) -> f64 {
         self.nodes(state).map(|(_, arm, force, _)| dot(self.direction, cross(arm, force))).sum()
     }

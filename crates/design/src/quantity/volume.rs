@@ -40,6 +40,10 @@ impl Quantity for Volume {
         false
     }
 
+    fn depends_on_mesh(&self) -> bool {
+        true
+    }
+
     fn value(&self, state: &StateView) -> f64 {
         self.weights.iter().zip(state.density).map(|(volume, density)| volume * density).sum()
     }

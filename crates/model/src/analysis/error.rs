@@ -12,7 +12,7 @@ pub enum AnalysisError {
     /// The adjoint failed.
     #[error(transparent)]
     Sweep(#[from] SweepError),
-    /// A converged state could not be evaluated.
+    /// A converged state could not be evaluated, or elements are inverted at new reference positions.
     #[error(transparent)]
     State(#[from] StateError),
     /// A quantity of the objective or of a constraint has no finite value.
@@ -37,7 +37,7 @@ pub enum AnalysisError {
     /// Nodes cannot move, or there are no derivatives with respect to their positions.
     #[error("no derivatives with respect to the positions of nodes exist with these: {what}")]
     Positions {
-        /// What there is in the problem, or what is wrong with the positions.
+        /// What there is in the problem.
         what: String,
     },
     /// The path was cancelled before its end.

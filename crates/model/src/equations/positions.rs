@@ -14,7 +14,7 @@ use crate::equations::{ContactModel, Design, Method, inverted, node};
 use nalgebra::Vector3;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_path::{Adjoint, Evaluated, Inputs, StateError};
-use slipstick_solid::{InvertedElements, SolidAdjoint};
+use slipstick_solid::SolidAdjoint;
 use std::sync::Arc;
 
 impl ContactModel {
@@ -48,14 +48,15 @@ impl ContactModel {
     /// The same model with nodes at other reference positions X, three entries each.
     ///
     /// # Errors
-    /// If elements have a non-positive Jacobian there.
+    /// If elements have a non-positive Jacobian there, on any rank.
     ///
     /// # Panics
     /// If there are not three entries for each node, or if [something](Self::fixes_positions) keeps it from moving.
-    pub fn at_positions(&self, x: &[f64]) -> Result<Self, InvertedElements> {
+    pub fn at_positions(&self, x: &[f64]) -> Result<Self, StateError> {
         assert_eq!(self.fixes_positions(), Vec::<String>::new(), "a model without derivatives by positions");
         assert_eq!(x.len(), self.coordinates.len(), "three entries for each node");
-        let solid = Arc::new(self.solid.at_positions(x.as_chunks::<3>().0)?);
+        let solid = self.solid.at_positions(x.as_chunks::<3>().0).map_err(inverted);
+        let solid = Arc::new(self.share.agree(solid)?);
         let prescribed = self.prescribed.at_positions(x);
         Ok(Self { solid, prescribed, coordinates: x.to_vec(), ..self.clone() })
     }
@@ -66,7 +67,7 @@ impl Design {
     ///
     /// # Errors
     /// If elements have a non-positive Jacobian there.
-    pub fn at_positions(&self, x: &[f64]) -> Result<Self, InvertedElements> {
+    pub fn at_positions(&self, x: &[f64]) -> Result<Self, StateError> {
         Ok(Self::new(Arc::new(self.model.at_positions(x)?), self.density()))
     }
 

@@ -10,7 +10,7 @@ use slipstick_path::{MarchFailure, PathState};
 /// Share of the square of a body's motion that is a rigid motion if the body comes loose.
 const RIGID: f64 = 0.8;
 
-/// Ratio of the rate of its motion to that of [`BEFORE`] steps earlier.
+/// Ratio of the rate of its motion to that in the step [`BEFORE`] steps before the one that fails.
 const FASTER: f64 = 1.5;
 
 /// The user's steps over which rates are compared.
@@ -30,11 +30,13 @@ pub(super) fn loosened(failure: &MarchFailure, problem: &Problem) -> Vec<String>
     }
     // other ranks may keep parts of earlier states
     let whole = |state: &&PathState| {
-        let steps = state.completes.is_none_or(|step| step + BEFORE >= failure.step);
-        steps && state.time.case == failure.increment.case && state.state.unknowns.len() == failure.iterate.len()
+        state.time.case == failure.increment.case && state.state.unknowns.len() == failure.iterate.len()
     };
     let states: Vec<&PathState> = failure.path.states.iter().filter(whole).collect();
-    let [first, second, .., before, last] = states[..] else { return Vec::new() };
+    // the end of the last complete step but BEFORE, which has a step of its own before it
+    let earlier = failure.step.checked_sub(BEFORE + 1).filter(|&step| step > 0);
+    let from = states.iter().position(|state| earlier.is_some() && state.completes == earlier);
+    let Some([first, second, .., before, last]) = from.map(|from| &states[from..]) else { return Vec::new() };
     let fixed = model.prescribed().fixed();
     let bodies = mesh.bodies.iter().filter(|body| {
         let (moves, turns) = free_motions(mesh, body.nodes.clone(), fixed);
@@ -53,7 +55,7 @@ pub(super) fn loosened(failure: &MarchFailure, problem: &Problem) -> Vec<String>
                 body.name,
                 motion.in_words(),
                 rate_now / rate_before,
-                second.completes.unwrap_or(failure.step)
+                failure.step - BEFORE
             )
         })
     };

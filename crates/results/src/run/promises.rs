@@ -140,7 +140,12 @@ pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunErro
     }
     add_bounds(&mut promises, case);
     promises.extend(bounds_before_the_end(&table, case));
-    promises.extend(objective_before_the_end(&table, case));
+    for of in objective_before_the_end(&table, case) {
+        let known = |other: &Promise| (&other.quantity, &other.steps) == (&of.quantity, &of.steps);
+        if !promises.iter().any(known) {
+            promises.push(of);
+        }
+    }
     Ok(promises)
 }
 
@@ -223,9 +228,8 @@ fn objective_before_the_end(table: &Rows, case: &Case) -> Vec<Promise> {
             (of.sum.iter().map(|term| &term.quantity).collect(), before_the_end(&of.steps))
         }
         Some(ObjectiveKind::Follow(CurveToFollow { quantity, points })) => {
-            let steps = points.iter().map(|[t, _]| t * last as f64);
-            let on_step = steps.filter(|s| (s - s.round()).abs() < 1e-6 && (1.0..last as f64 - 0.5).contains(s));
-            (vec![quantity], on_step.map(|s| s.round() as usize).collect())
+            let steps = points.iter().map(|[t, _]| t * last as f64).filter(|s| (s - s.round()).abs() < 1e-6);
+            (vec![quantity], steps.map(|s| s.round() as usize).filter(|step| (1..last).contains(step)).collect())
         }
         _ => return Vec::new(),
     };

@@ -318,7 +318,7 @@ fn check_pull_back(name: &str, generic: &Generic) {
 }
 
 /// A sticking traction rotates with the bodies: the history's components are preserved under any
-/// common rotation of both bodies in a step, including a spin about the contact normal (theory §3).
+/// common rotation of both bodies in a step, including a spin about the contact normal (docs/method, §3).
 /// The stiffness multiplies the round-off of the slip.
 #[test]
 fn sticking_traction_is_kept_under_rotation() {
