@@ -168,14 +168,14 @@ def main(program: str, pictures: Path) -> None:
         url = json.loads(server.stdout.readline())["url"]
         browser = Browser(folder / "profile")
         try:
-            operate(browser, url, case, pictures)
+            operate(browser, url, program, case, pictures)
         finally:
             browser.close()
             server.terminate()
             server.wait()
 
 
-def operate(browser: Browser, url: str, case: Path, pictures: Path) -> None:
+def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path) -> None:
     text = case.read_text(encoding="utf-8")
 
     def type_text(now: str) -> None:
@@ -194,6 +194,7 @@ def operate(browser: Browser, url: str, case: Path, pictures: Path) -> None:
     browser.until("document.documentElement.dataset.ready === 'true'")
     browser.until("element('outline').textContent.includes('Contacts')")
     browser.picture(pictures / "1_model_1400.png")
+    assert browser.value("version") == 1, "the model is loaded once"
     # the surfaces of the contact pair
     browser.value(
         "[...document.querySelectorAll('#outline button')].find(b => b.textContent.includes(' on ')).click()"
@@ -269,6 +270,20 @@ def operate(browser: Browser, url: str, case: Path, pictures: Path) -> None:
     browser.until("element('text-title').textContent === 'second.toml'")
     time.sleep(2.0)
     assert browser.value("source.value.startsWith('# second') && now.case === 'second.toml'")
+    # a command whose results another terminal is writing cannot be started
+    choose = "{{ element('{0}').value = '{1}'; element('{0}').dispatchEvent(new Event('change')) }}"
+    line = [program, "optimize", case.name, "--out", "half_ball", "--force", "-q"]
+    other = subprocess.Popen(line, cwd=case.parent)
+    try:
+        browser.value(choose.format("case", case.name))
+        browser.until(f"now.case === '{case.name}' && now.commands.length === 2")
+        browser.value(choose.format("run", "half_ball"))
+        browser.until(f"{ended} === 'half_ball runs in another terminal; stop it there'")
+        assert browser.value("document.querySelector('[data-command=optimize]').disabled")
+        assert not browser.value("document.querySelector('[data-command=solve]').disabled")
+    finally:
+        other.terminate()
+        other.wait()
     # everything that can be operated has a name and can be reached with Tab
     unnamed = """[...document.querySelectorAll('button, select, input, textarea, iframe')]
       .filter(e => !(e.textContent || e.title || e.getAttribute('aria-label')

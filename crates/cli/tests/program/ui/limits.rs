@@ -139,8 +139,14 @@ fn too_few_file_descriptors_cost_no_time() {
 fn a_text_that_is_too_large_is_refused_readably() {
     let place = Place::new();
     let served = Served::new(&place, ".");
-    let refused = served.post("save?case=case.toml", &"x".repeat(17 << 20));
-    assert!(refused.status == 413 && refused.body.contains("too large"), "{} {}", refused.status, refused.body);
+    let host = format!("127.0.0.1:{}", served.port);
+    let head = format!("POST /{}/save HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n", served.token);
+    let mut stream = TcpStream::connect(&host).expect("a connection");
+    write!(stream, "{head}Content-Length: {}\r\n\r\n", 17 << 20).expect("sent");
+    stream.write_all(&vec![b'x'; 17 << 20]).expect("all of the text is taken");
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).expect("no reset");
+    assert!(answer.starts_with("HTTP/1.1 413 ") && answer.contains("the text is too large"), "{answer}");
 }
 
 /// Ctrl-C in the terminal of the server, and closing that terminal, signal all processes that it started.
