@@ -13,8 +13,8 @@
 //! Crates that write STEP exist (`cadmpeg-codec-step` 0.6, `truck-stepio`): they write a solid whose surfaces and curves one
 //! has; finding these is most of the work here, and the entities of a file are the 300 lines of `text`.
 //!
-//! Tests: `boundaries_are_closed_and_edges_on_both_surfaces`, and with Open CASCADE `a_ring_is_exact`,
-//! `facets_end_at_exact_surfaces`.
+//! Tests: `boundaries_are_closed_and_edges_on_both_surfaces`, `a_window_is_no_outer_loop`, and with Open CASCADE
+//! `a_ring_is_exact`, `facets_end_at_exact_surfaces`.
 
 mod brep;
 mod curve;
