@@ -60,3 +60,23 @@ projection=(
     part 'bracket of the template' template_bracket "$work/bracket.toml" 60 deflection
 } > "$work/parts.md"
 put docs/measurements/parts.md parts "$work/parts.md"
+
+# The snap-fit at the load steps of its objective, and its largest stress.
+python3 - "$work/template_snap_fit/events" > "$work/snap_fit.md" <<'PYTHON'
+import json, sys
+
+events = [json.loads(line) for line in open(sys.argv[1])]
+promises = next(event for event in events if event["event"] == "promises")["promises"]
+print("| | design | part | deviation |")
+print("|---|--:|--:|--:|")
+for of in promises:
+    steps = of["steps"]
+    if of["quantity"] == "insertion_force" and steps:
+        label = f"insertion force at load step {steps[0]} \\[N\\]"
+    elif of["quantity"] == "stress_extreme" and steps:
+        label = "largest stress over the path, at most 30 \\[MPa\\]"
+    else:
+        continue
+    print(f"| {label} | {of['promised']:.3g} | {of['found']:.3g} | {of['deviation']:+.1%} |")
+PYTHON
+put cases/detent/README.md part "$work/snap_fit.md"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Takes a hub, twenty random designs and ten optimized ones to parts, and puts the tables between the marks of
-# docs/measurements/parts.md; twenty minutes on two cores. `measure.sh hub`, `designs` or `promises` repeats one table.
+# Takes a hub, twenty random designs and ten optimized ones to parts, writes five designs as STEP files, and puts the tables
+# between the marks of docs/measurements/parts.md; half an hour on two cores. `measure.sh hub`, `designs`, `promises` or
+# `step` repeats one table.
 #
 #   docs/measure/parts/measure.sh
 #
@@ -50,6 +51,21 @@ promises() {
     put docs/measurements/parts.md promises "$work/promises.md"
 }
 
-for table in "${@:-hub designs promises}"; do
+step() {
+    local template designs=()
+    for template in bracket press-fit snap-fit; do
+        "$programs/slipstick" new "$template" --out "$work/$template.toml" -q
+        "$programs/slipstick" optimize "$work/$template.toml" --out "$work/$template" -q
+        designs+=("$template of the template=$work/$template")
+    done
+    for name in 'tet plate with holes' 'hex cone'; do
+        python3 docs/measure/parts/promises.py --slipstick "$programs/slipstick" --out "$work/step" --only "$name" >&2
+        designs+=("$name=$work/step/${name// /_}/run")
+    done
+    python3 docs/measure/parts/step.py --slipstick "$programs/slipstick" "${designs[@]}" > "$work/step.md"
+    put docs/measurements/parts.md step "$work/step.md"
+}
+
+for table in "${@:-hub designs promises step}"; do
     for name in $table; do "$name"; done
 done

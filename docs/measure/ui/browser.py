@@ -1,6 +1,6 @@
 """Operates the page of `slipstick ui` in Chromium as a user would, and writes screenshots.
 
-python docs/measure/ui/browser.py PROGRAM FOLDER    PROGRAM is slipstick; FOLDER takes the pictures
+python docs/measure/ui/browser.py PROGRAM FOLDER    PROGRAM is slipstick; the pictures go to FOLDER
 
 Needs Chromium and nothing but Python. Every step fails if the page does not show what it should within a minute,
 or if the browser's console reports an error.

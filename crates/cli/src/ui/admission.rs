@@ -1,4 +1,4 @@
-//! Who may ask: only who knows the token, from a page of this server.
+//! Admits requests that know the token and come from a page of this server.
 //!
 //! | threat | refused by |
 //! |---|---|

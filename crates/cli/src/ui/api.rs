@@ -44,7 +44,7 @@ pub struct Server {
     jobs: Jobs,
     /// Texts that were checked last, by case.
     drafts: Mutex<BTreeMap<String, String>>,
-    /// Held while a file is compared and replaced: a page that saves twice at once sees one conflict, no mixture.
+    /// Held while a file is compared and replaced: if a page saves twice at once, one save is refused.
     saving: Mutex<()>,
     /// Held while a mesh is built, so that the memory of one is available in full.
     building: Mutex<()>,

@@ -32,7 +32,7 @@ impl Folder {
             if !is_case(&name) {
                 let cure = "name a case file (.toml), a deck (.inp), the directory of a run, or a folder with these; \
                             `slipstick new part.step` makes a case of a STEP file";
-                return Err(Failure::input(format!("{} is no case", path.display()), cure));
+                return Err(Failure::input(format!("{} is not a case", path.display()), cure));
             }
             return Ok((parent(), Opened { case: name, run: String::new() }));
         }
@@ -82,7 +82,7 @@ impl Folder {
         if single && !name.contains(['/', '\\', ':', '\0']) && inside {
             return Ok(path);
         }
-        let message = format!("{name:?} is no name in {}", self.0.display());
+        let message = format!("{name:?} is not a name in {}", self.0.display());
         Err(Failure::input(message, "the page only opens files of the folder with which it was started"))
     }
 

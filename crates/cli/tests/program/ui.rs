@@ -177,7 +177,7 @@ fn other_pages_change_nothing() {
     // forms of old browsers send none
     assert_eq!(served.with("POST", &stop, &format!("Host: {host}\r\n"), "").status, 403);
     assert_eq!(served.post("stop", "").status, 200);
-    // what changes something is no GET, which a picture of another page could send
+    // a picture of another page could send a GET, which therefore changes nothing
     assert_eq!(served.get("stop").status, 404);
     assert_eq!(served.with("PUT", &stop, &format!("Host: {host}\r\n"), "").status, 405);
 }

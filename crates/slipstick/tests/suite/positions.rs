@@ -1,5 +1,5 @@
 //! dθ/dX with respect to the reference positions of nodes, compared with central differences (order 4) of whole forward
-//! analyses, each of a problem that is built anew from files with moved nodes.
+//! analyses, each of a problem that is built from files with moved nodes.
 
 use crate::common::scene::*;
 use crate::common::*;
@@ -164,7 +164,7 @@ fn gradients_by_positions_of_plastic_bodies_match_differences() {
     }
 }
 
-/// What has no such derivatives says so; moved nodes can be moved back.
+/// What has no such derivatives says so.
 #[test]
 fn what_fixes_positions_is_named() {
     let springs = "[[spring]]\nname = 'foot'\nset = 'slab_xmax'\nstiffness_per_area = 80\n";
@@ -173,12 +173,45 @@ fn what_fixes_positions_is_named() {
     let run = sprung.analysis.forward(&density, &mut Silent).unwrap();
     let error = sprung.analysis.gradient_by_positions(&run).unwrap_err().to_string();
     assert!(error.ends_with("exist with these: springs"), "{error}");
-    let mut base = problem(&scene(LAGRANGE, "standard").text());
+    // quantities with areas, volumes or arms of the mesh, or of energies
+    let text = scene(LAGRANGE, "standard").text();
+    for (quantity, refused) in [
+        ("volume = { body = 'slab' }", true),
+        ("moment = { set = 'block_ymax', point = [0, 0, 0], direction = [0, 1, 0] }", true),
+        ("gap = { slave = 'block_ymin', measure = 'minimum' }", true),
+        ("strain_energy = {}", true),
+        ("reaction = { set = 'block_ymax', component = 'y' }", false),
+    ] {
+        let (start, objective) = text.split_at(text.find("[objective]").expect("an objective"));
+        let rest = objective.splitn(3, '\n').nth(2).unwrap_or_default();
+        let text = format!(
+            "{start}\n[[quantity]]\nname = 'q'\n{quantity}\n[objective]\nminimise = {{ quantity = 'q' }}\n{rest}"
+        );
+        let mut other = problem(&text);
+        let run = other.analysis.forward(&density, &mut Silent).unwrap();
+        let answer = other.analysis.gradient_by_positions(&run).map_err(|error| error.to_string());
+        match refused {
+            true => assert!(answer.unwrap_err().ends_with("exist with these: the quantity `q`"), "{quantity}"),
+            false => assert!(answer.unwrap().iter().any(|x| *x != 0.0), "{quantity}"),
+        }
+    }
+}
+
+/// Moved nodes give what a problem with moved meshes gives; moved back, every bit.
+#[test]
+fn moved_nodes_are_a_moved_mesh() {
+    let text = meshed(&scene(LAGRANGE, "standard"));
+    let meshes = linear();
+    let mut base = built(&text, &meshes, &[]);
+    let density = random_density(&base, 7);
     let x = base.analysis.model().reference_positions().to_vec();
     let value = forward(&mut base, &density).value;
-    let thicker: Vec<f64> = x.iter().enumerate().map(|(i, x)| if i % 3 == 2 { 1.1 * x } else { *x }).collect();
-    base.analysis.set_positions(&thicker).unwrap();
-    assert!((forward(&mut base, &density).value / value - 1.1).abs() < 0.05, "a body thicker by a tenth");
+    let shift: Vec<f64> = x.iter().enumerate().map(|(i, x)| if i % 3 == 2 { 0.1 * x } else { 0.0 }).collect();
+    let moved: Vec<f64> = x.iter().zip(&shift).map(|(x, shift)| x + shift).collect();
+    base.analysis.set_positions(&moved).unwrap();
+    let expected = forward(&mut built(&text, &meshes, &shift), &density).value;
+    let found = forward(&mut base, &density).value;
+    assert!((found / expected - 1.0).abs() < 1e-9 && (found / value - 1.0).abs() > 0.01, "{found} {expected} {value}");
     assert!(base.analysis.set_positions(&vec![0.0; x.len()]).unwrap_err().to_string().contains("inverted element"));
     base.analysis.set_positions(&x).unwrap();
     assert_eq!(forward(&mut base, &density).value, value);

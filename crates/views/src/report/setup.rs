@@ -17,7 +17,7 @@ pub(super) struct Mark {
     /// Corners of the faces, 4 each, as points of the page.
     #[serde(skip_serializing_if = "Option::is_none")]
     quads: Option<String>,
-    /// Points of a set that is no surface: the faces between them are marked.
+    /// Points of a set that is not a surface: the faces between them are marked.
     #[serde(skip_serializing_if = "Option::is_none")]
     points: Option<String>,
 }
