@@ -61,7 +61,24 @@ SHARED = (
     "`overwrite` (bool)",
     "`AnalysisError`: If a load step does not converge.",
     "`KeyboardInterrupt`: After Ctrl-C.",
+    "`pathlib.Path`: The",
 )
+# methods that a page describes for another class: those of a mapped problem are those of a problem
+SAME = {
+    "MappedProblem": (
+        "with_parameters",
+        "volume_fraction",
+        "solve",
+        "evaluate",
+        "value_and_gradient",
+        "vjp",
+        "quantities",
+        "steps",
+        "parameters",
+    )
+}
+# the pages show the examples of these classes; `help` shows all
+SHOWN = ("DesignMap",)
 # lines with which examples begin
 IMPORTS = (">>> import slipstick as ss\n", ">>> import numpy as np\n")
 
@@ -70,8 +87,7 @@ HEAD = """\
 
 <!-- written by crates/python/api.py from the docstrings; do not edit -->
 
-[Python](../python.md#the-reference) explains what many functions share: `density`, `progress`,
-`overwrite`, units and shapes.
+[What many functions share](../python.md#the-reference): `density`, `progress`, units, shapes.
 """
 
 
@@ -110,13 +126,14 @@ def page(title: str, chapters: dict[str, list[str]]) -> str:
 def described(name: str, thing: Any) -> list[str]:
     """The entry of a class or a function; properties of a class are a list before its methods."""
     if not inspect.isclass(thing):
-        return [heading(name, thing), markdown(inspect.getdoc(thing) or "")]
+        return entry(name, thing)
     about = inspect.getdoc(thing) or ""
     short = name.split(".")[-1]
     properties: list[str] = []
     methods: list[str] = []
     for key, member in vars(thing).items():
-        if key.startswith("_") and key != "__call__":
+        hidden = key.startswith("_") and key != "__call__"
+        if hidden or key in SAME.get(short, ()):
             continue
         plain = member.__func__ if isinstance(member, (classmethod, staticmethod)) else member
         if isinstance(member, property) or type(member).__name__ == "cached_property":
@@ -127,9 +144,18 @@ def described(name: str, thing: Any) -> list[str]:
             of_class = isinstance(member, (classmethod, staticmethod))
             owner = name if of_class else variable(short)
             call = owner if key == "__call__" else f"{owner}.{key}"
-            methods += [heading(call, plain, "####"), markdown(inspect.getdoc(plain) or "")]
+            methods += entry(call, plain, "####")
     first = heading(name, thing) if name in MADE else f"### `{name}`\n"
-    return [first, markdown(about, properties), *methods]
+    return [first, markdown(about, properties, short in SHOWN), *methods]
+
+
+def entry(name: str, thing: Any, level: str = "###") -> list[str]:
+    """A function: its heading, with the type that it returns if nothing else is said, and text."""
+    doc = inspect.getdoc(thing) or ""
+    bare = re.search(r"^Returns\n-{3,}\n([^\n:]+)\n(?=\n|\Z)", doc + "\n", re.MULTILINE)
+    if bare:
+        doc = (doc + "\n").replace(bare[0], "").strip()
+    return [heading(name, thing, level, bare[1] if bare else ""), markdown(doc)]
 
 
 def variable(name: str) -> str:
@@ -137,7 +163,7 @@ def variable(name: str) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
 
 
-def heading(name: str, thing: Any, level: str = "###") -> str:
+def heading(name: str, thing: Any, level: str = "###", returns: str = "") -> str:
     """The name with its parameters; types are in the text."""
     parameters = []
     star = False
@@ -150,10 +176,11 @@ def heading(name: str, thing: Any, level: str = "###") -> str:
         default = parameter.default
         given = "" if default is parameter.empty else f"={default!r}"
         parameters.append(parameter.name + given)
-    return f"{level} `{name}({', '.join(parameters)})`\n"
+    arrow = f" -> {returns}" if returns else ""
+    return f"{level} `{name}({', '.join(parameters)}){arrow}`\n"
 
 
-def markdown(doc: str, properties: list[str] | None = None) -> str:
+def markdown(doc: str, properties: list[str] | None = None, show: bool = False) -> str:
     """A docstring in numpy's style as Markdown: text, one list with the properties, examples."""
     out: list[str] = []
     items: list[str] = []
@@ -162,7 +189,7 @@ def markdown(doc: str, properties: list[str] | None = None) -> str:
     out.append(prose(sections[0]))
     for title, body in zip(sections[1::2], sections[2::2], strict=True):
         if title == "Examples":
-            shown.append(examples(body))
+            shown += [examples(body)] if show else []
         else:
             what = {"Returns": "returns ", "Raises": "raises ", "Warns": "warns "}.get(title, "")
             items += entries(body, what)
