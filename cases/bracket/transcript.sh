@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes docs/bracket.md and its pictures by running the commands of the page: mesh, check, optimize,
+# Writes transcript.md and its pictures by running the commands of the page: mesh, check, optimize,
 # report, pictures, surface.
 #
 #   PATH=$PWD/target/release:$PATH cases/bracket/transcript.sh
@@ -33,12 +33,12 @@ rm -rf case
 
 Two pins hold a wall bracket. A pad is pressed onto its shelf and dragged towards the tip, with
 friction. The bracket may use 45 % of its volume; the design should carry as much force as possible
-at the final position of the pad. [A script](../cases/bracket/transcript.sh) writes this page: it
+at the final position of the pad. [A script](transcript.sh) writes this page: it
 runs each command below and records its output.
 
 ## The mesh
 
-[bracket.geo](../cases/bracket/bracket.geo) draws the side view, with a solid square around each
+[bracket.geo](bracket.geo) draws the side view, with a solid square around each
 pin, and extrudes it into hexahedra. Its physical groups name what the case needs: the volumes
 `bracket` and `pad`, and the surfaces `shelf`, `pins`, `sole` and `grip`. The pad's sole is crowned,
 so that it does not slide on its edges.
@@ -48,7 +48,7 @@ TEXT
     cat <<'TEXT'
 
 `slipstick new my-mesh --mesh bracket.msh` writes a case with these names as a starting point.
-Edited, it becomes [case.toml](../cases/bracket/case.toml), whose main part is:
+Edited, it becomes [case.toml](case.toml), whose main part is:
 
 TEXT
     printf '```toml\n'
@@ -70,8 +70,8 @@ TEXT
     show "slipstick render case --iteration \$(tail -1 case/history.csv | cut -d, -f1) --out $figures/bracket_design.png"
     cat <<'TEXT'
 
-![The bracket at the end of the path, with the pad as glass](figures/bracket_end.png)
-![The design](figures/bracket_design.png)
+![The bracket at the end of the path, with the pad as glass](../../docs/figures/bracket_end.png)
+![The design](../../docs/figures/bracket_design.png)
 
 ## Report and export
 
@@ -85,12 +85,12 @@ TEXT
 TEXT
     show "python3 surface.py case/bracket.stl case/bracket.3mf"
     python3 picture.py case/bracket.stl $figures/bracket_part.png 2> /dev/null
-    printf '\n![The part as printed](figures/bracket_part.png)\n'
+    printf '\n![The part as printed](../../docs/figures/bracket_part.png)\n'
     printf '\n## Time\n\n'
     printf '| | s |\n|---|--:|\n| mesh | %s |\n| `check` | %s |\n| `optimize` | %s |\n| `report` | %s |\n| `export` | %s |\n| this whole page | %s |\n' \
         "$(seconds gmsh)" "$(seconds 'slipstick check')" "$(seconds 'slipstick optimize')" "$(seconds 'slipstick report')" \
         "$(seconds 'slipstick export')" "$(($(date +%s) - start))"
     printf '\nMeasured with %s on %s cores%s.\n' "$(slipstick --version)" "$(nproc)" "$shared"
 } > "$page"
-mv "$page" ../../docs/bracket.md
+mv "$page" transcript.md
 rm -f "$page.times"
