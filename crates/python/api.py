@@ -62,6 +62,13 @@ SHARED = (
     "`AnalysisError`: If a load step does not converge.",
     "`KeyboardInterrupt`: After Ctrl-C.",
     "`pathlib.Path`: The",
+    "`CaseError`",
+    "`InputError`",
+    "`OSError`",
+    "`FileNotFoundError`",
+    "`FileExistsError`",
+    "`TypeError`",
+    "`ValueError",
 )
 # methods that a page describes for another class: those of a mapped problem are those of a problem
 SAME = {

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Case", "Inspection", "templates"]
 
-
 def templates() -> dict[str, str]:
     """The templates by name, each with a one-line description.
 
@@ -29,7 +28,6 @@ def templates() -> dict[str, str]:
     'five elements, for studying forces and gradients'
     """
     return {name: about for name, about, _ in _slipstick.templates()}
-
 
 @dataclass(frozen=True)
 class Inspection:
@@ -66,7 +64,6 @@ class Inspection:
     peak_bytes: float
     warnings: list[Diagnostic]
     data: dict[str, Any] = field(repr=False)
-
 
 class Case:
     """A checked case: bodies, contact, motions, loads, design and objective.
@@ -121,11 +118,8 @@ class Case:
     def deck(self) -> list[dict[str, Any]] | None:
         """How each keyword of the case's deck is treated; None for a case without a deck.
 
-        :attr:`text` has the tables of the deck instead of a reference to it, so a case read from
-        that text, as by pickle, has None as well.
-
         Every entry has ``keyword``, ``file``, ``line``, ``use`` (for example ``"used"``) and
-        ``how``, an explanation.
+        ``how``, an explanation. A case read from :attr:`text` has None as well.
         """
         uses = self._case.deck()
         return None if uses is None else json.loads(uses)
@@ -362,10 +356,8 @@ class Case:
         file = self._case.file.absolute()
         return _restored, (self.text, self.name, file, self._case.files)
 
-
 def _restored(text: str, name: str, file: FilePath, files: dict[str, bytes]) -> Case:
     return Case._of(_slipstick.Case.of_text(text, name, file, files))
-
 
 def _warn(diagnostics: Sequence[Diagnostic]) -> None:
     for diagnostic in diagnostics:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Contact", "Path", "Step"]
 
-
 @dataclass(frozen=True, eq=False)
 class SlaveNodes:
     """The slave nodes of all contact pairs, and their status."""
@@ -30,7 +29,6 @@ class SlaveNodes:
     node: NDArray[np.int64]
     pair: NDArray[np.int64]
     status: NDArray[np.uint8]
-
 
 @dataclass(frozen=True, eq=False)
 class Contact(SlaveNodes):
@@ -65,7 +63,6 @@ class Contact(SlaveNodes):
     gap: NDArray[np.float64]
     slip: NDArray[np.float64]
     area: NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Step:
@@ -102,7 +99,6 @@ class Step:
         """Contact at all slave nodes."""
         found = self._path.contact(self.number)
         return Contact(**{name: _arrays.frozen(array) for name, array in found.items()})
-
 
 class Path:
     """A marched load path.
@@ -162,8 +158,6 @@ class Path:
 
     def view(self, *, height: int = 640) -> View:
         """The interactive 3D view of ``slipstick report``, for notebooks.
-
-        Rotate it with the mouse or the arrow keys, choose fields, cut it open and play the path.
 
         Parameters
         ----------

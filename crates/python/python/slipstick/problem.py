@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Problem"]
 
-
 class Problem:
     """A built case: mesh, model, load path, design and objective.
 
@@ -39,10 +38,7 @@ class Problem:
     effect on the states and should stay at 1; :attr:`designed` lists the elements that an
     optimization changes.
 
-    Computations release the interpreter lock and use all threads. A problem runs in one Python
-    thread at a time, and other threads wait; several problems can run in parallel. Results do not
-    depend on earlier calls or on the number of threads, bit for bit. Ctrl-C raises
-    ``KeyboardInterrupt``.
+    Results do not depend on earlier calls or on the number of threads, bit for bit.
 
     Examples
     --------
@@ -162,9 +158,8 @@ class Problem:
     def parameters(self) -> dict[Parameter, float]:
         """The parameters other than the densities, with their values.
 
-        These are coefficients of friction, Young's moduli and coefficients of thermal expansion in
-        units of the case, and amplitudes: factors on the motions, the loads, the forces of bolts
-        and the changes of temperature of the case, initially 1.
+        Amplitudes are factors on the case's motions, loads, forces of bolts and changes of
+        temperature, initially 1.
         """
         return dict(self._parameters)
 
@@ -488,9 +483,6 @@ class Problem:
     ) -> GradientCheck:
         """Compare a gradient with finite differences.
 
-        ``slipstick verify gradient`` compares in the same way, with other directions and steps
-        unless they are given.
-
         The gradient is that with respect to the densities, also if the case filters or projects
         variables.
 
@@ -645,7 +637,6 @@ class Problem:
         elements = self._problem.element_count
         return f"<Problem of {self._case.name}: {elements} elements, {self.steps} load steps>"
 
-
 def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
     """Parameters as entries of their case, whose motions and loads amplitudes multiply."""
     tables = case.resolved
@@ -677,7 +668,6 @@ def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
             entries[f"{section}[{number}].{key}"] = [_multiplied(point, value) for point in points]
     return entries
 
-
 def _multiplied(point: Mapping[str, Any], factor: float) -> dict[str, Any]:
     """A waypoint of a motion, a load or a bolt, with the amplitude multiplied."""
     changed = dict(point)
@@ -686,7 +676,6 @@ def _multiplied(point: Mapping[str, Any], factor: float) -> dict[str, Any]:
     for name in {"angle", "factor", "force"} & point.keys():
         changed[name] = factor * point[name]
     return changed
-
 
 def _warn(notice: str | None, deeper: int = 0) -> None:
     if notice is not None:
