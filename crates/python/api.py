@@ -55,8 +55,8 @@ PAGES = {
 MADE = ("ss.Mesh", "ss.Term", "ss.Bound")
 # what the chapter on Python says once for all functions
 SHARED = (
-    "`density` (shape (elements,), optional)",
-    "`x` (shape (variables,), optional)",
+    "`density` (shape (elements,)): Densities in [0, 1]; by default",
+    "`x` (shape (variables,)): The variables; by default",
     "`progress` (bool)",
     "`overwrite` (bool)",
     "`AnalysisError`: If a load step does not converge.",
@@ -231,6 +231,8 @@ def entries(body: str, what: str) -> list[str]:
         # without a name, as for what a function returns, the line is the type
         # arrays are arrays of numbers unless the type says otherwise
         kind = re.sub(r"^(ndarray|array_like)( of |, )(?=int|shape)", "", kind)
+        # the heading shows defaults
+        kind = kind.removesuffix(", optional")
         first += (f" ({kind})" if label else kind) if kind else ""
         if not item(first, textwrap.dedent(text)).removeprefix("* ").startswith(SHARED):
             lines.append(item(what + first, textwrap.dedent(text)))

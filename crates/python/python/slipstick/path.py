@@ -143,9 +143,7 @@ class Path:
     def quantities(self) -> Mapping[str, NDArray[np.float64]]:
         """All quantities by name, shape (steps,) each, at the ends of the load steps.
 
-        These are the reactions and displacements of supports, the forces of contact pairs,
-        energies, and the quantities defined in the case: the columns of the program's
-        ``quantities.csv``.
+        They are the columns of the program's ``quantities.csv``.
         """
         names, _, values = self._table
         return {name: values[:, column] for column, name in enumerate(names)}

@@ -31,38 +31,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Iteration", "Result", "open_run", "resume"]
 
-
 @dataclass(frozen=True)
 class Iteration:
     """An evaluated design of an optimization.
 
     Attributes
     ----------
-    iteration : int
-        0 is the initial design.
-    objective : float
-        The objective θ.
-    volume_fraction : float
-        Filled fraction of the design domain.
-    change : float or None
-        Largest change of a density in the update that followed; ``None`` after the last evaluation.
-    optimality : float or None
-        Norm of the optimality residual at this design.
-    violation : float
-        Largest violation of a constraint, relative to its bound; 0 if all are met.
+    iteration, objective, volume_fraction, change, optimality, violation, discreteness, seconds
+        Columns of the program's ``history.csv``; ``None`` where they are empty.
     parts : list of dict
         Value and multiplier of each function whose largest is the objective: worst of load cases,
         or of an eroded, the nominal and a dilated design. Empty if there is only one.
     constraints : list of dict
         Value and multiplier of each constraint, the bound on the volume first.
-    discreteness : float
-        Fraction of intermediate densities: 0 for a design of solid and void.
     newton_iterations, failed_iterations, uzawa_iterations, increments, halvings : int
         Effort of the analysis, and how many times the update was halved.
     status : list of int
         Slave nodes open, sticking, slipping at the end of the path.
-    seconds : float or None
-        Wall time of analysis, gradient and update; ``None`` in a history read from disk.
     """
 
     iteration: int
@@ -87,7 +72,6 @@ class Iteration:
         names = {field.name for field in dataclasses.fields(cls)}
         known = {name: value for name, value in record.items() if name in names}
         return cls(**{**known, "seconds": seconds})
-
 
 class Result:
     """A finished optimization, in its directory.
@@ -244,8 +228,7 @@ class Result:
     def view(self, *, height: int = 640) -> View:
         """The interactive 3D view of ``slipstick report``, for notebooks.
 
-        Designs of all iterations that were kept, and the load path; rotate it with the mouse or the
-        arrow keys, choose fields, cut it open and play the path.
+        It has the designs of all iterations that were kept, and the load path.
 
         Parameters
         ----------
@@ -306,9 +289,7 @@ class Result:
     def __repr__(self) -> str:
         return f"<Result in {self.directory}>"
 
-
 Record = Callable[[str, float, str], None]
-
 
 def run(
     start: Callable[[FilePath, Record | None, Report | None], _slipstick.Run],
@@ -347,7 +328,6 @@ def run(
         warnings.warn(SlipstickWarning(warning), stacklevel=3)
     return result
 
-
 def _has_iterations(directory: FilePath) -> bool:
     """Whether a run has finished an iteration, from which it can continue."""
     history = directory / "history.csv"
@@ -355,7 +335,6 @@ def _has_iterations(directory: FilePath) -> bool:
         return False
     with history.open(encoding="utf-8") as rows:
         return sum(1 for _ in rows) > 1
-
 
 def resume(
     directory: str | os.PathLike[str],
@@ -407,7 +386,6 @@ def resume(
         callback,
         bar,
     )
-
 
 def open_run(directory: str | os.PathLike[str]) -> Result:
     """The result of an earlier optimization, run by this package or by the program.
