@@ -170,9 +170,7 @@ class Problem:
         ----------
         values : mapping of Parameter or str to float
             Keys are those of :attr:`parameters`, or their names, such as
-            ``"contact[0].friction"``, ``"plate.youngs_modulus"``, ``"dirichlet[1].motion"``,
-            ``"plate.thermal_expansion"``, ``"bolt[0].force"``, ``"load[0]"`` or
-            ``"temperature[0]"``.
+            ``"contact[0].friction"``.
 
         Returns
         -------
@@ -441,7 +439,6 @@ class Problem:
             The quantities at the ends of the load steps.
         pullback : PullBack
             ``pullback(weights)`` returns the gradient of the sum of all values times their weights.
-            It holds the load path in memory as long as it exists.
 
         Raises
         ------

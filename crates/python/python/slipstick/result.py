@@ -79,7 +79,7 @@ class Result:
     Attributes
     ----------
     directory : pathlib.Path
-        The directory of the run, with the files that the program's manual lists.
+        The directory of the run.
     """
 
     def __init__(self, run: _slipstick.Run, temporary: bool = False) -> None:
