@@ -10,11 +10,10 @@ from ._files import free
 
 __all__ = ["View"]
 
-
 class View:
     """An interactive 3D view, which a notebook shows when it is the last expression of a cell.
 
-    The page is self-contained: it needs no server and no network, and is stored with the notebook.
+    The page needs no server and no network, and is stored with the notebook.
 
     Attributes
     ----------
