@@ -59,6 +59,9 @@ SHARED = (
     "`x` (shape (variables,)): The variables; by default",
     "`progress` (bool)",
     "`overwrite` (bool)",
+    "`height` (int): Height in the notebook",
+    "`names` (str or sequence of str): Quantities",
+    "`problem` (Problem or MappedProblem)",
     "`AnalysisError`: If a load step does not converge.",
     "`KeyboardInterrupt`: After Ctrl-C.",
     "`pathlib.Path`: The",
@@ -92,9 +95,9 @@ IMPORTS = (">>> import slipstick as ss\n", ">>> import numpy as np\n")
 HEAD = """\
 # {title}
 
-<!-- written by crates/python/api.py from the docstrings; do not edit -->
+<!-- crates/python/api.py writes this page from the docstrings -->
 
-[What many functions share](../python.md#the-reference): `density`, `progress`, units, shapes.
+[What many functions share](../python.md#the-reference)
 """
 
 
