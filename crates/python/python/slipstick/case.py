@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Case", "Inspection", "templates"]
 
+
 def templates() -> dict[str, str]:
     """The templates by name, each with a one-line description.
 
@@ -28,6 +29,7 @@ def templates() -> dict[str, str]:
     'five elements, for studying forces and gradients'
     """
     return {name: about for name, about, _ in _slipstick.templates()}
+
 
 @dataclass(frozen=True)
 class Inspection:
@@ -64,6 +66,7 @@ class Inspection:
     peak_bytes: float
     warnings: list[Diagnostic]
     data: dict[str, Any] = field(repr=False)
+
 
 class Case:
     """A checked case: bodies, contact, motions, loads, design and objective.
@@ -356,8 +359,10 @@ class Case:
         file = self._case.file.absolute()
         return _restored, (self.text, self.name, file, self._case.files)
 
+
 def _restored(text: str, name: str, file: FilePath, files: dict[str, bytes]) -> Case:
     return Case._of(_slipstick.Case.of_text(text, name, file, files))
+
 
 def _warn(diagnostics: Sequence[Diagnostic]) -> None:
     for diagnostic in diagnostics:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Body", "Mesh"]
 
+
 @dataclass(frozen=True)
 class Body:
     """A body: ranges of the elements and the nodes of the mesh.
@@ -35,6 +36,7 @@ class Body:
     elements: slice | NDArray[np.int64]
     nodes: slice | NDArray[np.int64]
 
+
 class _Kind(NamedTuple):
     """Elements of one type and order."""
 
@@ -44,6 +46,7 @@ class _Kind(NamedTuple):
     abaqus: str
     meshio: str
     vtk: int
+
 
 _KINDS = (
     _Kind("hexahedra", 8, 8, "C3D8", "hexahedron", 12),
@@ -125,6 +128,7 @@ _SMALL = ("vertex", "line", "line3", "point", "line2")
 
 # name of a part, and numbers of its cells
 _Sets = Mapping[str, NDArray[np.int64]]
+
 
 class Mesh:
     """A mesh of bodies, in its reference configuration. Do not change its arrays.
@@ -620,6 +624,7 @@ class Mesh:
         cells = [(kind.meshio, nodes) for kind, nodes, _ in blocks]
         return meshio.Mesh(self.nodes, cells, cell_data=data, point_sets=dict(self.sets))
 
+
 _VTK = {
     1: "vertex",
     3: "line",
@@ -642,8 +647,10 @@ _VTK = {
     32: "wedge18",
 }
 
+
 def _dimension(kind: str) -> int:
     return 1 if kind in _SMALL else 2 if kind in _FACETS else 3
+
 
 def _assembled(
     points: NDArray[np.float64],
@@ -731,11 +738,13 @@ def _assembled(
         surfaces={name: facets for name, facets in surfaces.items() if len(facets)},
     )
 
+
 def _widened(cells: NDArray[np.int64], columns: int) -> NDArray[np.int64]:
     """The same rows with -1 after their last node."""
     wide = np.full((len(cells), columns), -1, dtype=np.int64)
     wide[:, : cells.shape[1]] = cells
     return wide
+
 
 def _completed(
     points: NDArray[np.float64], arrays: dict[str, NDArray[np.int64]], sets: dict[str, Any]
@@ -771,6 +780,7 @@ def _completed(
         grown[name] = np.union1d(nodes, new[chosen[new[:, :8]].all(axis=1)][:, 8])
     return points, arrays, grown
 
+
 def _both_orders(
     linear: tuple[NDArray[np.int64], NDArray[np.int64]],
     quadratic: tuple[NDArray[np.int64], NDArray[np.int64]],
@@ -784,11 +794,13 @@ def _both_orders(
     order = np.argsort(numbers)
     return _arrays.frozen(cells[order]), _arrays.frozen(numbers[order])
 
+
 def _element_lines(number: int, nodes: list[int]) -> list[str]:
     """An element in an Abaqus file."""
     entries = [str(entry) for entry in (number, *nodes)]
     parts = [entries[start : start + _LINE] for start in range(0, len(entries), _LINE)]
     return [",".join(part) + "," for part in parts[:-1]] + [",".join(parts[-1])]
+
 
 def _cells(given: ArrayLike | None, name: str, count: int) -> NDArray[np.int64]:
     """Elements of one type."""
@@ -813,6 +825,7 @@ def _cells(given: ArrayLike | None, name: str, count: int) -> NDArray[np.int64]:
         raise ValueError(f"{name}[{row}] has a node twice: {found[row].tolist()}")
     return found if (found[:, -1] >= 0).any() else np.ascontiguousarray(found[:, :corners])
 
+
 def _elements(given: ArrayLike | slice | Body, name: str, count: int) -> NDArray[np.int64]:
     if isinstance(given, Body):
         given = given.elements
@@ -823,16 +836,19 @@ def _elements(given: ArrayLike | slice | Body, name: str, count: int) -> NDArray
         raise ValueError(f"bodies[{name!r}] is empty: give the numbers of its elements")
     return found
 
+
 def _facets(given: ArrayLike, name: str, count: int) -> NDArray[np.int64]:
     place = f"surfaces[{name!r}]"
     found = _arrays.whole(given, place, (3, 4), count, "nodes", required=3)
     return _widened(found, 4)
+
 
 def _range(numbers: NDArray[np.int64]) -> slice | NDArray[np.int64]:
     """A slice where the numbers, which ascend, are consecutive."""
     if len(numbers) and int(numbers[-1]) - int(numbers[0]) + 1 == len(numbers):
         return slice(int(numbers[0]), int(numbers[-1]) + 1)
     return numbers
+
 
 def _set_name(name: str, argument: str) -> str:
     if not isinstance(name, str) or not name.strip() or any(c in name for c in ',"\n\r='):

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Contact", "Path", "Step"]
 
+
 @dataclass(frozen=True, eq=False)
 class SlaveNodes:
     """The slave nodes of all contact pairs, and their status."""
@@ -29,6 +30,7 @@ class SlaveNodes:
     node: NDArray[np.int64]
     pair: NDArray[np.int64]
     status: NDArray[np.uint8]
+
 
 @dataclass(frozen=True, eq=False)
 class Contact(SlaveNodes):
@@ -63,6 +65,7 @@ class Contact(SlaveNodes):
     gap: NDArray[np.float64]
     slip: NDArray[np.float64]
     area: NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Step:
@@ -99,6 +102,7 @@ class Step:
         """Contact at all slave nodes."""
         found = self._path.contact(self.number)
         return Contact(**{name: _arrays.frozen(array) for name, array in found.items()})
+
 
 class Path:
     """A marched load path.

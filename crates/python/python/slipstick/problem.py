@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Problem"]
 
+
 class Problem:
     """A built case: mesh, model, load path, design and objective.
 
@@ -634,6 +635,7 @@ class Problem:
         elements = self._problem.element_count
         return f"<Problem of {self._case.name}: {elements} elements, {self.steps} load steps>"
 
+
 def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
     """Parameters as entries of their case, whose motions and loads amplitudes multiply."""
     tables = case.resolved
@@ -665,6 +667,7 @@ def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
             entries[f"{section}[{number}].{key}"] = [_multiplied(point, value) for point in points]
     return entries
 
+
 def _multiplied(point: Mapping[str, Any], factor: float) -> dict[str, Any]:
     """A waypoint of a motion, a load or a bolt, with the amplitude multiplied."""
     changed = dict(point)
@@ -673,6 +676,7 @@ def _multiplied(point: Mapping[str, Any], factor: float) -> dict[str, Any]:
     for name in {"angle", "factor", "force"} & point.keys():
         changed[name] = factor * point[name]
     return changed
+
 
 def _warn(notice: str | None, deeper: int = 0) -> None:
     if notice is not None:

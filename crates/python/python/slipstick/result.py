@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Iteration", "Result", "open_run", "resume"]
 
+
 @dataclass(frozen=True)
 class Iteration:
     """An evaluated design of an optimization.
@@ -72,6 +73,7 @@ class Iteration:
         names = {field.name for field in dataclasses.fields(cls)}
         known = {name: value for name, value in record.items() if name in names}
         return cls(**{**known, "seconds": seconds})
+
 
 class Result:
     """A finished optimization, in its directory.
@@ -289,7 +291,9 @@ class Result:
     def __repr__(self) -> str:
         return f"<Result in {self.directory}>"
 
+
 Record = Callable[[str, float, str], None]
+
 
 def run(
     start: Callable[[FilePath, Record | None, Report | None], _slipstick.Run],
@@ -328,6 +332,7 @@ def run(
         warnings.warn(SlipstickWarning(warning), stacklevel=3)
     return result
 
+
 def _has_iterations(directory: FilePath) -> bool:
     """Whether a run has finished an iteration, from which it can continue."""
     history = directory / "history.csv"
@@ -335,6 +340,7 @@ def _has_iterations(directory: FilePath) -> bool:
         return False
     with history.open(encoding="utf-8") as rows:
         return sum(1 for _ in rows) > 1
+
 
 def resume(
     directory: str | os.PathLike[str],
@@ -386,6 +392,7 @@ def resume(
         callback,
         bar,
     )
+
 
 def open_run(directory: str | os.PathLike[str]) -> Result:
     """The result of an earlier optimization, run by this package or by the program.

@@ -10,6 +10,7 @@ from ._files import free
 
 __all__ = ["View"]
 
+
 class View:
     """An interactive 3D view, which a notebook shows when it is the last expression of a cell.
 
