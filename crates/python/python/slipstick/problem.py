@@ -171,7 +171,8 @@ class Problem:
         ----------
         values : mapping of Parameter or str to float
             Keys are those of :attr:`parameters`, or their names, such as
-            ``"contact[0].friction"``.
+            ``"contact[0].friction"``. Friction must be at least 0, moduli must be positive, and
+            amplitudes must not be 0.
 
         Returns
         -------
@@ -440,6 +441,7 @@ class Problem:
             The quantities at the ends of the load steps.
         pullback : PullBack
             ``pullback(weights)`` returns the gradient of the sum of all values times their weights.
+            It holds the load path in memory as long as it exists.
 
         Raises
         ------
