@@ -97,7 +97,7 @@ HEAD = """\
 
 <!-- crates/python/api.py writes this page from the docstrings -->
 
-[What many functions share](../python.md#the-reference)
+See [what many functions share](../python.md#the-reference).
 """
 
 
