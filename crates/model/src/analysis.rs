@@ -237,7 +237,7 @@ impl Analysis {
         if path.steps < steps || self.model().interfaces().is_empty() {
             return None;
         }
-        let closed = |state: &PathState| state.active_set.iter().any(|&status| status != 0);
+        let closed = |state: &PathState| state.active_set.iter().any(|status| status.is_closed());
         if !path.states.iter().any(closed) {
             return Some(ForwardNotice::ContactNeverCloses);
         }

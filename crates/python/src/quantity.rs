@@ -111,7 +111,7 @@ fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>>
     let contact = PyDict::new(py);
     contact.set_item("node", arrays::numbers(py, view.contact.iter().map(|at| at.node)))?;
     contact.set_item("pair", arrays::numbers(py, view.contact.iter().map(|at| at.pair)))?;
-    contact.set_item("status", view.contact.iter().map(|at| at.status).collect::<Vec<u8>>().into_pyarray(py))?;
+    contact.set_item("status", view.contact.iter().map(|at| at.status.code()).collect::<Vec<u8>>().into_pyarray(py))?;
     contact.set_item("multiplier", arrays::matrix(py, all(|at| &at.multiplier), 3))?;
     contact.set_item("vector", arrays::matrix(py, all(|at| &at.vector), 3))?;
     contact.set_item("gap", all(|at| std::slice::from_ref(&at.gap)).into_pyarray(py))?;

@@ -245,6 +245,7 @@ fn direction(length: usize, seed: u64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ContactStatus;
     use crate::quantity::{
         Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Dimension, Displacement,
         ExternalWork, ForcePart, FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Reaction, StrainEnergy,
@@ -284,7 +285,7 @@ mod tests {
     const NODE: ContactNode = ContactNode {
         node: 0,
         pair: 0,
-        status: 2,
+        status: ContactStatus::Slip,
         multiplier: [40.0, 3.0, -4.0],
         vector: [5.0, -39.0, 7.0],
         gap: 1e-3,
@@ -374,7 +375,8 @@ mod tests {
         check(&*pressure(PressureMeasure::Minimum { k: 20.0, modulus: 1e3 }), -mean / 20.0 * (least / whole).ln());
         // the third node opens by 1.5e-3
         let mut opened = CONTACT;
-        opened[2] = ContactNode { status: 0, multiplier: [1e-12, 0.0, 0.0], gap: 4.5e-4, ..opened[2] };
+        opened[2] =
+            ContactNode { status: ContactStatus::Inactive, multiplier: [1e-12, 0.0, 0.0], gap: 4.5e-4, ..opened[2] };
         let open_state = StateView { contact: &opened, ..STATE };
         let (mean, size) = (26.25 / 1.05, 0.6f64.sqrt());
         let least: f64 = [(0.5, 40.0 / mean), (0.25, 25.0 / mean), (0.3, -(1.0 + 1e3 * 1.5e-3 / (size * mean)).ln())]
@@ -407,7 +409,7 @@ mod tests {
         check(&work, 0.75 * first + 0.6 * second + 1.25 * third);
         // the third opens; the traction of the first may be at its limit
         let mut other = CONTACT;
-        other[2].status = 0;
+        other[2].status = ContactStatus::Inactive;
         other[0].follows_pressure = false;
         let other = StateView { contact: &other, ..STATE };
         let expected = first + 0.6 * second;

@@ -1,5 +1,7 @@
 //! The data of a state that a quantity can read, and its derivatives with respect to them.
 
+use slipstick_status::ContactStatus;
+
 /// A state of the load path.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateView<'a> {
@@ -62,8 +64,8 @@ pub struct ContactNode {
     pub node: u32,
     /// Number of the contact pair, from 0.
     pub pair: u32,
-    /// 0 open, 1 stick, 2 slip.
-    pub status: u8,
+    /// Open, stick or slip.
+    pub status: ContactStatus,
     /// Multiplier ζ = (normal, ξ, η) in the node's frame; normal ≥ 0 in compression. \[F/L²\]
     pub multiplier: [f64; 3],
     /// The same multiplier as a vector z; −A z is the contact force on the slave. \[F/L²\]
@@ -91,7 +93,7 @@ impl ContactNode {
 
     /// Multiplier ζ; zero at open nodes, where it is only round-off. \[F/L²\]
     pub fn transmitted(&self) -> [f64; 3] {
-        if self.status == 0 { [0.0; 3] } else { self.multiplier }
+        if self.status.is_closed() { self.multiplier } else { [0.0; 3] }
     }
 }
 
@@ -187,7 +189,7 @@ impl StateDerivative {
         add(&mut self.external_force, &later.external_force);
         add(&mut self.reaction, &later.reaction);
         let nodes = self.contact.iter_mut().zip(contact).zip(&later.multiplier);
-        for ((to, _), from) in nodes.filter(|((_, at), _)| at.status != 0) {
+        for ((to, _), from) in nodes.filter(|((_, at), _)| at.status.is_closed()) {
             to.multiplier.iter_mut().zip(from).for_each(|(to, from)| *to += from);
         }
     }

@@ -2,6 +2,7 @@
 
 use super::Analysis;
 use crate::equations::ContactModel;
+use slipstick_design::ContactStatus;
 use slipstick_design::quantity::{
     ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
 };
@@ -99,7 +100,7 @@ fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<Cont
     let of = |(j, (pair, node)): (usize, (usize, u32))| ContactNode {
         node,
         pair: pair as u32,
-        status: 2,
+        status: ContactStatus::Slip,
         multiplier: [spread(7 * j), spread(7 * j + 1) - 1.0, spread(7 * j + 2) - 1.0],
         vector: [spread(7 * j + 3) - 1.0, spread(7 * j + 4), spread(7 * j + 5) - 1.0],
         gap: 0.1 * spread(7 * j + 6),

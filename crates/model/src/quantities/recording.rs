@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use slipstick_contact::ContactStatus;
 use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
@@ -384,15 +385,14 @@ impl Recorder<'_> {
         let results = pair_results(self.model, contact);
         let on_void = self.void.forces(self.model, contact);
         for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
-            let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
-            let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
+            let in_contact = || nodes.iter().filter(|at| at.status.is_closed());
             let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
             values.extend(result.force);
             values.push(normal_force(nodes));
             values.push(nodes.iter().map(friction).sum());
             values.push(result.peak_pressure);
             values.push(in_contact().map(|at| at.covered_area).sum());
-            values.extend([count(0), count(1), count(2)]);
+            values.extend(ContactStatus::counts(nodes.iter().map(|at| at.status)).map(|count| count as f64));
             values.push(sums.friction.get(i).copied().unwrap_or(0.0));
             let force = on_void.get(i).copied().unwrap_or(0.0);
             values.extend(has_force_on_void(self.model, &self.model.interfaces()[i]).then_some(force));

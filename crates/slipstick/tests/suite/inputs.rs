@@ -260,10 +260,10 @@ fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
         Design::new(problem(&text).analysis.design.model().clone(), &density)
     };
     let mut largest = BTreeMap::new();
-    let mut statuses = [0; 3];
+    let mut statuses = [0_usize; 3];
     for index in path.states.len() - 2..path.states.len() {
         let [previous, state] = [&path.states[index - 1], &path.states[index]];
-        state.active_set.iter().for_each(|&status| statuses[usize::from(status)] += 1);
+        state.active_set.iter().for_each(|status| statuses[usize::from(status.code())] += 1);
         let split = unknowns.history - model.solid().history();
         let comparison = Comparison {
             problem: &of,

@@ -16,7 +16,7 @@ impl ContactModel {
         let of = |(at, slave): (&crate::equations::NodalContact, &crate::equations::SlaveData)| ContactNode {
             node: at.node,
             pair: slave.interface,
-            status: at.status as u8,
+            status: at.status,
             multiplier: at.multiplier,
             vector: at.global_multiplier,
             gap: at.weighted_gap,
