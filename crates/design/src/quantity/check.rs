@@ -1,6 +1,6 @@
 //! Compares a quantity's derivatives with finite differences of its values.
 
-use super::{ContactDerivative, ContactNode, PreviousView, Quantity, StateDerivative, StateView};
+use super::{ContactDerivative, ContactNode, ElementData, PreviousView, Quantity, StateDerivative, StateView};
 
 /// Largest error of a directional derivative, relative to the size of the derivatives along the
 /// direction.
@@ -100,21 +100,19 @@ pub fn check_derivatives(quantity: &dyn Quantity, state: &StateView) -> Result<(
             difference,
         }
     };
-    let fields = [
+    let nodal = [
         (Field::Displacements, state.displacement, &by.displacement),
         (Field::InternalForces, state.internal_force, &by.internal_force),
         (Field::ExternalForces, state.external_force, &by.external_force),
         (Field::Reactions, state.reaction, &by.reaction),
         (Field::Densities, state.density, &by.density),
-        (Field::Energies, state.energy, &by.energy),
-        (Field::Stresses, state.stress, &by.stress),
-        (Field::PlasticWork, state.plastic_work, &by.plastic_work),
-        (Field::PlasticStrains, state.plastic_strain, &by.plastic_strain),
         (Field::PreviousDisplacements, state.previous.displacement, &by.previous.displacement),
         (Field::PreviousExternalForces, state.previous.external_force, &by.previous.external_force),
         (Field::PreviousReactions, state.previous.reaction, &by.previous.reaction),
     ];
-    for (field, at, slopes) in fields {
+    let elements = state.elements.each().into_iter().zip(by.elements.each()).enumerate();
+    let of_elements = elements.map(|(kind, (values, slopes))| (Field::OfElements(kind), *values, slopes));
+    for (field, at, slopes) in nodal.into_iter().chain(of_elements) {
         if at.iter().any(|&value| value != 0.0) {
             compare(at, slopes, |at| quantity.value(&field.replaced(*state, at))).map_err(wrong(field.name()))?;
         }
@@ -151,10 +149,8 @@ enum Field {
     ExternalForces,
     Reactions,
     Densities,
-    Energies,
-    Stresses,
-    PlasticWork,
-    PlasticStrains,
+    /// In the list [`ElementData::LISTS`].
+    OfElements(usize),
     PreviousDisplacements,
     PreviousExternalForces,
     PreviousReactions,
@@ -168,10 +164,7 @@ impl Field {
             Self::ExternalForces => "forces of loads",
             Self::Reactions => "reactions",
             Self::Densities => "densities",
-            Self::Energies => "strain energies",
-            Self::Stresses => "stresses",
-            Self::PlasticWork => "plastic work",
-            Self::PlasticStrains => "plastic strains",
+            Self::OfElements(kind) => ElementData::<f64>::LISTS[kind].words,
             Self::PreviousDisplacements => "displacements at the previous state",
             Self::PreviousExternalForces => "forces of loads at the previous state",
             Self::PreviousReactions => "reactions at the previous state",
@@ -186,10 +179,11 @@ impl Field {
             Self::ExternalForces => StateView { external_force: values, ..view },
             Self::Reactions => StateView { reaction: values, ..view },
             Self::Densities => StateView { density: values, ..view },
-            Self::Energies => StateView { energy: values, ..view },
-            Self::Stresses => StateView { stress: values, ..view },
-            Self::PlasticWork => StateView { plastic_work: values, ..view },
-            Self::PlasticStrains => StateView { plastic_strain: values, ..view },
+            Self::OfElements(kind) => {
+                let mut elements = view.elements;
+                *elements.each_mut()[kind] = values;
+                StateView { elements, ..view }
+            }
             Self::PreviousDisplacements => {
                 StateView { previous: PreviousView { displacement: values, ..previous }, ..view }
             }
@@ -315,10 +309,12 @@ mod tests {
         reaction: &[0.0, 5.0, -3.0, 2.0, -8.0, 1.0],
         contact: &CONTACT,
         density: &[0.5, 1.0, 0.25],
-        energy: &[1.0, 2.0, 5.0],
-        stress: &STRESS,
-        plastic_work: &[0.5, 0.0, 2.0],
-        plastic_strain: &STRESS,
+        elements: ElementData {
+            energy: &[1.0, 2.0, 5.0],
+            stress: &STRESS,
+            plastic_work: &[0.5, 0.0, 2.0],
+            plastic_strain: &STRESS,
+        },
         previous: PreviousView {
             displacement: &[5e-4, -1e-3, 2e-3, 1e-3, 4e-3, 0.0],
             external_force: &[1.0, 3.0, -2.0, 0.0, 6.0, -1.0],

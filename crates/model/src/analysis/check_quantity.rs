@@ -4,7 +4,7 @@ use super::Analysis;
 use crate::equations::ContactModel;
 use slipstick_design::ContactStatus;
 use slipstick_design::quantity::{
-    ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
+    ContactNode, ElementData, PreviousView, Quantity, StateView, WrongDerivative, check_derivatives,
 };
 
 impl Analysis {
@@ -29,13 +29,11 @@ impl Analysis {
         let reaction = |i: usize| if supported[i] { spread(i) - 1.0 } else { 0.0 };
         let reaction: Vec<f64> = if reads.reaction { (0..n).map(reaction).collect() } else { Vec::new() };
         let elements = model.solid().elements();
-        let points = STRESS_POINTS * if reads.stress { elements } else { 0 };
-        let stress: Vec<f64> = (0..points).map(spread).collect();
-        let energy_like = || (0..elements).map(spread).collect();
-        let energy: Vec<f64> = if reads.energy { energy_like() } else { Vec::new() };
-        let plastic_work: Vec<f64> = if reads.plastic_work { energy_like() } else { Vec::new() };
-        let points = STRESS_POINTS * if reads.plastic_strain { elements } else { 0 };
-        let plastic_strain: Vec<f64> = (0..points).map(|i| 0.1 * spread(i)).collect();
+        let mut lists = ElementData::<f64>::LISTS.into_iter();
+        let of_elements = reads.elements.map(|read| {
+            let list = lists.next().filter(|_| *read);
+            list.map_or_else(Vec::new, |list| (0..list.width * elements).map(|i| list.size * spread(i)).collect())
+        });
         let before: Vec<f64> = displacement.iter().enumerate().map(|(i, d)| spread(3 * i) * d).collect();
         let loads: Vec<f64> = (0..n).map(|i| spread(5 * i) - 1.0).collect();
         let supports: Vec<f64> = reaction.iter().map(|force| 0.5 * force).collect();
@@ -61,10 +59,7 @@ impl Analysis {
                 reaction: &reaction,
                 contact: &contact,
                 density: self.design.density(),
-                energy: &energy,
-                stress: &stress,
-                plastic_work: &plastic_work,
-                plastic_strain: &plastic_strain,
+                elements: of_elements.map(Vec::as_slice),
                 previous,
             };
             check_derivatives(quantity, &state)?;

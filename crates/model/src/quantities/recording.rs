@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use slipstick_contact::ContactStatus;
-use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
+use slipstick_design::quantity::{ElementData, ExternalWork, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
 
@@ -82,7 +82,12 @@ impl<'a> Recording<'a> {
         let void = VoidSurfaces::of(mesh, designs.shared());
         let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, extremes, external_work, void };
         let own_reads = own.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
-        let all = Reads { reaction: true, contact: true, energy: true, ..Reads::default() };
+        let all = Reads {
+            reaction: true,
+            contact: true,
+            elements: ElementData { energy: true, ..ElementData::default() },
+            ..Reads::default()
+        };
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
         let found = Quantities { names: recorder.names(), ..Quantities::default() };
         let (sums, pressures, on_void, last) =
@@ -172,7 +177,7 @@ impl<'a> Recording<'a> {
         };
         let contact = data.results.take().unwrap_or_default();
         let pressed = pressed(design.model(), &contact, at.time);
-        let heated = design.energies_by_stretch((at.time, &now), &data.energy).unwrap_or_default();
+        let heated = design.energies_by_stretch((at.time, &now), &data.elements.energy).unwrap_or_default();
         let (old, seen) = match before {
             Some(mut last) => {
                 let seen = std::mem::take(&mut last.seen);
@@ -212,7 +217,7 @@ impl<'a> Recording<'a> {
             let energies = old.results.as_ref().map_or(&[][..], |results| &results.energies);
             let stored = recorder.stored(energies, &old.state);
             sums.largest = sums.largest.max(stored);
-            let energies = [stored, recorder.stored(&data.energy, &now), sums.largest];
+            let energies = [stored, recorder.stored(&data.elements.energy, &now), sums.largest];
             // where material flows, the plastic work of a step is not known here; soft contact stores energy itself,
             // and where a pair ends, its energy is released on purpose
             let apart = recorder
@@ -249,7 +254,7 @@ impl<'a> Recording<'a> {
                 slipped: sums.slipped.clone(),
             });
         }
-        let (internal_force, energies) = (data.internal.clone(), std::mem::take(&mut data.energy));
+        let (internal_force, energies) = (data.internal.clone(), std::mem::take(&mut data.elements.energy));
         let seen = match at.rest {
             true => PreviousData::at_rest(design, at.time, &now).with(data.kinematics),
             false => data.into_previous(&now),
@@ -397,12 +402,12 @@ impl Recorder<'_> {
             let force = on_void.get(i).copied().unwrap_or(0.0);
             values.extend(has_force_on_void(self.model, &self.model.interfaces()[i]).then_some(force));
         }
-        let energies = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum());
+        let energies = self.mesh.bodies.iter().map(|body| data.elements.energy[body.elements.clone()].iter().sum());
         let energies: Vec<f64> = energies.collect();
         values.extend(&energies);
         let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
         values.extend([stored, dissipated, sums.external, sums.contact]);
-        let plastic: f64 = data.plastic_work.iter().sum();
+        let plastic: f64 = data.elements.plastic_work.iter().sum();
         values.extend(self.model.has_memory().then_some(plastic));
         values.extend(has_offset(self.model).then_some(sums.offset));
         values.extend(self.model.has_temperatures().then_some(sums.thermal));
