@@ -104,6 +104,7 @@ fn kinds() -> Vec<Kind> {
             &[(ELASTIC, LINEAR), ("\nmaterial", "\nelement = \"f_bar\"\nmaterial")],
         ),
         kind("plastic", LAGRANGE, "yield_p = 2.5", &[(ELASTIC, PLASTIC)]),
+        kind("plastic, interpolated", LAGRANGE, interpolated, &[(ELASTIC, PLASTIC)]),
         kind(
             "plastic, penalty, F̄",
             &penalty(2e4),

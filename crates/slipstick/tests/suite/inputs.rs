@@ -127,6 +127,11 @@ fn kinds() -> Vec<Kind> {
             "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }",
             "yield_p = 2.5",
         ),
+        (
+            "plastic, interpolated, ",
+            "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }",
+            "energy_interpolation = { threshold = 0.2, sharpness = 3 }",
+        ),
     ] {
         let (_, base) = scene("", if name.starts_with("penalty") { &methods[1].1 } else { LAGRANGE }, "standard");
         let heat = "[[temperature]]\nbody = 'slab'\nchange = 0.05\namplitude = [{ t = 0.4, factor = 1 }]\n\
