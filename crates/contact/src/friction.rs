@@ -1,18 +1,7 @@
 //! Coulomb's law at a slave node as a return map, with its derivatives.
 
+use crate::ContactStatus;
 use nalgebra::{Matrix2, Vector2};
-
-/// State of a slave node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Status {
-    /// Open: no traction.
-    #[default]
-    Inactive,
-    /// In contact, tangential traction inside the friction cone.
-    Stick,
-    /// In contact, tangential traction on the friction cone.
-    Slip,
-}
 
 /// Coulomb's law with an upper bound on the shear stress: ‖ζ_τ‖ ≤ min(μ p, τ_max).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +51,7 @@ pub(crate) struct Bound {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Returned {
     /// Stick or slip (never inactive).
-    pub status: Status,
+    pub status: ContactStatus,
     /// Tangential components ζ_τ of the multiplier. \[F/L²\]
     pub traction: Vector2<f64>,
     /// ∂ζ_τ/∂trial.
@@ -87,7 +76,7 @@ pub struct Returned {
 pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: Friction) -> Returned {
     let zero = Vector2::zeros();
     let free = Returned {
-        status: Status::Slip,
+        status: ContactStatus::Slip,
         traction: zero,
         by_trial: Matrix2::zeros(),
         by_pressure: zero,
@@ -99,11 +88,11 @@ pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: Friction) -> Ret
     }
     let (bound, size) = (friction.bound(pressure), trial.norm());
     if size <= bound.value {
-        return Returned { status: Status::Stick, traction: trial, by_trial: Matrix2::identity(), ..free };
+        return Returned { status: ContactStatus::Stick, traction: trial, by_trial: Matrix2::identity(), ..free };
     }
     let direction = trial / size;
     Returned {
-        status: Status::Slip,
+        status: ContactStatus::Slip,
         traction: direction * bound.value,
         by_trial: (Matrix2::identity() - direction * direction.transpose()) * (bound.value / size),
         by_pressure: direction * bound.by_pressure,
@@ -131,7 +120,7 @@ mod tests {
         ] {
             let base = return_map(pressure, trial, law);
             assert!(base.traction.norm() <= bound * (1.0 + 1e-15));
-            assert_eq!(base.status, if trial.norm() > bound { Status::Slip } else { Status::Stick });
+            assert_eq!(base.status, if trial.norm() > bound { ContactStatus::Slip } else { ContactStatus::Stick });
             let h = 1e-6;
             let check = |at: &dyn Fn(f64) -> Returned, exact: Vector2<f64>| {
                 let difference = (at(h).traction - at(-h).traction) / (2.0 * h);
@@ -154,7 +143,7 @@ mod tests {
     fn without_friction_there_is_no_tangential_traction() {
         for law in [Friction::coulomb(0.0), Friction { coefficient: 0.0, shear_limit: 0.2 }] {
             let returned = return_map(3.0, Vector2::new(1.0, 2.0), law);
-            assert_eq!((returned.status, returned.traction), (Status::Slip, Vector2::zeros()));
+            assert_eq!((returned.status, returned.traction), (ContactStatus::Slip, Vector2::zeros()));
         }
     }
 }

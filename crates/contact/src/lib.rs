@@ -67,3 +67,4 @@ mod slave_node;
 pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace};
 pub use overlap::{COUNTED_BESIDE_CONTACT, COUNTED_OVERLAP, Overlap};
 pub use slave_node::SlaveNode;
+pub use slipstick_status::ContactStatus;

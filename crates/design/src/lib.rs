@@ -50,6 +50,7 @@ pub use optimizer::{
 pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure, extreme_of};
 pub use response::{Bound, Constraint, Curve, ObservedSteps, OverLoadCases, Reduction, Response, Term};
 pub use schedule::{Schedule, Steps};
+pub use slipstick_status::ContactStatus;
 pub use ties::{Motion, Places, TieError, Ties};
 pub use values::{DomainValues, ElementValues, VariableValues};
 pub use variables::{DesignError, DesignVariables, Means, Passives, Role};

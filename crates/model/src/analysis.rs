@@ -237,7 +237,7 @@ impl Analysis {
         if path.steps < steps || self.model().interfaces().is_empty() {
             return None;
         }
-        let closed = |state: &PathState| state.active_set.iter().any(|&status| status != 0);
+        let closed = |state: &PathState| state.active_set.iter().any(|status| status.is_closed());
         if !path.states.iter().any(closed) {
             return Some(ForwardNotice::ContactNeverCloses);
         }
@@ -365,9 +365,8 @@ impl Analysis {
     pub fn gradient_by_positions(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
         let mut fixed = self.model().fixes_positions();
         for term in self.objective.iter().flat_map(Response::terms) {
-            let Reads { energy, stress, plastic_work, plastic_strain, previous, .. } = term.quantity.reads();
-            let read = energy || stress || plastic_work || plastic_strain || previous;
-            if read || term.quantity.depends_on_mesh() {
+            let Reads { elements, previous, .. } = term.quantity.reads();
+            if elements.any() || previous || term.quantity.depends_on_mesh() {
                 fixed.push(format!("the quantity `{}`", term.quantity.name()));
             }
         }

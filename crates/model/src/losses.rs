@@ -10,7 +10,7 @@
 //! Tests: `an_edge_that_digs_in_loses_work`, `nodes_that_a_kink_closes_and_opens_lose_nothing_by_it`
 //! (tests/suite/losses.rs).
 
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_path::LoadTime;
 use std::fmt;
 
@@ -167,7 +167,7 @@ fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt
     let mean = |c: usize| 0.5 * (old.multiplier[c] + new.multiplier[c]);
     let slipped = mean(1) * new.weighted_slip[0] + mean(2) * new.weighted_slip[1];
     // the gap of a node that is open at one end of the step counts apart
-    let open = |at: &NodalContact| if at.status == Status::Inactive { at.weighted_gap.max(0.0) } else { 0.0 };
+    let open = |at: &NodalContact| if at.status == ContactStatus::Inactive { at.weighted_gap.max(0.0) } else { 0.0 };
     let gap = mean(0) * (open(new) - open(old));
     let rest = 0.5 * taken - slipped + mean(0) * (opened(now) - opened(before)) - gap;
     reduced(rest, gap)

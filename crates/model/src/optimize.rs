@@ -139,7 +139,7 @@ impl Optimization {
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
         let n = x.len();
         let model = problem.analysis.model();
-        let rescue_void = options.rescue_void && !model.interpolates_energies() && !model.designs_memory();
+        let rescue_void = options.rescue_void && !model.interpolates_energies();
         let first = usize::from(volume_fraction.is_some());
         let smooth = problem.analysis.constraints.iter().enumerate();
         let smooth = smooth.filter(|(_, constraint)| constraint.response.extreme().is_some());

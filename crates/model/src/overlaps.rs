@@ -81,7 +81,7 @@ pub fn overlaps(problem: &Problem, path: &Path) -> Vec<OpenOverlap> {
     let found = path.with_states(&**model.share().ranks(), |state| {
         let mut deepest: Vec<Option<OpenOverlap>> = vec![None; model.interfaces().len()];
         for (index, at) in path.states.iter().enumerate().filter(|(_, at)| at.completes.is_some()) {
-            let open: Vec<bool> = at.active_set.iter().map(|&status| status == 0).collect();
+            let open: Vec<bool> = at.active_set.iter().map(|status| !status.is_closed()).collect();
             let found = overlaps_at(&problem.mesh, model, &state(index).unknowns, at.time, &open);
             for overlap in found.into_iter().map(|overlap| OpenOverlap { step: steps[index], ..overlap }) {
                 let best = &mut deepest[overlap.pair];

@@ -95,7 +95,7 @@ impl RoughPressures {
             let forces = point_forces(nodes, rows);
             let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let (mut largest, mut node, mut force_per_area, mut count) = (0.0, 0, 0.0_f64, 0);
-            let touches = |at: &&NodalContact| at.status as u8 != 0 && at.covered_area > 0.0;
+            let touches = |at: &&NodalContact| at.status.is_closed() && at.covered_area > 0.0;
             for at in nodes.iter().filter(touches).filter(|at| patch.contains(at.node)) {
                 let multiplier = size(&at.global_multiplier);
                 count += 1;

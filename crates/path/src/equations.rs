@@ -2,8 +2,8 @@
 //! derivatives.
 
 use crate::{
-    Adjoint, Evaluated, Explicit, Inputs, Iteration, LoadTime, Observed, PathResponses, Scales, Span, StateError,
-    StepProblem, StepState, Unknowns, Wanted,
+    Adjoint, ContactStatus, Evaluated, Explicit, Inputs, Iteration, LoadTime, Observed, PathResponses, Scales, Span,
+    StateError, StepProblem, StepState, Unknowns, Wanted,
 };
 use nalgebra::DMatrix;
 use num_dual::Dual64;
@@ -46,8 +46,8 @@ pub struct Outputs {
     pub residual: Vec<Dual64>,
     /// h_n.
     pub history: Vec<Dual64>,
-    /// Status of every contact node (0 open, 1 stick, 2 slip); empty if there are none.
-    pub status: Vec<u8>,
+    /// Status of every contact node; empty if there are none.
+    pub status: Vec<ContactStatus>,
 }
 
 /// A problem given by its [`Equations`]. Each evaluation computes them once for every input, and keeps

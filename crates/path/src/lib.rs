@@ -71,6 +71,7 @@ pub use problem::{
     Adjoint, Attempt, DependentUnknowns, Evaluated, HeldMotions, HoldFreeMotions, Iteration, Method, Scales,
     StepProblem, UzawaOptions, Wanted,
 };
+pub use slipstick_status::ContactStatus;
 pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};
 pub use store::{Path, PathState};

@@ -17,6 +17,7 @@ use slipstick_linalg::{
     Alternative, Backend, BlockMatrix, Factorization, FactorizationError, LinearSolver, Precision, Ranks, Reduction,
     SolveError, SolveOptions, SolveReport, Symbolic, Transposed, best_in_span, solve_many_from,
 };
+use slipstick_status::ContactStatus;
 use std::sync::Arc;
 pub use tolerance::SolveTolerance;
 use tolerance::is_iterative;
@@ -216,7 +217,7 @@ impl LinearSystem {
         transposed: bool,
         fixed: &'a [bool],
         groups: &[u32],
-        active_set: &'a [u8],
+        active_set: &'a [ContactStatus],
     ) -> Reduced<'a> {
         self.select(fixed);
         let fits = self.current.cached.as_ref().is_some_and(|c| c.pattern == matrix.pattern().id() && c.fixed == fixed);
@@ -289,7 +290,7 @@ impl LinearSystem {
         matrix: &BlockMatrix,
         fixed: &[bool],
         groups: &[u32],
-        active_set: &[u8],
+        active_set: &[ContactStatus],
         rhs: &[f64],
         tolerance: impl Into<SolveTolerance>,
     ) -> Result<Vec<f64>, StepFailureKind> {

@@ -10,6 +10,7 @@ use crate::solver::Solver;
 use crate::unknowns::Held;
 use convergence::{ActiveSets, Progress, converged, foreseen};
 pub use settings::{NewtonOptions, Tolerance, Tolerances};
+use slipstick_status::ContactStatus;
 
 /// Multiple of the maximum number of iterations that are made while the residual [still
 /// falls](still_falls).
@@ -276,7 +277,7 @@ struct Base {
     unknowns: Vec<f64>,
     residual: Vec<f64>,
     scales: Scales,
-    active_set: Vec<u8>,
+    active_set: Vec<ContactStatus>,
 }
 
 impl<P: StepProblem> From<Evaluated<P>> for Base {
@@ -306,10 +307,7 @@ fn record<P: StepProblem>(
         (free_norm(d, &fixed[..displacements]), free_norm(zeta, &fixed[displacements..]))
     };
     let ((residual, contact), (displacement, multiplier)) = (norm(&at.residual), norm(increment));
-    let mut status = [0; 3];
-    for &s in &at.active_set {
-        status[s as usize] += 1;
-    }
+    let status = ContactStatus::counts(at.active_set.iter().copied());
     IterationRecord {
         iteration,
         residual,

@@ -12,9 +12,9 @@ use crate::attempt::solve_increment;
 use crate::equations::UnknownAt;
 use crate::newton::Start;
 use crate::{
-    Adjoint, Attempt, Evaluated, Inputs, Iteration, LinearSystem, LoadPath, LoadTime, MarchFailure, MarchOptions,
-    Method, Path, Scales, Silent, Solver, Span, StateError, StepFailureKind, StepProblem, StepState, SweepOptions,
-    Unknowns, UzawaOptions, Wanted, march, sweep,
+    Adjoint, Attempt, ContactStatus, Evaluated, Inputs, Iteration, LinearSystem, LoadPath, LoadTime, MarchFailure,
+    MarchOptions, Method, Path, Scales, Silent, Solver, Span, StateError, StepFailureKind, StepProblem, StepState,
+    SweepOptions, Unknowns, UzawaOptions, Wanted, march, sweep,
 };
 use slipstick_linalg::{BlockMatrix, BlockPattern, SolverChoice};
 use std::sync::Arc;
@@ -90,7 +90,7 @@ impl StepProblem for Pressed {
             unknowns: y.to_vec(),
             residual: vec![force, 0.0, 0.0, y[3] - pressure, 0.0, 0.0],
             scales: Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0, rigidity: 0.0 },
-            active_set: vec![u8::from(self.touches(y))],
+            active_set: vec![if self.touches(y) { ContactStatus::Slip } else { ContactStatus::Inactive }],
             geometry: (),
             state: (),
         })
@@ -171,7 +171,7 @@ fn uzawa_finds_the_multiplier() {
         for (at, time) in path.states[1..].iter().zip([0.4, 1.0]) {
             let y = &at.state.unknowns;
             assert!(y[0].abs() < 1e-9 && (y[3] - 2.0 * time).abs() < 1e-9, "{uzawa:?}, {penalty}: {y:?}");
-            assert_eq!(at.active_set, [1]);
+            assert_eq!(at.active_set, [ContactStatus::Slip]);
         }
         assert!((gradient - 1.0).abs() < 1e-9, "{uzawa:?}, {penalty}: {gradient}");
     }

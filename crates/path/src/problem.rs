@@ -5,6 +5,7 @@ use crate::inputs::Inputs;
 use crate::time::{LoadTime, Span};
 use crate::unknowns::{Held, StepState, Unknowns};
 use slipstick_linalg::BlockMatrix;
+use slipstick_status::ContactStatus;
 
 /// Sizes against which relative tolerances are measured; all positive, except possibly the last.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,8 +110,8 @@ pub struct Evaluated<P: StepProblem> {
     pub residual: Vec<f64>,
     /// Sizes for relative tolerances, with the residual.
     pub scales: Scales,
-    /// Status of every contact node (0 open, 1 stick, 2 slip).
-    pub active_set: Vec<u8>,
+    /// Status of every contact node.
+    pub active_set: Vec<ContactStatus>,
     /// Geometry of the displacements.
     pub geometry: P::Geometry,
     /// Further data of the problem.

@@ -9,6 +9,7 @@
 
 use crate::failure::StepFailureKind;
 use slipstick_linalg::{Alternative, Cost, Factorization, Operator, SolveReport};
+use slipstick_status::ContactStatus;
 use std::sync::Arc;
 
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
@@ -17,14 +18,14 @@ pub(crate) struct KeptFactors {
     /// Whether they are factors of the transposed tangent.
     pub transposed: bool,
     pub fixed: Vec<bool>,
-    pub active_set: Vec<u8>,
+    pub active_set: Vec<ContactStatus>,
     /// If these factors are of the regularized matrix, the reason why the matrix itself has none.
     pub singular: Option<StepFailureKind>,
 }
 
 impl KeptFactors {
     /// Number of contact nodes whose status has changed since these were computed.
-    pub fn changed_nodes(&self, active_set: &[u8]) -> usize {
+    pub fn changed_nodes(&self, active_set: &[ContactStatus]) -> usize {
         if self.active_set.len() != active_set.len() {
             return usize::MAX;
         }

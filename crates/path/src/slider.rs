@@ -38,7 +38,7 @@
 //! ```
 
 use crate::equations::{Equations, Outputs};
-use crate::{Inputs, LoadTime, Span, Unknowns};
+use crate::{ContactStatus, Inputs, LoadTime, Span, Unknowns};
 use num_dual::Dual64;
 
 /// The problem; its numbers do not change along a path.
@@ -83,11 +83,11 @@ impl Equations for Slider {
         let trial = at.history[0] + (u[0] - at.previous[0]) * self.penalty;
         let limit = pressure * self.friction;
         let (status, pressure, friction) = if pressure.re <= 0.0 {
-            (0, zero, zero)
+            (ContactStatus::Inactive, zero, zero)
         } else if trial.re.abs() <= limit.re {
-            (1, pressure, trial)
+            (ContactStatus::Stick, pressure, trial)
         } else {
-            (2, pressure, limit * trial.re.signum())
+            (ContactStatus::Slip, pressure, limit * trial.re.signum())
         };
         let pulled = at.density[0] * (u[0] - self.pull[0] * span.to);
         let pressed = at.density[0] * (u[1] + self.pull[1]);
@@ -130,9 +130,9 @@ mod tests {
             let sticks = k * a * time * e / (k + e) <= limit;
             let exact = if sticks { k * a * time / (k + e) } else { a * time - limit / k };
             assert!((at.state.unknowns[0] - exact).abs() < 1e-12, "{time}: {:?} for {exact}", at.state.unknowns);
-            assert_eq!(at.active_set, [if sticks { 1 } else { 2 }]);
+            assert_eq!(at.active_set, [if sticks { ContactStatus::Stick } else { ContactStatus::Slip }]);
         }
-        assert_eq!(path.states.iter().skip(1).map(|s| s.active_set[0]).collect::<Vec<_>>(), [1, 1, 2, 2]);
+        assert_eq!(path.states.iter().skip(1).map(|s| s.active_set[0].code()).collect::<Vec<_>>(), [1, 1, 2, 2]);
     }
 
     /// Only stick, only slip, and a reversal from slip to stick to slip: compared with central

@@ -7,6 +7,7 @@ use crate::reuse::KeptFactors;
 use crate::time::LoadTime;
 use crate::unknowns::StepState;
 use slipstick_linalg::{Ranks, own_range};
+use slipstick_status::ContactStatus;
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -23,8 +24,8 @@ pub struct PathState {
     pub completes: Option<usize>,
     /// How it converged.
     pub report: StepReport,
-    /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
-    pub active_set: Vec<u8>,
+    /// Status of every contact node at this state.
+    pub active_set: Vec<ContactStatus>,
     /// Whether this is the state at rest from which the path, or a new load case, starts; such a
     /// state does not depend on earlier ones.
     pub rest: bool,

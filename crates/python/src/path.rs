@@ -171,7 +171,7 @@ impl Path {
         let contact = PyDict::new(py);
         contact.set_item("node", arrays::numbers(py, nodes.iter().map(|at| at.node)))?;
         contact.set_item("pair", arrays::numbers(py, pair))?;
-        contact.set_item("status", nodes.iter().map(|at| at.status as u8).collect::<Vec<u8>>().into_pyarray(py))?;
+        contact.set_item("status", nodes.iter().map(|at| at.status.code()).collect::<Vec<u8>>().into_pyarray(py))?;
         let numbers: [(&str, Vec<f64>); 3] = [
             ("pressure", nodes.iter().map(|at| results.pressure[at.node as usize]).collect()),
             ("gap", nodes.iter().map(|at| at.gap.unwrap_or(f64::NAN)).collect()),

@@ -151,7 +151,7 @@ impl Problem {
         adapter: Py<PyAny>,
         name: String,
         dimension: (i32, i32),
-        reads: (bool, bool, bool, bool, bool, bool, bool),
+        reads: Vec<String>,
         accumulates: bool,
     ) -> PyResult<()> {
         let quantity = defined((adapter, name, dimension, reads, accumulates));

@@ -5,8 +5,9 @@ use std::cell::RefCell;
 use numpy::{IntoPyArray, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use slipstick::design::quantity::{ContactDerivative, ContactNode, Dimension, Quantity, Reads};
-use slipstick::design::quantity::{STRESS_POINTS, StateDerivative, StateView};
+use slipstick::design::quantity::{
+    ContactDerivative, ContactNode, Dimension, ElementData, Quantity, Reads, StateDerivative, StateView,
+};
 
 use crate::arrays;
 
@@ -30,15 +31,26 @@ pub struct Defined {
     pub adapter: Py<PyAny>,
 }
 
-/// A quantity as passed from Python: adapter, name, powers of force and length, whether it reads
-/// reactions, contact, energies, stresses, plastic work, plastic strains and the state before, and whether
-/// it accumulates.
-pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool, bool, bool, bool), bool);
+/// A quantity as passed from Python: adapter, name, powers of force and length, the names of what it reads,
+/// and whether it accumulates.
+pub type Definition = (Py<PyAny>, String, (i32, i32), Vec<String>, bool);
 
 /// The quantity of a definition.
-pub fn defined((adapter, name, (force, length), reads, accumulates): Definition) -> Defined {
-    let (reaction, contact, energy, stress, plastic_work, plastic_strain, previous) = reads;
-    let reads = Reads { reaction, contact, energy, stress, plastic_work, plastic_strain, previous };
+pub fn defined((adapter, name, (force, length), names, accumulates): Definition) -> Defined {
+    let mut reads = Reads::default();
+    for name in names {
+        let read = match name.as_str() {
+            "reaction" => &mut reads.reaction,
+            "contact" => &mut reads.contact,
+            "previous" => &mut reads.previous,
+            // the package passes no other name
+            name => match reads.elements.named(name) {
+                Some(read) => read,
+                None => continue,
+            },
+        };
+        *read = true;
+    }
     Defined { name, dimension: Dimension::of(force, length), reads, accumulates, adapter }
 }
 
@@ -99,19 +111,21 @@ fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>>
         ("internal_force", view.internal_force, 3),
         ("external_force", view.external_force, 3),
         ("reaction", view.reaction, 3),
-        ("stress", view.stress, STRESS_POINTS),
-        ("plastic_strain", view.plastic_strain, STRESS_POINTS),
     ] {
         state.set_item(name, arrays::matrix(py, entries.to_vec(), columns))?;
     }
     state.set_item("density", view.density.to_vec().into_pyarray(py))?;
-    state.set_item("energy", view.energy.to_vec().into_pyarray(py))?;
-    state.set_item("plastic_work", view.plastic_work.to_vec().into_pyarray(py))?;
+    for (list, entries) in ElementData::<f64>::LISTS.into_iter().zip(view.elements.each()) {
+        match list.width {
+            1 => state.set_item(list.name, entries.to_vec().into_pyarray(py))?,
+            width => state.set_item(list.name, arrays::matrix(py, entries.to_vec(), width))?,
+        }
+    }
     let all = |of: fn(&ContactNode) -> &[f64]| view.contact.iter().flat_map(|at| of(at).to_vec()).collect::<Vec<f64>>();
     let contact = PyDict::new(py);
     contact.set_item("node", arrays::numbers(py, view.contact.iter().map(|at| at.node)))?;
     contact.set_item("pair", arrays::numbers(py, view.contact.iter().map(|at| at.pair)))?;
-    contact.set_item("status", view.contact.iter().map(|at| at.status).collect::<Vec<u8>>().into_pyarray(py))?;
+    contact.set_item("status", view.contact.iter().map(|at| at.status.code()).collect::<Vec<u8>>().into_pyarray(py))?;
     contact.set_item("multiplier", arrays::matrix(py, all(|at| &at.multiplier), 3))?;
     contact.set_item("vector", arrays::matrix(py, all(|at| &at.vector), 3))?;
     contact.set_item("gap", all(|at| std::slice::from_ref(&at.gap)).into_pyarray(py))?;
@@ -134,16 +148,15 @@ fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>>
 
 /// Adds weighted partial derivatives with respect to a field.
 fn add(field: &str, entries: &[f64], weight: f64, to: &mut StateDerivative) {
+    if let Some(whole) = to.elements.named(field) {
+        return whole.iter_mut().zip(entries).for_each(|(to, entry)| *to += weight * entry);
+    }
     let whole = match field {
         "displacement" => &mut to.displacement,
         "internal_force" => &mut to.internal_force,
         "external_force" => &mut to.external_force,
         "reaction" => &mut to.reaction,
         "density" => &mut to.density,
-        "energy" => &mut to.energy,
-        "stress" => &mut to.stress,
-        "plastic_work" => &mut to.plastic_work,
-        "plastic_strain" => &mut to.plastic_strain,
         "previous.displacement" => &mut to.previous.displacement,
         "previous.external_force" => &mut to.previous.external_force,
         "previous.reaction" => &mut to.previous.reaction,

@@ -5,7 +5,7 @@
 use serde_json::Value;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_path::Silent;
 
 fn case_text(friction: f64, enforcement: &str) -> String {
@@ -120,15 +120,15 @@ fn lagrange_path_matches_step_by_step() {
                 let node = problem.mesh.nearest_node(at, Some(&problem.mesh.set_nodes("cube_ymin").unwrap())).unwrap();
                 let contact = found.iter().find(|c| c.node == node).unwrap();
                 let status = match expected["status"][j].as_str().unwrap() {
-                    "St" => Status::Stick,
-                    "Sl" => Status::Slip,
-                    _ => Status::Inactive,
+                    "St" => ContactStatus::Stick,
+                    "Sl" => ContactStatus::Slip,
+                    _ => ContactStatus::Inactive,
                 };
                 assert_eq!(contact.status, status, "mu {friction} step {} node {j}", n + 1);
                 let number = |key: &str| expected[key][j].as_f64().unwrap();
                 assert!((contact.weighted_gap - number("gap")).abs() < 1e-10);
                 let slip = contact.weighted_slip[0].hypot(contact.weighted_slip[1]);
-                if status == Status::Slip {
+                if status == ContactStatus::Slip {
                     assert!((slip - number("slip")).abs() < 1e-10, "{slip} {}", number("slip"));
                 }
                 for c in 0..3 {

@@ -102,7 +102,7 @@ impl<'a> State<'a> {
 
 impl Heat<'_> {
     /// Replaces u by v, with X from the first node.
-    fn without_expansion(&self, nodes: &[u32], stretch: f64, divisor: f64, d: &mut [[f64; 3]]) {
+    pub fn without_expansion(&self, nodes: &[u32], stretch: f64, divisor: f64, d: &mut [[f64; 3]]) {
         let x = |node: u32, c: usize| self.coordinates[3 * node as usize + c];
         let first = d[0];
         for (d, &node) in d.iter_mut().zip(nodes) {

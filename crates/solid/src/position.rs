@@ -128,8 +128,7 @@ fn pull_back(
     let strains: Vec<Tensor> = gradients.iter().map(strained).collect();
     let scaling = state.scaling(number, section, Power::Energy);
     let small = material.small_strains();
-    let ElementScaling { factor, gamma, strength } = if has_memory { scaling } else { scaling.effective(small) };
-    let gamma = if has_memory { 1.0 } else { gamma };
+    let ElementScaling { factor, gamma, strength } = scaling.effective(small);
     let linear = 1.0 - gamma * gamma;
     let modes = (state.sections[section].formulation == Formulation::FBar).then(|| Modes::new(element, coordinates));
     for (energy, share) in [(Energy::Finite { gamma }, f64::from(gamma != 0.0)), (Energy::Linear, linear)] {
@@ -140,7 +139,7 @@ fn pull_back(
         let kinematics = Kinematics::new(element, &strains, energy, modes.as_ref())?;
         let tensor = |(q, x): (usize, &Tensor)| -> Tensor {
             let weight = share * factor * element.weights[q];
-            if !has_memory {
+            if !has_memory || energy == Energy::Linear {
                 return stress(material, x, energy).map(|row| row.map(|p| Along::from(weight) * p));
             }
             let by_stress = x.map(|row| row.map(|x| element.weights[q] * x.slopes[0]));

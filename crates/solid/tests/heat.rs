@@ -54,13 +54,8 @@ fn expanded_elements_are_those_of_another_size() {
         for section in sections().into_iter().filter(|section| !section.material.small_strains()) {
             let (model, other) =
                 (SolidModel::new(&mesh, vec![section]).unwrap(), SolidModel::new(&larger, vec![section]).unwrap());
-            let scalings: Vec<ElementScaling> = match section.material.kind().has_memory() {
-                true => vec![ElementScaling::stiffness(0.4); mesh.elements.len()],
-                false => {
-                    let (interpolation, densities) = interpolated(mesh.elements.len());
-                    densities.iter().map(|&x| interpolation.scaling(x)).collect()
-                }
-            };
+            let (interpolation, densities) = interpolated(mesh.elements.len());
+            let scalings: Vec<ElementScaling> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
             let heated = SolidStep { scalings: &scalings, history: &[], stretches: &stretches };
             let near = |what: &str, a: &[f64], b: &[f64]| {
                 let size = b.iter().fold(0.0f64, |size, b| size.max(b.abs()));

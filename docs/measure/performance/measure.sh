@@ -61,6 +61,8 @@ orders() {
 
 elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
+plastic() { cargo bench --quiet -p slipstick-solid --bench assembly -- plastic; }
+
 # One load step of the half-ball: LINEAR, elements of the plate, of the ball, options of the measurement.
 half_ball() {
     sed "s/\[14, 3, 14\]/[$2]/; s/\[10, 2, 1\]/[$3]/; s/\"schwarz\"/\"$1\"/" docs/measure/performance/half_ball.toml \
@@ -117,6 +119,6 @@ clutch() {
     "$program" bench cases/clutch/case.toml --design "$eighth" --steps 4 --threads 2 --memory 0 2> /dev/null
 }
 
-for name in ${*:-sizes evaluations settled ironing_block methods responses elements orders large choice contrast iterative clutch}; do
+for name in ${*:-sizes evaluations settled ironing_block methods responses elements plastic orders large choice contrast iterative clutch}; do
     measure "$name" "$name"
 done

@@ -1,6 +1,6 @@
 //! Contact pairs at the start: gaps, penetrations, and what lies opposite.
 
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{ContactMap, Mesh};
 use slipstick_model::model::{LoadTime, NodalContact};
@@ -25,7 +25,7 @@ pub(super) fn contacts(
 ) -> Result<Vec<ContactSummary>, StateError> {
     let rest = problem.analysis.model().rest();
     let found = problem.analysis.design.contact_results(&rest, &rest, LoadTime::default())?.nodes;
-    let open: Vec<bool> = found.iter().map(|at| at.status == Status::Inactive).collect();
+    let open: Vec<bool> = found.iter().map(|at| at.status == ContactStatus::Inactive).collect();
     let overlaps = overlaps_at(&problem.mesh, problem.analysis.model(), &rest.unknowns, LoadTime::default(), &open);
     notices.extend(overlaps.iter().map(|overlap| Notice {
         kind: NoticeKind::OpenOverlap,

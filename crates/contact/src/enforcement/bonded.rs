@@ -11,7 +11,7 @@
 use super::lagrange::Complementarity;
 use super::regularised::Traction;
 use super::{Freedom, NodeMeasures, Stiffness};
-use crate::friction::Status;
+use crate::ContactStatus;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// C of one bonded node and its partial derivatives. The rows and the frame of a bonded node never
@@ -23,7 +23,7 @@ pub fn bond(multiplier: Vector3<f64>, at: &NodeMeasures, stiffness: &Stiffness) 
     let Some((normal, along, free)) = conditions(at, stiffness) else { return out };
     let compliance = at.compliance().0;
     let tangential: Vector2<f64> = multiplier.fixed_rows::<2>(1).into();
-    out.status = Status::Stick;
+    out.status = ContactStatus::Stick;
     out.value[0] = normal * (at.gap + compliance * multiplier[0]);
     out.by_gap[0] = normal;
     out.by_multiplier[(0, 0)] = normal * compliance;
@@ -45,7 +45,7 @@ pub fn bonded_traction(multiplier: Vector3<f64>, at: &NodeMeasures, stiffness: &
     let compliance = at.compliance().0;
     let shares = [normal, along].map(|stiffness| 1.0 / (1.0 + stiffness * compliance));
     let tangential = shares[1] * free * (multiplier.fixed_rows::<2>(1) + along * at.slip);
-    out.status = Status::Stick;
+    out.status = ContactStatus::Stick;
     out.value = Vector3::new(shares[0] * (multiplier[0] - normal * at.gap), tangential[0], tangential[1]);
     out.by_multiplier[(0, 0)] = shares[0];
     out.by_multiplier.fixed_view_mut::<2, 2>(1, 1).copy_from(&(shares[1] * free));
@@ -93,7 +93,7 @@ mod tests {
                 assert_eq!(at.compliance().0 > 0.0, reference_area > 1.0);
                 let z = Vector3::new(-0.5, 0.4, 0.1);
                 let base = bond(z, &at, &c);
-                assert_eq!(base.status == Status::Stick, freedom != Freedom::None);
+                assert_eq!(base.status == ContactStatus::Stick, freedom != Freedom::None);
                 let h = 1e-6;
                 let check = |of: &dyn Fn(f64) -> Vector3<f64>, exact: Vector3<f64>| {
                     assert!(((of(h) - of(-h)) / (2.0 * h) - exact).norm() < 1e-8, "{freedom:?}");

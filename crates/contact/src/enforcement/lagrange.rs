@@ -15,14 +15,15 @@
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness};
-use crate::friction::{Friction, Status};
+use crate::ContactStatus;
+use crate::friction::Friction;
 use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
 /// Complementarity function of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Complementarity {
     /// The set that the node belongs to.
-    pub status: Status,
+    pub status: ContactStatus,
     /// C = (C_n, C_ξ, C_η). \[F/L²\]
     pub value: Vector3<f64>,
     /// ∂C/∂ζ.
@@ -48,7 +49,7 @@ impl Complementarity {
     /// C = ζ of an open node.
     pub(super) fn open(multiplier: Vector3<f64>) -> Self {
         Self {
-            status: Status::Inactive,
+            status: ContactStatus::Inactive,
             value: multiplier,
             by_multiplier: Matrix3::identity(),
             by_gap: Vector3::zeros(),
@@ -141,18 +142,18 @@ mod tests {
         };
         let fixed = |driven: bool| NodeMeasures { freedom: Freedom::Gap { driven }, ..across(driven, [0.001, 0.002]) };
         let cases = [
-            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 1.0), Status::Stick),
-            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03], 1.0), Status::Slip),
-            (Vector3::new(0.1, 0.3, -0.1), measures(0.05, [0.02, -0.03], 1.0), Status::Inactive),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 1.0), ContactStatus::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03], 1.0), ContactStatus::Slip),
+            (Vector3::new(0.1, 0.3, -0.1), measures(0.05, [0.02, -0.03], 1.0), ContactStatus::Inactive),
             // slivers
-            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 50.0), Status::Stick),
-            (Vector3::new(2.0, 0.3, -0.1), measures(-0.04, [0.02, -0.03], 50.0), Status::Slip),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 50.0), ContactStatus::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.04, [0.02, -0.03], 50.0), ContactStatus::Slip),
             // the prescribed slip is zero, or it is not
-            (Vector3::new(2.0, 0.3, -0.1), across(false, [0.001, 0.002]), Status::Stick),
-            (Vector3::new(2.0, 0.3, -0.1), across(false, [0.02, -0.03]), Status::Slip),
-            (Vector3::new(2.0, 0.3, -0.1), across(true, [0.001, 0.002]), Status::Slip),
-            (Vector3::new(2.0, 0.3, -0.1), fixed(false), Status::Stick),
-            (Vector3::new(2.0, 0.3, -0.1), fixed(true), Status::Slip),
+            (Vector3::new(2.0, 0.3, -0.1), across(false, [0.001, 0.002]), ContactStatus::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), across(false, [0.02, -0.03]), ContactStatus::Slip),
+            (Vector3::new(2.0, 0.3, -0.1), across(true, [0.001, 0.002]), ContactStatus::Slip),
+            (Vector3::new(2.0, 0.3, -0.1), fixed(false), ContactStatus::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), fixed(true), ContactStatus::Slip),
         ];
         let (coulomb, limited) = (Friction::coulomb(0.3), Friction { coefficient: 0.3, shear_limit: 0.4 });
         for ((z, at, status), law) in cases.into_iter().flat_map(|case| [(case, coulomb), (case, limited)]) {
@@ -226,7 +227,7 @@ mod tests {
             assert_eq!(rank, if freedom == across(false) { 1 } else { 2 }, "{freedom:?} {slip:?}");
         }
         let open = complementarity(z, &at(Freedom::None, [0.0; 2]), Friction::coulomb(0.2), &C);
-        assert_eq!((open.status, open.value), (Status::Inactive, z));
+        assert_eq!((open.status, open.value), (ContactStatus::Inactive, z));
     }
 
     /// A node in contact whose multiplier satisfies the conditions is a root for any c.

@@ -12,14 +12,15 @@
 use super::soft::PressureLaw;
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness, StiffnessScaling};
-use crate::friction::{Friction, Status};
+use crate::ContactStatus;
+use crate::friction::Friction;
 use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
 /// Traction of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Traction {
     /// The set that the node belongs to.
-    pub status: Status,
+    pub status: ContactStatus,
     /// ζ = (ζ_n, ζ_ξ, ζ_η), minus the slave traction. \[F/L²\]
     pub value: Vector3<f64>,
     /// ∂ζ/∂g̃.
@@ -45,7 +46,7 @@ impl Traction {
     /// No traction.
     pub(super) fn open() -> Self {
         Self {
-            status: Status::Inactive,
+            status: ContactStatus::Inactive,
             value: Vector3::zeros(),
             by_gap: Vector3::zeros(),
             by_slip: Matrix3x2::zeros(),
@@ -195,14 +196,14 @@ mod tests {
         for scaling in [StiffnessScaling::Area, StiffnessScaling::ReferenceArea, StiffnessScaling::Weighted] {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
             for (z, m, status) in [
-                (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.001, 0.004]), Status::Stick),
-                (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.2, 0.1]), Status::Slip),
-                (Vector3::new(0.5, 0.05, 0.02), at(0.1, [0.2, 0.1]), Status::Inactive),
-                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.001, 0.004]), Status::Stick),
-                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [6.0, 3.0]), Status::Slip),
-                (Vector3::new(0.5, 0.05, 0.02), across(false, [0.001, 0.004]), Status::Stick),
-                (Vector3::new(0.5, 0.05, 0.02), across(false, [0.2, -0.1]), Status::Slip),
-                (Vector3::new(0.5, 0.05, 0.02), across(true, [0.2, 0.1]), Status::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.001, 0.004]), ContactStatus::Stick),
+                (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.2, 0.1]), ContactStatus::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), at(0.1, [0.2, 0.1]), ContactStatus::Inactive),
+                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.001, 0.004]), ContactStatus::Stick),
+                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [6.0, 3.0]), ContactStatus::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), across(false, [0.001, 0.004]), ContactStatus::Stick),
+                (Vector3::new(0.5, 0.05, 0.02), across(false, [0.2, -0.1]), ContactStatus::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), across(true, [0.2, 0.1]), ContactStatus::Slip),
             ] {
                 let law = Friction::coulomb(0.4);
                 let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, law, &stiffness).value;
@@ -265,10 +266,10 @@ mod tests {
         {
             let stiffness = Stiffness { normal: 1.0, tangential: 20.0, scaling };
             for (slip, gap, status) in [
-                ([0.001, 0.004], -0.1, Status::Stick),
-                ([0.2, 0.1], -0.1, Status::Slip),
-                ([0.2, 0.1], 0.05, Status::Slip),
-                ([0.2, 0.1], 4.0, Status::Inactive),
+                ([0.001, 0.004], -0.1, ContactStatus::Stick),
+                ([0.2, 0.1], -0.1, ContactStatus::Slip),
+                ([0.2, 0.1], 0.05, ContactStatus::Slip),
+                ([0.2, 0.1], 4.0, ContactStatus::Inactive),
             ] {
                 let m = NodeMeasures {
                     gap,
@@ -329,11 +330,11 @@ mod tests {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
             let of =
                 |at: &NodeMeasures| traction(Vector3::new(0.5, 0.05, 0.02), at, Friction::coulomb(0.4), &stiffness);
-            assert_eq!(of(&pressed).status, Status::Stick);
+            assert_eq!(of(&pressed).status, ContactStatus::Stick);
             let uncovered = NodeMeasures { area: 0.0, ..pressed };
             for at in [uncovered, NodeMeasures { freedom: Freedom::None, ..pressed }] {
                 let open = of(&at);
-                assert_eq!((open.status, open.value), (Status::Inactive, Vector3::zeros()));
+                assert_eq!((open.status, open.value), (ContactStatus::Inactive, Vector3::zeros()));
                 assert_eq!((open.by_gap, open.by_multiplier), (Vector3::zeros(), Matrix3::zeros()));
             }
         }

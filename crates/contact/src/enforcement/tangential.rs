@@ -6,13 +6,14 @@
 //! ```
 
 use super::{Freedom, NodeMeasures};
-use crate::friction::{Friction, Status, return_map};
+use crate::ContactStatus;
+use crate::friction::{Friction, return_map};
 use nalgebra::{Matrix2, Vector2};
 
 /// ζ_τ and its partial derivatives.
 pub(super) struct Tangential {
     /// Stick or slip.
-    pub status: Status,
+    pub status: ContactStatus,
     /// ζ_τ. \[F/L²\]
     pub traction: Vector2<f64>,
     /// ∂ζ_τ/∂p.
@@ -47,7 +48,7 @@ pub(super) fn tangential(
         let direction = at.slip / size;
         let bound = friction.bound(pressure);
         return Tangential {
-            status: Status::Slip,
+            status: ContactStatus::Slip,
             traction: direction * bound.value,
             by_pressure: direction * bound.by_pressure,
             by_friction: direction * bound.by_friction,

@@ -1,6 +1,6 @@
 //! Compares a quantity's derivatives with finite differences of its values.
 
-use super::{ContactDerivative, ContactNode, PreviousView, Quantity, StateDerivative, StateView};
+use super::{ContactDerivative, ContactNode, ElementData, PreviousView, Quantity, StateDerivative, StateView};
 
 /// Largest error of a directional derivative, relative to the size of the derivatives along the
 /// direction.
@@ -100,21 +100,19 @@ pub fn check_derivatives(quantity: &dyn Quantity, state: &StateView) -> Result<(
             difference,
         }
     };
-    let fields = [
+    let nodal = [
         (Field::Displacements, state.displacement, &by.displacement),
         (Field::InternalForces, state.internal_force, &by.internal_force),
         (Field::ExternalForces, state.external_force, &by.external_force),
         (Field::Reactions, state.reaction, &by.reaction),
         (Field::Densities, state.density, &by.density),
-        (Field::Energies, state.energy, &by.energy),
-        (Field::Stresses, state.stress, &by.stress),
-        (Field::PlasticWork, state.plastic_work, &by.plastic_work),
-        (Field::PlasticStrains, state.plastic_strain, &by.plastic_strain),
         (Field::PreviousDisplacements, state.previous.displacement, &by.previous.displacement),
         (Field::PreviousExternalForces, state.previous.external_force, &by.previous.external_force),
         (Field::PreviousReactions, state.previous.reaction, &by.previous.reaction),
     ];
-    for (field, at, slopes) in fields {
+    let elements = state.elements.each().into_iter().zip(by.elements.each()).enumerate();
+    let of_elements = elements.map(|(kind, (values, slopes))| (Field::OfElements(kind), *values, slopes));
+    for (field, at, slopes) in nodal.into_iter().chain(of_elements) {
         if at.iter().any(|&value| value != 0.0) {
             compare(at, slopes, |at| quantity.value(&field.replaced(*state, at))).map_err(wrong(field.name()))?;
         }
@@ -151,10 +149,8 @@ enum Field {
     ExternalForces,
     Reactions,
     Densities,
-    Energies,
-    Stresses,
-    PlasticWork,
-    PlasticStrains,
+    /// In the list [`ElementData::LISTS`].
+    OfElements(usize),
     PreviousDisplacements,
     PreviousExternalForces,
     PreviousReactions,
@@ -168,10 +164,7 @@ impl Field {
             Self::ExternalForces => "forces of loads",
             Self::Reactions => "reactions",
             Self::Densities => "densities",
-            Self::Energies => "strain energies",
-            Self::Stresses => "stresses",
-            Self::PlasticWork => "plastic work",
-            Self::PlasticStrains => "plastic strains",
+            Self::OfElements(kind) => ElementData::<f64>::LISTS[kind].words,
             Self::PreviousDisplacements => "displacements at the previous state",
             Self::PreviousExternalForces => "forces of loads at the previous state",
             Self::PreviousReactions => "reactions at the previous state",
@@ -186,10 +179,11 @@ impl Field {
             Self::ExternalForces => StateView { external_force: values, ..view },
             Self::Reactions => StateView { reaction: values, ..view },
             Self::Densities => StateView { density: values, ..view },
-            Self::Energies => StateView { energy: values, ..view },
-            Self::Stresses => StateView { stress: values, ..view },
-            Self::PlasticWork => StateView { plastic_work: values, ..view },
-            Self::PlasticStrains => StateView { plastic_strain: values, ..view },
+            Self::OfElements(kind) => {
+                let mut elements = view.elements;
+                *elements.each_mut()[kind] = values;
+                StateView { elements, ..view }
+            }
             Self::PreviousDisplacements => {
                 StateView { previous: PreviousView { displacement: values, ..previous }, ..view }
             }
@@ -245,6 +239,7 @@ fn direction(length: usize, seed: u64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ContactStatus;
     use crate::quantity::{
         Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Dimension, Displacement,
         ExternalWork, ForcePart, FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Reaction, StrainEnergy,
@@ -284,7 +279,7 @@ mod tests {
     const NODE: ContactNode = ContactNode {
         node: 0,
         pair: 0,
-        status: 2,
+        status: ContactStatus::Slip,
         multiplier: [40.0, 3.0, -4.0],
         vector: [5.0, -39.0, 7.0],
         gap: 1e-3,
@@ -314,10 +309,12 @@ mod tests {
         reaction: &[0.0, 5.0, -3.0, 2.0, -8.0, 1.0],
         contact: &CONTACT,
         density: &[0.5, 1.0, 0.25],
-        energy: &[1.0, 2.0, 5.0],
-        stress: &STRESS,
-        plastic_work: &[0.5, 0.0, 2.0],
-        plastic_strain: &STRESS,
+        elements: ElementData {
+            energy: &[1.0, 2.0, 5.0],
+            stress: &STRESS,
+            plastic_work: &[0.5, 0.0, 2.0],
+            plastic_strain: &STRESS,
+        },
         previous: PreviousView {
             displacement: &[5e-4, -1e-3, 2e-3, 1e-3, 4e-3, 0.0],
             external_force: &[1.0, 3.0, -2.0, 0.0, 6.0, -1.0],
@@ -374,7 +371,8 @@ mod tests {
         check(&*pressure(PressureMeasure::Minimum { k: 20.0, modulus: 1e3 }), -mean / 20.0 * (least / whole).ln());
         // the third node opens by 1.5e-3
         let mut opened = CONTACT;
-        opened[2] = ContactNode { status: 0, multiplier: [1e-12, 0.0, 0.0], gap: 4.5e-4, ..opened[2] };
+        opened[2] =
+            ContactNode { status: ContactStatus::Inactive, multiplier: [1e-12, 0.0, 0.0], gap: 4.5e-4, ..opened[2] };
         let open_state = StateView { contact: &opened, ..STATE };
         let (mean, size) = (26.25 / 1.05, 0.6f64.sqrt());
         let least: f64 = [(0.5, 40.0 / mean), (0.25, 25.0 / mean), (0.3, -(1.0 + 1e3 * 1.5e-3 / (size * mean)).ln())]
@@ -407,7 +405,7 @@ mod tests {
         check(&work, 0.75 * first + 0.6 * second + 1.25 * third);
         // the third opens; the traction of the first may be at its limit
         let mut other = CONTACT;
-        other[2].status = 0;
+        other[2].status = ContactStatus::Inactive;
         other[0].follows_pressure = false;
         let other = StateView { contact: &other, ..STATE };
         let expected = first + 0.6 * second;

@@ -92,7 +92,7 @@ impl ContactPressure {
         let stiffness = modulus / (area / f64::max(count, 1.0)).sqrt();
         // s_j = E g_j/(h m) of open nodes, of which x_j = −ln(1 + s_j)
         let open = |at: &ContactNode| {
-            (at.status == 0 && at.area != 0.0).then(|| stiffness * (at.gap / at.area).max(0.0) / mean)
+            (!at.status.is_closed() && at.area != 0.0).then(|| stiffness * (at.gap / at.area).max(0.0) / mean)
         };
         let relative: Vec<f64> = nodes().map(|at| open(at).map_or(at.pressure() / mean, |s| -s.ln_1p())).collect();
         let shares: Vec<f64> = nodes().map(|at| at.area / whole).collect();
@@ -195,7 +195,7 @@ impl Quantity for ContactPressure {
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
         for ((j, at), slopes) in self.patch.of(state.contact).zip(self.evaluate(state).1) {
-            if at.status != 0 {
+            if at.status.is_closed() {
                 to.contact[j].multiplier[0] += weight * slopes.pressure;
             }
             to.contact[j].area += weight * slopes.area;

@@ -64,7 +64,7 @@ impl Quantity for ContactShare {
         for (j, at) in self.patch.of(state.contact) {
             let pressure = at.pressure();
             to.contact[j].area += by[0] + by[1] * pressure + by[2] * pressure * pressure;
-            if at.status != 0 {
+            if at.status.is_closed() {
                 to.contact[j].multiplier[0] += at.area * (by[1] + 2.0 * by[2] * pressure);
             }
         }

@@ -50,7 +50,7 @@ impl Quantity for FrictionWork {
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
-        for (j, at) in self.patch.of(state.contact).filter(|(_, at)| at.status != 0) {
+        for (j, at) in self.patch.of(state.contact).filter(|(_, at)| at.status.is_closed()) {
             let old = before(state, j)[0];
             let (mean, work) = (mean_pressure(at, old), along(at.multiplier, at.slip));
             for c in 0..2 {
@@ -91,7 +91,7 @@ impl FrictionStep {
     /// From the state at the end of the step, and the multiplier at its start.
     pub fn of(at: &ContactNode, before: [f64; 3]) -> Self {
         let pressures = [(at.friction_ratio * before[0]).max(0.0), at.pressure().max(0.0)];
-        if at.status == 0 {
+        if !at.status.is_closed() {
             return Self { work: 0.0, pressures, rate: 0.0 };
         }
         let work = along(at.multiplier, at.slip);

@@ -32,6 +32,7 @@ mod contact_resultant;
 mod contact_share;
 mod dimension;
 mod displacement;
+mod element_data;
 mod external_work;
 mod extreme;
 mod friction_work;
@@ -54,6 +55,7 @@ pub use contact_resultant::{ContactResultant, ForcePart};
 pub use contact_share::ContactShare;
 pub use dimension::Dimension;
 pub use displacement::Displacement;
+pub use element_data::{ElementData, ElementList};
 pub use external_work::ExternalWork;
 pub use extreme::{Extreme, extreme_of};
 pub use friction_work::{FrictionStep, FrictionWork};
@@ -206,14 +208,8 @@ pub struct Reads {
     pub reaction: bool,
     /// [`StateView::contact`].
     pub contact: bool,
-    /// [`StateView::energy`].
-    pub energy: bool,
-    /// [`StateView::stress`].
-    pub stress: bool,
-    /// [`StateView::plastic_work`].
-    pub plastic_work: bool,
-    /// [`StateView::plastic_strain`].
-    pub plastic_strain: bool,
+    /// [`StateView::elements`].
+    pub elements: ElementData<bool>,
     /// [`StateView::previous`].
     pub previous: bool,
 }
@@ -221,13 +217,12 @@ pub struct Reads {
 impl Reads {
     /// What either reads.
     pub fn or(self, other: Self) -> Self {
+        let mut elements = self.elements;
+        elements.each_mut().into_iter().zip(other.elements.each()).for_each(|(to, read)| *to |= read);
         Self {
             reaction: self.reaction || other.reaction,
             contact: self.contact || other.contact,
-            energy: self.energy || other.energy,
-            stress: self.stress || other.stress,
-            plastic_work: self.plastic_work || other.plastic_work,
-            plastic_strain: self.plastic_strain || other.plastic_strain,
+            elements,
             previous: self.previous || other.previous,
         }
     }

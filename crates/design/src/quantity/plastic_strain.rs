@@ -1,7 +1,7 @@
 //! Plastic strain in the material.
 
 use super::relaxed::Relaxed;
-use super::{Dimension, Extreme, Quantity, QuantityError, Reads, StateDerivative, StateView};
+use super::{Dimension, ElementData, Extreme, Quantity, QuantityError, Reads, StateDerivative, StateView};
 use std::sync::Arc;
 
 /// Largest equivalent plastic strain in some elements: the p-norm (Σ (φ_e^q α)^p)^(1/p) over their Gauss
@@ -34,19 +34,24 @@ impl Quantity for PlasticStrain {
     }
 
     fn reads(&self) -> Reads {
-        Reads { plastic_strain: true, ..Reads::default() }
+        Reads { elements: ElementData { plastic_strain: true, ..ElementData::default() }, ..Reads::default() }
     }
 
     fn value(&self, state: &StateView) -> f64 {
-        self.largest.norm(state, state.plastic_strain)
+        self.largest.norm(state, state.elements.plastic_strain)
     }
 
     fn extreme(&self) -> Option<Arc<dyn Quantity>> {
-        Some(Extreme::of(self.clone(), |of, state| of.largest.largest(state, state.plastic_strain)))
+        Some(Extreme::of(self.clone(), |of, state| of.largest.largest(state, state.elements.plastic_strain)))
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
-        self.largest.pull_back(state, state.plastic_strain, weight, (&mut to.plastic_strain, &mut to.density));
+        self.largest.pull_back(
+            state,
+            state.elements.plastic_strain,
+            weight,
+            (&mut to.elements.plastic_strain, &mut to.density),
+        );
     }
 }
 
@@ -60,12 +65,20 @@ mod tests {
     fn plastic_strains_by_hand() {
         let mut strains = [0.0; 2 * STRESS_POINTS];
         (strains[1], strains[STRESS_POINTS]) = (0.3, 0.1);
-        let state = StateView { density: &[0.25, 1.0], plastic_strain: &strains, ..StateView::default() };
+        let state = StateView {
+            density: &[0.25, 1.0],
+            elements: ElementData { plastic_strain: &strains, ..ElementData::default() },
+            ..StateView::default()
+        };
         let strain = PlasticStrain::new("strain", vec![0, 1], 2.0).unwrap();
         assert!((strain.value(&state) - 0.15_f64.hypot(0.1)).abs() < 1e-15);
         assert!((strain.extreme().unwrap().value(&state) - 0.15).abs() < 1e-15);
         strains.iter_mut().enumerate().for_each(|(i, x)| *x += 0.01 * (i + 1) as f64);
-        let state = StateView { density: &[0.25, 1.0], plastic_strain: &strains, ..StateView::default() };
+        let state = StateView {
+            density: &[0.25, 1.0],
+            elements: ElementData { plastic_strain: &strains, ..ElementData::default() },
+            ..StateView::default()
+        };
         check_derivatives(&strain, &state).unwrap();
         assert!(PlasticStrain::new("strain", Vec::new(), 2.0).is_err());
         assert!(PlasticStrain::new("strain", vec![0], 0.5).is_err());

@@ -1,6 +1,6 @@
 //! Elastic energy.
 
-use super::{Dimension, Quantity, Reads, StateDerivative, StateView};
+use super::{Dimension, ElementData, Quantity, Reads, StateDerivative, StateView};
 use std::ops::Range;
 
 /// Elastic energy stored in some elements. \[F L\]
@@ -29,14 +29,14 @@ impl Quantity for StrainEnergy {
     }
 
     fn reads(&self) -> Reads {
-        Reads { energy: true, ..Reads::default() }
+        Reads { elements: ElementData { energy: true, ..ElementData::default() }, ..Reads::default() }
     }
 
     fn value(&self, state: &StateView) -> f64 {
-        state.energy[self.elements.clone()].iter().sum()
+        state.elements.energy[self.elements.clone()].iter().sum()
     }
 
     fn pull_back(&self, _: &StateView, weight: f64, to: &mut StateDerivative) {
-        to.energy[self.elements.clone()].iter_mut().for_each(|to| *to += weight);
+        to.elements.energy[self.elements.clone()].iter_mut().for_each(|to| *to += weight);
     }
 }

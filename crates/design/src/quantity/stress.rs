@@ -1,7 +1,7 @@
 //! Stress in the material.
 
 use super::relaxed::Relaxed;
-use super::{Dimension, Extreme, Quantity, QuantityError, Reads, StateDerivative, StateView};
+use super::{Dimension, ElementData, Extreme, Quantity, QuantityError, Reads, StateDerivative, StateView};
 use std::sync::Arc;
 
 /// Largest von Mises stress in some elements: the p-norm (Σ (φ_e^q σ_v)^p)^(1/p) over their Gauss points,
@@ -34,18 +34,18 @@ impl Quantity for Stress {
     }
 
     fn reads(&self) -> Reads {
-        Reads { stress: true, ..Reads::default() }
+        Reads { elements: ElementData { stress: true, ..ElementData::default() }, ..Reads::default() }
     }
 
     fn value(&self, state: &StateView) -> f64 {
-        self.largest.norm(state, state.stress)
+        self.largest.norm(state, state.elements.stress)
     }
 
     fn extreme(&self) -> Option<Arc<dyn Quantity>> {
-        Some(Extreme::of(self.clone(), |of, state| of.largest.largest(state, state.stress)))
+        Some(Extreme::of(self.clone(), |of, state| of.largest.largest(state, state.elements.stress)))
     }
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
-        self.largest.pull_back(state, state.stress, weight, (&mut to.stress, &mut to.density));
+        self.largest.pull_back(state, state.elements.stress, weight, (&mut to.elements.stress, &mut to.density));
     }
 }

@@ -1,5 +1,8 @@
 //! The data of a state that a quantity can read, and its derivatives with respect to them.
 
+use super::ElementData;
+use slipstick_status::ContactStatus;
+
 /// A state of the load path.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateView<'a> {
@@ -23,18 +26,9 @@ pub struct StateView<'a> {
     pub contact: &'a [ContactNode],
     /// Density of every element.
     pub density: &'a [f64],
-    /// Strain energy of every element. Empty unless the quantity [reads](super::Reads) it. \[F L\]
-    pub energy: &'a [f64],
-    /// Von Mises stress of the solid material at the Gauss points,
-    /// [`STRESS_POINTS`](super::STRESS_POINTS) entries per element; 0 for entries without a point.
-    /// Empty unless the quantity [reads](super::Reads) it. \[F/L²\]
-    pub stress: &'a [f64],
-    /// Plastic work of every element since rest; 0 for elastic elements. Empty unless the quantity
-    /// [reads](super::Reads) it, or without elements with memory. \[F L\]
-    pub plastic_work: &'a [f64],
-    /// Equivalent plastic strain at the Gauss points, as for `stress`; 0 in elastic elements. Empty unless the
-    /// quantity [reads](super::Reads) it.
-    pub plastic_strain: &'a [f64],
+    /// Data of the elements, with [`ElementList::width`](super::ElementList::width) entries each. Empty unless
+    /// the quantity [reads](super::Reads) them.
+    pub elements: ElementData<&'a [f64]>,
     /// The state before, at the start of the (sub-)step. Empty unless the quantity
     /// [reads](super::Reads) it.
     pub previous: PreviousView<'a>,
@@ -62,8 +56,8 @@ pub struct ContactNode {
     pub node: u32,
     /// Number of the contact pair, from 0.
     pub pair: u32,
-    /// 0 open, 1 stick, 2 slip.
-    pub status: u8,
+    /// Open, stick or slip.
+    pub status: ContactStatus,
     /// Multiplier ζ = (normal, ξ, η) in the node's frame; normal ≥ 0 in compression. \[F/L²\]
     pub multiplier: [f64; 3],
     /// The same multiplier as a vector z; −A z is the contact force on the slave. \[F/L²\]
@@ -91,7 +85,7 @@ impl ContactNode {
 
     /// Multiplier ζ; zero at open nodes, where it is only round-off. \[F/L²\]
     pub fn transmitted(&self) -> [f64; 3] {
-        if self.status == 0 { [0.0; 3] } else { self.multiplier }
+        if self.status.is_closed() { self.multiplier } else { [0.0; 3] }
     }
 }
 
@@ -133,14 +127,8 @@ pub struct StateDerivative {
     pub contact: Vec<ContactDerivative>,
     /// With respect to the densities of the elements.
     pub density: Vec<f64>,
-    /// With respect to the strain energies of the elements; empty if the view has none.
-    pub energy: Vec<f64>,
-    /// With respect to the stresses; empty if the view has none.
-    pub stress: Vec<f64>,
-    /// With respect to the plastic work of the elements; empty if the view has none.
-    pub plastic_work: Vec<f64>,
-    /// With respect to the plastic strains; empty if the view has none.
-    pub plastic_strain: Vec<f64>,
+    /// With respect to the data of the elements; empty if the view has none.
+    pub elements: ElementData<Vec<f64>>,
     /// By the state before; empty if the view has none.
     pub previous: PreviousDerivative,
 }
@@ -168,10 +156,7 @@ impl StateDerivative {
             reaction: vec![0.0; view.reaction.len()],
             contact: vec![ContactDerivative::default(); view.contact.len()],
             density: vec![0.0; view.density.len()],
-            energy: vec![0.0; view.energy.len()],
-            stress: vec![0.0; view.stress.len()],
-            plastic_work: vec![0.0; view.plastic_work.len()],
-            plastic_strain: vec![0.0; view.plastic_strain.len()],
+            elements: view.elements.map(|values| vec![0.0; values.len()]),
             previous: PreviousDerivative {
                 displacement: vec![0.0; view.previous.displacement.len()],
                 external_force: vec![0.0; view.previous.external_force.len()],
@@ -187,7 +172,7 @@ impl StateDerivative {
         add(&mut self.external_force, &later.external_force);
         add(&mut self.reaction, &later.reaction);
         let nodes = self.contact.iter_mut().zip(contact).zip(&later.multiplier);
-        for ((to, _), from) in nodes.filter(|((_, at), _)| at.status != 0) {
+        for ((to, _), from) in nodes.filter(|((_, at), _)| at.status.is_closed()) {
             to.multiplier.iter_mut().zip(from).for_each(|(to, from)| *to += from);
         }
     }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use slipstick_design::quantity::{
-    ContactNode, FrictionStep, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView,
+    ContactNode, ElementData, FrictionStep, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView,
 };
 use slipstick_design::response::Response;
 use slipstick_path::{Explicit, LoadTime, Observed, Path, PathResponses, StateError, StepState};
@@ -26,13 +26,8 @@ pub(crate) struct StateData {
     contact: Vec<ContactNode>,
     /// Where `contact` and `reaction` come from. `None` unless one of them is read.
     pub(crate) results: Option<ContactResults>,
-    /// Of the elements. Empty unless read. \[F L\]
-    pub(crate) energy: Vec<f64>,
-    /// Von Mises, at the Gauss points. Empty unless read. \[F/L²\]
-    stress: Vec<f64>,
-    /// Empty without elements with memory.
-    pub(crate) plastic_work: Vec<f64>,
-    plastic_strain: Vec<f64>,
+    /// Empty unless read.
+    pub(crate) elements: ElementData<Vec<f64>>,
     /// The state before. Empty unless read.
     previous: PreviousData,
     /// Of contact, if `results` were computed.
@@ -68,10 +63,7 @@ impl StateData {
             reaction: Vec::new(),
             contact: Vec::new(),
             results: None,
-            energy: Vec::new(),
-            stress: Vec::new(),
-            plastic_work: Vec::new(),
-            plastic_strain: Vec::new(),
+            elements: ElementData::default(),
             previous: PreviousData::default(),
             kinematics: None,
         };
@@ -87,17 +79,18 @@ impl StateData {
             }
             data.results = Some(results);
         }
+        let reads = reads.elements;
         let reads_plastic_work = model.has_memory() && (reads.energy || reads.plastic_work);
         if reads.energy || reads_plastic_work {
             let [elastic, plastic] = design.energies(d, (time, model.solid_history(state)))?;
-            data.energy = if reads.energy { elastic } else { Vec::new() };
-            data.plastic_work = if reads_plastic_work { plastic } else { Vec::new() };
+            data.elements.energy = if reads.energy { elastic } else { Vec::new() };
+            data.elements.plastic_work = if reads_plastic_work { plastic } else { Vec::new() };
         }
         if reads.plastic_strain {
-            data.plastic_strain = design.plastic_strains(state);
+            data.elements.plastic_strain = design.plastic_strains(state);
         }
         if reads.stress {
-            data.stress = design.von_mises_stresses(time, state)?;
+            data.elements.stress = design.von_mises_stresses(time, state)?;
         }
         Ok(data)
     }
@@ -138,10 +131,7 @@ impl StateData {
             reaction: &self.reaction,
             contact: &self.contact,
             density: design.density(),
-            energy: &self.energy,
-            stress: &self.stress,
-            plastic_work: &self.plastic_work,
-            plastic_strain: &self.plastic_strain,
+            elements: self.elements.map(Vec::as_slice),
             previous: PreviousView {
                 displacement: &self.previous.displacement,
                 external_force: &self.previous.external,
@@ -395,27 +385,34 @@ impl PathResponses<Design> for Adapter<'_> {
             design.pull_back_internal_history(d, before, &by.internal_force, &mut to.inputs.history);
         }
         design.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
-        if reads.energy {
+        if reads.elements.energy {
             design.pull_back_energies(
                 (at.time, d),
                 &view,
-                &by.energy,
+                &by.elements.energy,
                 self.parameters,
                 &mut by.displacement,
                 to.inputs,
             )?;
         }
-        if reads.stress {
+        if reads.elements.stress {
             let by_state = (&mut by.displacement[..], &mut to.history[..]);
-            design.pull_back_stresses((at.time, at.state), &view, &by.stress, self.parameters, by_state, to.inputs);
+            design.pull_back_stresses(
+                (at.time, at.state),
+                &view,
+                &by.elements.stress,
+                self.parameters,
+                by_state,
+                to.inputs,
+            );
         }
-        if reads.energy || reads.plastic_work {
-            let weights = [&by.energy[..], &by.plastic_work];
+        if reads.elements.energy || reads.elements.plastic_work {
+            let weights = [&by.elements.energy[..], &by.elements.plastic_work];
             let by_history = (&mut to.history[..], &mut to.inputs.density[..]);
             design.pull_back_inelastic_energies((at.time, at.state), weights, &mut by.displacement, by_history);
         }
-        if reads.plastic_strain {
-            design.pull_back_plastic_strains(&by.plastic_strain, to.history);
+        if reads.elements.plastic_strain {
+            design.pull_back_plastic_strains(&by.elements.plastic_strain, to.history);
         }
         to.unknowns.iter_mut().zip(&by.displacement).for_each(|(to, from)| *to += from);
         let (fixed, linear) = (model.prescribed().fixed(), model.prescribed().linear());
@@ -461,14 +458,14 @@ impl PathResponses<Design> for Adapter<'_> {
                 let before = (at.time, model.solid_history(at.previous));
                 design.pull_back_solid_parameters(d, before, &by.internal_force, &mut to.inputs.parameters)?;
             }
-            if reads.energy || reads.plastic_work {
-                let weights = [&by.energy[..], &by.plastic_work];
+            if reads.elements.energy || reads.elements.plastic_work {
+                let weights = [&by.elements.energy[..], &by.elements.plastic_work];
                 let parameters = &mut to.inputs.parameters;
                 design.pull_back_energies_by_expansion((at.time, at.state), &view, weights, parameters)?;
             }
-            if reads.stress {
+            if reads.elements.stress {
                 let parameters = &mut to.inputs.parameters;
-                design.pull_back_stresses_by_expansion((at.time, at.state), &by.stress, parameters);
+                design.pull_back_stresses_by_expansion((at.time, at.state), &by.elements.stress, parameters);
             }
             design.pull_back_loads(d, at.time, &by.external_force, &mut to.inputs.parameters);
         }

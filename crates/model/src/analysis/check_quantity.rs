@@ -2,8 +2,9 @@
 
 use super::Analysis;
 use crate::equations::ContactModel;
+use slipstick_design::ContactStatus;
 use slipstick_design::quantity::{
-    ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
+    ContactNode, ElementData, PreviousView, Quantity, StateView, WrongDerivative, check_derivatives,
 };
 
 impl Analysis {
@@ -28,13 +29,11 @@ impl Analysis {
         let reaction = |i: usize| if supported[i] { spread(i) - 1.0 } else { 0.0 };
         let reaction: Vec<f64> = if reads.reaction { (0..n).map(reaction).collect() } else { Vec::new() };
         let elements = model.solid().elements();
-        let points = STRESS_POINTS * if reads.stress { elements } else { 0 };
-        let stress: Vec<f64> = (0..points).map(spread).collect();
-        let energy_like = || (0..elements).map(spread).collect();
-        let energy: Vec<f64> = if reads.energy { energy_like() } else { Vec::new() };
-        let plastic_work: Vec<f64> = if reads.plastic_work { energy_like() } else { Vec::new() };
-        let points = STRESS_POINTS * if reads.plastic_strain { elements } else { 0 };
-        let plastic_strain: Vec<f64> = (0..points).map(|i| 0.1 * spread(i)).collect();
+        let mut lists = ElementData::<f64>::LISTS.into_iter();
+        let of_elements = reads.elements.map(|read| {
+            let list = lists.next().filter(|_| *read);
+            list.map_or_else(Vec::new, |list| (0..list.width * elements).map(|i| list.size * spread(i)).collect())
+        });
         let before: Vec<f64> = displacement.iter().enumerate().map(|(i, d)| spread(3 * i) * d).collect();
         let loads: Vec<f64> = (0..n).map(|i| spread(5 * i) - 1.0).collect();
         let supports: Vec<f64> = reaction.iter().map(|force| 0.5 * force).collect();
@@ -60,10 +59,7 @@ impl Analysis {
                 reaction: &reaction,
                 contact: &contact,
                 density: self.design.density(),
-                energy: &energy,
-                stress: &stress,
-                plastic_work: &plastic_work,
-                plastic_strain: &plastic_strain,
+                elements: of_elements.map(Vec::as_slice),
                 previous,
             };
             check_derivatives(quantity, &state)?;
@@ -99,7 +95,7 @@ fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<Cont
     let of = |(j, (pair, node)): (usize, (usize, u32))| ContactNode {
         node,
         pair: pair as u32,
-        status: 2,
+        status: ContactStatus::Slip,
         multiplier: [spread(7 * j), spread(7 * j + 1) - 1.0, spread(7 * j + 2) - 1.0],
         vector: [spread(7 * j + 3) - 1.0, spread(7 * j + 4), spread(7 * j + 5) - 1.0],
         gap: 0.1 * spread(7 * j + 6),

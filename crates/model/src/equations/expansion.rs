@@ -130,12 +130,12 @@ impl Design {
         }
         let (stretches, mut by_stretch) = (model.stretches(time), vec![0.0; self.scalings.len()]);
         if elastic.iter().any(|weight| *weight != 0.0) {
-            let energies = self.energies_by_stretch((time, state), view.energy)?;
+            let energies = self.energies_by_stretch((time, state), view.elements.energy)?;
             by_stretch.iter_mut().zip(energies).zip(elastic).for_each(|((to, energy), weight)| *to += weight * energy);
         }
         for (e, weight) in plastic.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
             if !model.solid.material(e).small_strains() {
-                by_stretch[e] += weight * 3.0 * view.plastic_work[e] / stretches[e];
+                by_stretch[e] += weight * 3.0 * view.elements.plastic_work[e] / stretches[e];
             }
         }
         for (parameter, slopes) in model.stretch_slopes(time) {

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
+use slipstick_contact::ContactStatus;
+use slipstick_design::quantity::{ElementData, ExternalWork, Quantity, Reads};
 use slipstick_mesh::{Mesh, Rigid};
 use slipstick_path::{Evaluated, LoadTime, PathState, StepState};
 
@@ -81,7 +82,12 @@ impl<'a> Recording<'a> {
         let void = VoidSurfaces::of(mesh, designs.shared());
         let recorder = Recorder { mesh, model, supports: supports(mesh, model), own, extremes, external_work, void };
         let own_reads = own.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
-        let all = Reads { reaction: true, contact: true, energy: true, ..Reads::default() };
+        let all = Reads {
+            reaction: true,
+            contact: true,
+            elements: ElementData { energy: true, ..ElementData::default() },
+            ..Reads::default()
+        };
         let reads = own_reads.or(recorder.external_work.reads()).or(all);
         let found = Quantities { names: recorder.names(), ..Quantities::default() };
         let (sums, pressures, on_void, last) =
@@ -171,7 +177,7 @@ impl<'a> Recording<'a> {
         };
         let contact = data.results.take().unwrap_or_default();
         let pressed = pressed(design.model(), &contact, at.time);
-        let heated = design.energies_by_stretch((at.time, &now), &data.energy).unwrap_or_default();
+        let heated = design.energies_by_stretch((at.time, &now), &data.elements.energy).unwrap_or_default();
         let (old, seen) = match before {
             Some(mut last) => {
                 let seen = std::mem::take(&mut last.seen);
@@ -211,7 +217,7 @@ impl<'a> Recording<'a> {
             let energies = old.results.as_ref().map_or(&[][..], |results| &results.energies);
             let stored = recorder.stored(energies, &old.state);
             sums.largest = sums.largest.max(stored);
-            let energies = [stored, recorder.stored(&data.energy, &now), sums.largest];
+            let energies = [stored, recorder.stored(&data.elements.energy, &now), sums.largest];
             // where material flows, the plastic work of a step is not known here; soft contact stores energy itself,
             // and where a pair ends, its energy is released on purpose
             let apart = recorder
@@ -248,7 +254,7 @@ impl<'a> Recording<'a> {
                 slipped: sums.slipped.clone(),
             });
         }
-        let (internal_force, energies) = (data.internal.clone(), std::mem::take(&mut data.energy));
+        let (internal_force, energies) = (data.internal.clone(), std::mem::take(&mut data.elements.energy));
         let seen = match at.rest {
             true => PreviousData::at_rest(design, at.time, &now).with(data.kinematics),
             false => data.into_previous(&now),
@@ -384,25 +390,24 @@ impl Recorder<'_> {
         let results = pair_results(self.model, contact);
         let on_void = self.void.forces(self.model, contact);
         for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
-            let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
-            let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
+            let in_contact = || nodes.iter().filter(|at| at.status.is_closed());
             let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
             values.extend(result.force);
             values.push(normal_force(nodes));
             values.push(nodes.iter().map(friction).sum());
             values.push(result.peak_pressure);
             values.push(in_contact().map(|at| at.covered_area).sum());
-            values.extend([count(0), count(1), count(2)]);
+            values.extend(ContactStatus::counts(nodes.iter().map(|at| at.status)).map(|count| count as f64));
             values.push(sums.friction.get(i).copied().unwrap_or(0.0));
             let force = on_void.get(i).copied().unwrap_or(0.0);
             values.extend(has_force_on_void(self.model, &self.model.interfaces()[i]).then_some(force));
         }
-        let energies = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum());
+        let energies = self.mesh.bodies.iter().map(|body| data.elements.energy[body.elements.clone()].iter().sum());
         let energies: Vec<f64> = energies.collect();
         values.extend(&energies);
         let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
         values.extend([stored, dissipated, sums.external, sums.contact]);
-        let plastic: f64 = data.plastic_work.iter().sum();
+        let plastic: f64 = data.elements.plastic_work.iter().sum();
         values.extend(self.model.has_memory().then_some(plastic));
         values.extend(has_offset(self.model).then_some(sums.offset));
         values.extend(self.model.has_temperatures().then_some(sums.thermal));

@@ -88,7 +88,7 @@ impl Sums {
         self.coarse.resize(nodes.len());
         let all = self.slipped.iter_mut().zip(nodes).zip(steps).zip(bonded).enumerate();
         for (j, (((slipped, at), step), _)) in all.filter(|(_, (_, bonded))| !bonded) {
-            if at.status as u8 != 0 {
+            if at.status.is_closed() {
                 slipped.distance += at.slip[0].hypot(at.slip[1]);
             }
             slipped.work += step.work;

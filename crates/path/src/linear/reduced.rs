@@ -2,6 +2,7 @@
 
 use crate::failure::{StateError, StepFailureKind};
 use slipstick_linalg::{CsrMatrix, FactorizationError, Layout, PatternId, Ranks, Reduction, Summed};
+use slipstick_status::ContactStatus;
 use std::sync::Arc;
 
 /// What systems with one pattern and the same prescribed unknowns have in common.
@@ -20,7 +21,7 @@ pub(crate) struct Reduced<'a> {
     /// Which unknowns are prescribed.
     pub(super) fixed: &'a [bool],
     /// Status of the contact nodes.
-    pub(super) active_set: &'a [u8],
+    pub(super) active_set: &'a [ContactStatus],
     pub(super) reduction: Arc<Reduction>,
     /// Which block rows belong to multipliers.
     pub(super) multipliers: Arc<[bool]>,

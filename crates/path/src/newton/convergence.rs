@@ -3,6 +3,7 @@
 use super::settings::Tolerances;
 use crate::iterations::IterationRecord;
 use crate::problem::Scales;
+use slipstick_status::ContactStatus;
 
 /// Largest ratio of two increments for which the next one is predicted.
 const CONTRACTION: f64 = 0.1;
@@ -67,13 +68,13 @@ const RECENT: usize = 8;
 /// Detects an active set that recurs.
 #[derive(Default)]
 pub(super) struct ActiveSets {
-    history: Vec<Vec<u8>>,
+    history: Vec<Vec<ContactStatus>>,
 }
 
 impl ActiveSets {
     /// Adds the set of this iteration. Returns the positions that change if this set was entered at
     /// least three times before.
-    pub(super) fn cycling(&mut self, now: &[u8]) -> Option<Vec<u32>> {
+    pub(super) fn cycling(&mut self, now: &[ContactStatus]) -> Option<Vec<u32>> {
         let changed = self.history.last().is_some_and(|last| last != now);
         let entered = |i: usize| self.history[i] == now && (i == 0 || self.history[i - 1] != now);
         let cycle = changed && (0..self.history.len()).filter(|&i| entered(i)).count() >= 3;
@@ -83,7 +84,7 @@ impl ActiveSets {
     }
 
     /// Positions whose status was different in the last iterations.
-    pub(super) fn changing(&self, now: &[u8]) -> Vec<u32> {
+    pub(super) fn changing(&self, now: &[ContactStatus]) -> Vec<u32> {
         let changes = |&i: &u32| self.history.iter().rev().take(RECENT).any(|set| set[i as usize] != now[i as usize]);
         (0..now.len() as u32).filter(changes).collect()
     }
@@ -133,13 +134,14 @@ mod tests {
 
     #[test]
     fn an_alternating_active_set_is_recognised_and_a_settled_one_is_not() {
+        use ContactStatus::{Inactive, Slip, Stick};
         let mut sets = ActiveSets::default();
-        let verdicts: Vec<_> = (0..8).map(|k| sets.cycling(&[1, (k % 2) as u8])).collect();
+        let verdicts: Vec<_> = (0..8).map(|k| sets.cycling(&[Stick, [Inactive, Stick][k % 2]])).collect();
         assert_eq!(verdicts.iter().position(Option::is_some), Some(6));
         assert_eq!(verdicts[6], Some(vec![1]));
         let mut sets = ActiveSets::default();
-        assert!((0..20).all(|_| sets.cycling(&[1, 2]).is_none()));
+        assert!((0..20).all(|_| sets.cycling(&[Stick, Slip]).is_none()));
         // one excursion from a set that persisted for long is not a cycle
-        assert!([[1, 1], [1, 2]].iter().all(|set| sets.cycling(set).is_none()));
+        assert!([[Stick, Stick], [Stick, Slip]].iter().all(|set| sets.cycling(set).is_none()));
     }
 }

@@ -130,7 +130,7 @@ class Problem:
         adapter: Any,
         name: str,
         dimension: tuple[int, int],
-        reads: tuple[bool, ...],
+        reads: list[str],
         accumulates: bool,
     ) -> None: ...
     def parameters(self) -> list[tuple[str, str, float]]: ...

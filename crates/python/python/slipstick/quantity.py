@@ -135,20 +135,13 @@ _UNITS = {
     "F/L²": (1, -2),
 }
 
-_READS = ("reaction", "contact", "energy", "stress", "plastic_work", "plastic_strain", "previous")
+# Data of the elements, with the names of the list in Rust.
+_ELEMENTS = ("energy", "stress", "plastic_work", "plastic_strain")
+
+_READS = ("reaction", "contact", *_ELEMENTS, "previous")
 
 _DERIVATIVES = (
-    *(
-        "displacement",
-        "internal_force",
-        "external_force",
-        "reaction",
-        "density",
-        "energy",
-        "stress",
-        "plastic_work",
-        "plastic_strain",
-    ),
+    *("displacement", "internal_force", "external_force", "reaction", "density", *_ELEMENTS),
     *(f"contact.{name}" for name in ("multiplier", "vector", "gap", "slip", "area")),
     *(f"previous.{name}" for name in ("displacement", "external_force", "reaction", "multiplier")),
 )
@@ -262,7 +255,7 @@ class Adapter:
         return checked
 
 
-Definition = tuple[Any, str, tuple[int, int], tuple[bool, ...], bool]
+Definition = tuple[Any, str, tuple[int, int], list[str], bool]
 
 
 def definition(quantity: Quantity) -> Definition:
@@ -281,9 +274,8 @@ def definition(quantity: Quantity) -> Definition:
         raise ValueError(
             f"{name}.reads is {quantity.reads!r}: give a tuple of any of {', '.join(_READS)}"
         )
-    reads = tuple(read in quantity.reads for read in _READS)
     adapter = Adapter(quantity, name)
-    return adapter, name, _UNITS[quantity.unit], reads, bool(quantity.accumulates)
+    return adapter, name, _UNITS[quantity.unit], list(quantity.reads), bool(quantity.accumulates)
 
 
 def name_of(quantity: Quantity) -> str:

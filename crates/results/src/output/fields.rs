@@ -6,7 +6,6 @@ use std::path::Path;
 use super::OutputError;
 use super::vtu::{Values, Vtu};
 use slipstick_case::file::Dimension;
-use slipstick_contact::friction::Status;
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 use slipstick_model::model::{ContactResults, ElementFields};
@@ -116,11 +115,7 @@ pub fn of_state<'a>(mesh: &Mesh, state: &State<'a>) -> Vec<Field<'a>> {
     let mut status = vec![-1i64; nodes];
     for at in &contact.nodes {
         let n = at.node as usize;
-        let now = match at.status {
-            Status::Inactive => 0,
-            Status::Stick => 1,
-            Status::Slip => 2,
-        };
+        let now = i64::from(at.status.code());
         let (own_gap, own_slip) = (at.gap.unwrap_or(no_gap), at.slip[0].hypot(at.slip[1]));
         // among the patches that meet at a sharp edge, use the one closest to contact
         if status[n] >= 0 && (now == 0) >= (status[n] == 0) && own_gap >= gap[n] {

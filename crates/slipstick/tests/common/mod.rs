@@ -8,7 +8,7 @@ use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
 use slipstick::design::ElementValues;
 use slipstick::model::NodalContact;
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_mesh::Mesh;
 use slipstick_path::{Guide, PathState, Silent, StepState};
 
@@ -106,9 +106,9 @@ pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalCo
 /// word per state.
 pub fn status_path(problem: &mut Problem, forward: &Forward) -> Vec<String> {
     let letter = |c: &NodalContact| match c.status {
-        Status::Inactive => 'o',
-        Status::Stick => 't',
-        Status::Slip => 'l',
+        ContactStatus::Inactive => 'o',
+        ContactStatus::Stick => 't',
+        ContactStatus::Slip => 'l',
     };
     contact_path(problem, forward).iter().map(|nodes| nodes.iter().map(letter).collect()).collect()
 }

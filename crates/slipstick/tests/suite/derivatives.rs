@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick::model::{Design, Step, Workspace};
+use slipstick_contact::ContactStatus;
 use slipstick_contact::enforcement::lagrange::complementarity;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
 use slipstick_contact::friction::Friction;
@@ -95,7 +96,7 @@ fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bo
         let (previous, y) = (state(), state());
         generic.previous = StepState { unknowns: previous, history: random.vector(history, 5.0) };
         let statuses = generic.evaluate(&y).active_set;
-        let various = (0..3).all(|s| statuses.iter().filter(|&&a| a == s).count() >= 2);
+        let various = ContactStatus::counts(statuses.iter().copied()).iter().all(|&count| count >= 2);
         // far from every switch, so that no difference step crosses one
         let settled = (0..50).all(|_| {
             let mut near = |t: usize, y: f64| y + random.within(-1.0, 1.0) * if t < split { 2e-4 } else { 0.2 };
@@ -180,11 +181,11 @@ impl Generic {
 
     /// F with the parameters c held at `parameters`: they only affect the iteration and are not
     /// differentiated.
-    fn frozen(&self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
+    fn frozen(&self, y: &[f64], parameters: &[f64], statuses: &[ContactStatus]) -> Vec<f64> {
         let mut out = self.residual(y);
         let split = self.split();
         let measures = self.measures(y);
-        for (j, at) in measures.iter().enumerate().filter(|(j, _)| statuses[*j] != 0) {
+        for (j, at) in measures.iter().enumerate().filter(|(j, _)| statuses[*j].is_closed()) {
             let zeta = Vector3::from_column_slice(&y[split + 3 * j..][..3]);
             let c = Stiffness {
                 normal: parameters[j],
@@ -273,7 +274,7 @@ fn tangent_on_slivers_matches_finite_differences() {
             let y = generic.y.clone();
             let measures = generic.measures(&y);
             let active = generic.evaluate(&y).active_set;
-            let soft = measures.iter().zip(&active).filter(|(at, a)| **a != 0 && at.compliance().0 > 0.0).count();
+            let soft = measures.iter().zip(&active).filter(|(at, a)| a.is_closed() && at.compliance().0 > 0.0).count();
             assert_eq!(soft > 0, with_multipliers, "{name}: {soft} active slivers");
             check_tangent(&format!("{name}, held: {held}"), &generic, with_multipliers && !held);
         }
@@ -346,7 +347,8 @@ fn sticking_traction_is_kept_under_rotation() {
             }
             let history = generic.history(&turned);
             let statuses = generic.evaluate(&turned).active_set;
-            let sticking: Vec<usize> = (0..history.len() / 2).filter(|&j| statuses[j] == 1).collect();
+            let sticking: Vec<usize> =
+                (0..history.len() / 2).filter(|&j| statuses[j] == ContactStatus::Stick).collect();
             assert!(sticking.len() >= 4, "{sticking:?}");
             let scale = largest(previous.history.iter().copied());
             for j in sticking {

@@ -3,7 +3,7 @@
 use crate::common::scene::*;
 use crate::common::*;
 use slipstick::build::Problem;
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 
 /// A block without lateral strain (ν = 0, so nothing moves sideways) that slides along x on a rigid
 /// plane.
@@ -60,8 +60,8 @@ fn slide(problem: &mut Problem) -> (f64, f64, f64) {
     let density = problem.initial_density().clone();
     let run = forward(problem, &density);
     let contact = contact_path(problem, &run).pop().unwrap();
-    assert!(contact.iter().filter(|c| c.status == Status::Slip).count() >= 4);
-    assert!(contact.iter().all(|c| c.status != Status::Stick));
+    assert!(contact.iter().filter(|c| c.status == ContactStatus::Slip).count() >= 4);
+    assert!(contact.iter().all(|c| c.status != ContactStatus::Stick));
     let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
     let mut force = vec![0.0; d.len()];
     problem.analysis.design.internal_force(d, (0.0.into(), &[]), &mut force).unwrap();

@@ -6,7 +6,7 @@ use crate::common::scene::{LAGRANGE, Scene, penalty};
 use crate::common::{forward, problem, problem_with, random_density, status_path};
 use crate::quantity_gradients::{responses, set};
 use slipstick::build::Problem;
-use slipstick::design::quantity::{Dimension, Quantity, Reads, StateDerivative, StateView};
+use slipstick::design::quantity::{Dimension, ElementData, Quantity, Reads, StateDerivative, StateView};
 use slipstick::design::{ObservedSteps, Response};
 use slipstick::model::Parameter;
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
@@ -26,16 +26,16 @@ impl Quantity for Works {
     }
 
     fn reads(&self) -> Reads {
-        Reads { plastic_work: true, ..Reads::default() }
+        Reads { elements: ElementData { plastic_work: true, ..ElementData::default() }, ..Reads::default() }
     }
 
     fn value(&self, state: &StateView) -> f64 {
         let forces = state.internal_force.iter().enumerate().map(|(i, f)| f * (i as f64).cos());
-        state.plastic_work.iter().sum::<f64>() + forces.sum::<f64>()
+        state.elements.plastic_work.iter().sum::<f64>() + forces.sum::<f64>()
     }
 
     fn pull_back(&self, _: &StateView, weight: f64, to: &mut StateDerivative) {
-        to.plastic_work.iter_mut().for_each(|work| *work += weight);
+        to.elements.plastic_work.iter_mut().for_each(|work| *work += weight);
         to.internal_force.iter_mut().enumerate().for_each(|(i, f)| *f += weight * (i as f64).cos());
     }
 }
@@ -104,6 +104,7 @@ fn kinds() -> Vec<Kind> {
             &[(ELASTIC, LINEAR), ("\nmaterial", "\nelement = \"f_bar\"\nmaterial")],
         ),
         kind("plastic", LAGRANGE, "yield_p = 2.5", &[(ELASTIC, PLASTIC)]),
+        kind("plastic, interpolated", LAGRANGE, interpolated, &[(ELASTIC, PLASTIC)]),
         kind(
             "plastic, penalty, F̄",
             &penalty(2e4),

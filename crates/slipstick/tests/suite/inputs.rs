@@ -127,6 +127,11 @@ fn kinds() -> Vec<Kind> {
             "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }",
             "yield_p = 2.5",
         ),
+        (
+            "plastic, interpolated, ",
+            "j2_linear = { youngs_modulus = 1000.0, poisson_ratio = 0.3, yield_stress = 20, hardening_modulus = 150 }",
+            "energy_interpolation = { threshold = 0.2, sharpness = 3 }",
+        ),
     ] {
         let (_, base) = scene("", if name.starts_with("penalty") { &methods[1].1 } else { LAGRANGE }, "standard");
         let heat = "[[temperature]]\nbody = 'slab'\nchange = 0.05\namplitude = [{ t = 0.4, factor = 1 }]\n\
@@ -260,10 +265,10 @@ fn compare(kind: &Kind) -> (String, BTreeMap<String, f64>) {
         Design::new(problem(&text).analysis.design.model().clone(), &density)
     };
     let mut largest = BTreeMap::new();
-    let mut statuses = [0; 3];
+    let mut statuses = [0_usize; 3];
     for index in path.states.len() - 2..path.states.len() {
         let [previous, state] = [&path.states[index - 1], &path.states[index]];
-        state.active_set.iter().for_each(|&status| statuses[usize::from(status)] += 1);
+        state.active_set.iter().for_each(|status| statuses[usize::from(status.code())] += 1);
         let split = unknowns.history - model.solid().history();
         let comparison = Comparison {
             problem: &of,

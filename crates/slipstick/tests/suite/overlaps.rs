@@ -44,7 +44,7 @@ fn found(text: &str) -> (Vec<OpenOverlap>, usize) {
     let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}"));
     let last = forward.path.states.last().expect("a state");
-    (overlaps(&problem, &forward.path), last.active_set.iter().filter(|&&status| status != 0).count())
+    (overlaps(&problem, &forward.path), last.active_set.iter().filter(|status| status.is_closed()).count())
 }
 
 /// The bodies move rigidly since no force acts: a corner is as deep as it was moved below the height

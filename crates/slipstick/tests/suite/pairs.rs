@@ -6,7 +6,7 @@ use crate::common::*;
 use crate::patch::{deformation_gradients, distorted, mean};
 use nalgebra::Matrix3;
 use slipstick::analysis::pair_results;
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 
 /// A block pressed into the corner of a floor and a wall, which overlap so that both reach beyond the
@@ -56,7 +56,7 @@ fn a_block_in_a_rigid_corner_is_under_uniform_pressure() {
             assert_eq!(nodes.len(), 21);
             // a penalty lets the block into the tools, evenly; the load follows the surface
             for row in last {
-                assert_ne!(row.status, Status::Inactive);
+                assert_ne!(row.status, ContactStatus::Inactive);
                 let [n, a, b] = row.multiplier;
                 assert!((n / 5.0 - 1.0).abs() < 1e-8 && a.hypot(b) < 1e-8, "{first}, {second}: {:?}", row.multiplier);
             }
@@ -97,8 +97,8 @@ fn each_pair_in_a_corner_has_its_own_force_and_friction() {
             let mut slipping = 0;
             for row in rows {
                 let [n, a, b] = row.multiplier;
-                slipping += usize::from(row.status == Status::Slip);
-                assert!(row.status != Status::Slip || (a.hypot(b) / (friction * n) - 1.0).abs() < 1e-8);
+                slipping += usize::from(row.status == ContactStatus::Slip);
+                assert!(row.status != ContactStatus::Slip || (a.hypot(b) / (friction * n) - 1.0).abs() < 1e-8);
             }
             assert!(slipping > 0);
             for (c, axis) in ["x", "y"].into_iter().enumerate() {

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use slipstick::build::{Problem, build_mesh};
 use slipstick::case::parse_case;
 use slipstick::model::{ContactModel, Design, Loads, ModelParts, Share, Springs, Temperatures, Viscosity};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_mesh::{BoxShape, Element, Mesh, box_mesh};
 use std::sync::Arc;
 
@@ -205,7 +205,7 @@ fn check(name: &str, problem: &mut Problem, lateral: [f64; 2], axial: [f64; 2], 
     assert!(strain < 1e-10, "{name}: F off by {strain:e}");
     assert!(traction < 1e-10, "{name}: pressure off by {traction:e}");
     for node in contact {
-        assert_ne!(node.status, Status::Inactive);
+        assert_ne!(node.status, ContactStatus::Inactive);
         assert!(node.gap.unwrap().abs() < 1e-11, "{name}: gap {:?}", node.gap);
         assert!(node.multiplier[1].hypot(node.multiplier[2]) < 1e-10 * pressure, "{name}: {:?}", node.multiplier);
     }
@@ -469,7 +469,7 @@ fn an_inclined_sticking_interface_passes_shear_too() {
             let expected = -(cauchy * outward);
             let mut worst: f64 = 0.0;
             for node in contact_path(&mut problem, &run).pop().unwrap() {
-                assert_eq!(node.status, Status::Stick);
+                assert_eq!(node.status, ContactStatus::Stick);
                 worst = worst.max((Vector3::from(node.global_multiplier) - expected).norm() / expected.norm());
             }
             println!("inclined, {shape}, slave above {slave_above}: F off by {strain:.1e}, traction by {worst:.1e}");

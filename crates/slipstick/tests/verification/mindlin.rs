@@ -4,7 +4,7 @@ use crate::chapter::Chapter;
 use crate::finding::Finding;
 use crate::mapped::mapped_box;
 use crate::solved::{Scene, Solved, neo_hooke};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 pub fn chapter() -> Chapter {
@@ -188,7 +188,7 @@ fn measure(solved: &mut Solved) -> Measured {
     let p0 = 2.0 * total / (PI * half_width);
     let ellipse = |k: usize| (1.0 - ((place(nodes[k].node) - centre) / half_width).powi(2)).sqrt();
     let inner = (0..nodes.len()).filter(|&k| (place(nodes[k].node) - centre).abs() < 0.8 * half_width);
-    let stick: Vec<usize> = (0..nodes.len()).filter(|&k| nodes[k].status == Status::Stick).collect();
+    let stick: Vec<usize> = (0..nodes.len()).filter(|&k| nodes[k].status == ContactStatus::Stick).collect();
     let (first, last) = (stick[0], stick[stick.len() - 1]);
     let at = |k: usize| place(nodes[k].node);
     let (left, right) = ([at(first - 1), at(first)], [at(last), at(last + 1)]);

@@ -4,7 +4,7 @@ use crate::chapter::Chapter;
 use crate::finding::Finding;
 use crate::solved::{Scene, neo_hooke};
 use nalgebra::{Rotation3, Vector3};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use std::fmt::Write;
 
 pub fn chapter() -> Chapter {
@@ -54,7 +54,7 @@ fn run() -> Vec<Finding> {
 fn turn(enforcement: &str, shape: &str) -> [f64; 3] {
     let mut solved = Scene::from(text(enforcement, shape)).solve();
     let start = solved.contact(BEFORE);
-    assert!(start.iter().all(|node| node.status == Status::Stick));
+    assert!(start.iter().all(|node| node.status == ContactStatus::Stick));
     assert!(
         start.iter().any(|node| node.multiplier[1].hypot(node.multiplier[2]) > 0.05 * node.multiplier[0]),
         "some shear"
@@ -63,7 +63,7 @@ fn turn(enforcement: &str, shape: &str) -> [f64; 3] {
     let mut on_the_way: f64 = 0.0;
     for step in BEFORE + 1..=BEFORE + TURNS {
         for (now, then) in solved.contact(step).iter().zip(&start) {
-            assert_eq!(now.status, Status::Stick);
+            assert_eq!(now.status, ContactStatus::Stick);
             on_the_way = on_the_way.max((Vector3::from(now.multiplier) - Vector3::from(then.multiplier)).norm() / size);
         }
     }

@@ -5,7 +5,7 @@ use crate::finding::Finding;
 use crate::mapped::mapped_box;
 use crate::solved::{Scene, Solved, neo_hooke};
 use nalgebra::Vector3;
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use std::f64::consts::PI;
 
 pub fn chapter() -> Chapter {
@@ -127,7 +127,7 @@ fn level(mesh: &Mesh) -> (f64, f64) {
     let mut solved = scene.solve();
     let pressure = -axial_stress(1000.0, 0.3, 1.0 - 0.5 * PRESSED);
     let contact = solved.contact(2);
-    assert!(contact.iter().all(|node| node.status != Status::Inactive));
+    assert!(contact.iter().all(|node| node.status != ContactStatus::Inactive));
     let traction = contact.iter().map(|node| (node.multiplier[0] / pressure - 1.0).abs()).fold(0.0, f64::max);
     (strain_error(&solved), traction)
 }
@@ -154,7 +154,7 @@ fn inclined(mesh: &Mesh) -> (f64, f64) {
     let normal = Vector3::new(-0.2 * axial, 1.0, 0.1 * axial).normalize();
     let expected = Vector3::new(0.0, axial_stress(1000.0, 0.0, axial) * normal.y, 0.0);
     let contact = solved.contact(2);
-    assert!(contact.iter().all(|node| node.status == Status::Stick));
+    assert!(contact.iter().all(|node| node.status == ContactStatus::Stick));
     let deviation = |z: [f64; 3]| (Vector3::from(z) - expected).norm() / expected.norm();
     let traction = contact.iter().map(|node| deviation(node.global_multiplier)).fold(0.0, f64::max);
     (strain_error(&solved), traction)

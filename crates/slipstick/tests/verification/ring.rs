@@ -3,7 +3,7 @@
 use crate::chapter::Chapter;
 use crate::finding::Finding;
 use crate::solved::{Scene, neo_hooke};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use std::f64::consts::PI;
 
 pub fn chapter() -> Chapter {
@@ -32,7 +32,7 @@ fn run() -> Vec<Finding> {
     for around in [16, 32, 64] {
         let mut solved = Scene::from(text(around)).solve();
         let last = solved.steps();
-        assert!(solved.contact(last).iter().all(|node| node.status == Status::Slip));
+        assert!(solved.contact(last).iter().all(|node| node.status == ContactStatus::Slip));
         let force = -solved.reaction("upper_top", last).y;
         let moment = solved.moment("upper_top", last).y;
         let expected = 2.0 / 3.0 * friction * force * (outer.powi(3) - inner.powi(3)) / (outer.powi(2) - inner.powi(2));

@@ -3,7 +3,7 @@
 use crate::chapter::Chapter;
 use crate::finding::Finding;
 use crate::solved::{Scene, Solved, neo_hooke};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 
 pub fn chapters() -> [Chapter; 2] {
     [
@@ -71,7 +71,7 @@ fn block() -> Vec<Finding> {
     for shape in ["standard", "dual"] {
         let mut solved = on_plane(shape, "[{ t = 0.2, u = [0, -0.02, 0] }, { t = 1.0, u = [0.8, -0.02, 0] }]", 20);
         let last = solved.steps();
-        assert!(solved.contact(last).iter().all(|node| node.status != Status::Stick));
+        assert!(solved.contact(last).iter().all(|node| node.status != ContactStatus::Stick));
         let found = ratio(&solved, "block_ymax", last);
         findings.push(Finding::value(format!("F_t/F_n in full slip, {shape} shapes"), FRICTION, 1e-8, found));
     }
@@ -82,7 +82,7 @@ fn block() -> Vec<Finding> {
         let found = ratio(&solved, "block_ymax", step);
         findings.push(Finding::value(format!("F_t/F_n at the end of stroke {}", step / 20), expected, 1e-6, found));
     }
-    let stick = solved.contact(51).iter().filter(|node| node.status == Status::Stick).count();
+    let stick = solved.contact(51).iter().filter(|node| node.status == ContactStatus::Stick).count();
     assert!(stick > 0, "nodes stick after a reversal");
     let force = |step: usize| solved.reaction("block_ymax", step).x;
     let largest = (50..70).map(|step| force(step).abs()).fold(0.0, f64::max);

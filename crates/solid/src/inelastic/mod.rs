@@ -5,6 +5,7 @@
 //! what does not depend on the law.
 
 mod build;
+mod interpolated;
 mod points;
 mod state;
 
@@ -22,6 +23,7 @@ use crate::law::memory::Inelastic as _;
 use crate::law::{HISTORY, Material, with_memory};
 use crate::section::Section;
 use crate::stress;
+use interpolated::{Linear, contract};
 pub(crate) use points::PointElement;
 use points::{Deformed, Tensor};
 use rayon::prelude::*;
@@ -54,9 +56,13 @@ impl<'a> State<'a> {
         self.scaled(slope, element.number(), element.section as usize, power)
     }
 
-    /// F̄ without thermal expansion; `None` if J ≤ 0 at a point.
+    /// F̄ without thermal expansion, at the fraction γ of the displacements; `None` if J ≤ 0 at a point.
     fn deformed(&self, element: &PointElement) -> Option<Deformed> {
-        element.deformed(self.d, self.stretch(element.number()))
+        element.deformed(self.d, self.stretch(element.number()), self.gamma(element))
+    }
+
+    fn gamma(&self, element: &PointElement) -> f64 {
+        self.scalings[element.number()].gamma
     }
 
     /// The history of point q at the start of the step.
@@ -180,13 +186,9 @@ impl ElementBlock for Inelastic {
 
     fn add_forces(&self, state: State<'_>, direction: Option<&[f64]>, nodes: &mut [[f64; 3]]) -> Vec<u32> {
         self.add(nodes, |element| match direction {
-            None => {
-                let at = state.deformed(element)?;
-                Some(element.forces(&at, &stresses(element, &at, state)))
-            }
+            None => forces(element, state),
             Some(v) => {
-                let along: Vec<f64> =
-                    element.nodes.iter().flat_map(|&n| from_fn::<f64, 3, _>(|c| v[3 * n as usize + c])).collect();
+                let along = element.gather(v).into_flattened();
                 if along.iter().all(|&v| v == 0.0) {
                     return Some(Vec::new());
                 }
@@ -226,12 +228,15 @@ impl ElementBlock for Inelastic {
         let of = |element: &PointElement| {
             let at = state.deformed(element)?;
             let (material, scaling) = state.law(element, Power::Force);
-            let changes = weights.forces.map(|lambda| element.change(&at, lambda));
+            let gamma = scaling.gamma;
+            let lambda = weights.forces.map(|lambda| element.gather(lambda));
+            let changes = lambda.as_ref().map(|lambda| element.change(&at, lambda));
             let mut tensors = Vec::with_capacity(element.points());
             let mut by_history = Vec::with_capacity(element.points());
+            let mut stresses = Vec::with_capacity(element.points());
             let mut by_density = 0.0;
             for (q, f) in at.bar.iter().enumerate() {
-                let weight = element.weights[q];
+                let weight = element.weights[q] * gamma;
                 let by_stress =
                     changes.as_ref().map_or([[0.0; 3]; 3], |changes| changes[q].map(|row| row.map(|x| weight * x)));
                 let by_stress = (scaling.factor, &by_stress);
@@ -241,11 +246,26 @@ impl ElementBlock for Inelastic {
                 });
                 let slopes = slopes(material, scaling.strength, f, &state.history_of(element, q), by_stress, &eta);
                 tensors.push(slopes.by_f);
+                stresses.push(slopes.stress.map(|row| row.map(|x| element.weights[q] * x)));
                 by_history.push(slopes.by_history);
                 if let Some(slope) = slope_of.map(|of| of[element.number as usize]) {
                     let slope = state.slope(slope, element, Power::Force);
                     by_density += slope.factor * slopes.by_factor + slope.strength * slopes.by_strength;
                 }
+            }
+            let slope = slope_of.map(|of| state.slope(of[element.number as usize], element, Power::Force));
+            if let Some(slope) = slope.filter(|slope| gamma != 1.0 || slope.gamma != 0.0) {
+                // what the energy's interpolation adds
+                let v = element.unexpanded(state);
+                let mut by_gamma = element.along(&at, &tensors, &v);
+                if let (Some(lambda), Some(changes)) = (&lambda, &changes) {
+                    let linear = Linear::of(element, state)?.product(lambda);
+                    by_density += slope.factor * (1.0 - gamma * gamma) * linear;
+                    let force: f64 = stresses.iter().zip(changes).map(|(p, change)| contract(p, change)).sum();
+                    let curvature = element.curvature(&at, &stresses, lambda, &v);
+                    by_gamma += scaling.factor * (force + gamma * (curvature - 2.0 * linear));
+                }
+                by_density += slope.gamma * by_gamma;
             }
             // the derivative of the force with respect to displacements is the tangent's
             let forces = weights.forces.is_none().then(|| element.forces(&at, &tensors));
@@ -260,7 +280,7 @@ impl ElementBlock for Inelastic {
                 continue;
             };
             if let (Some(out), Some(forces)) = (&mut *displacements, &forces) {
-                let factor = state.by_displacement(element.number(), element.section as usize);
+                let factor = state.gamma(element) * state.by_displacement(element.number(), element.section as usize);
                 for (&node, force) in element.nodes.iter().zip(forces) {
                     (0..3).for_each(|c| out[3 * node as usize + c] += factor * force[c]);
                 }
@@ -328,6 +348,19 @@ fn stresses(element: &PointElement, at: &Deformed, state: State<'_>) -> Vec<Tens
     at.bar.iter().enumerate().map(of).collect()
 }
 
+/// The internal forces of an element; `None` if it is inverted.
+fn forces(element: &PointElement, state: State<'_>) -> Option<Vec<[f64; 3]>> {
+    let at = state.deformed(element)?;
+    let mut out = element.forces(&at, &stresses(element, &at, state));
+    let ElementScaling { factor, gamma, .. } = state.law(element, Power::Force).1;
+    if gamma != 1.0 {
+        let linear = Linear::of(element, state)?.forces(factor * (1.0 - gamma * gamma));
+        let both = out.as_flattened_mut().iter_mut().zip(linear.as_flattened());
+        both.for_each(|(force, linear)| *force = gamma * *force + linear);
+    }
+    Some(out)
+}
+
 /// The tangent of an element; `None` if it is inverted.
 fn tangent(element: &PointElement, state: State<'_>) -> Option<Vec<f64>> {
     let at = state.deformed(element)?;
@@ -342,6 +375,11 @@ fn tangent(element: &PointElement, state: State<'_>) -> Option<Vec<f64>> {
         tensors.push(p.map(|row| row.map(|x| weight * x.value)));
         moduli.push(from_fn(|row| p[row / 3][row % 3].slopes.map(|slope| weight * slope)));
     }
-    let out = element.tangent(&at, &tensors, &moduli);
+    let mut out = element.tangent(&at, &tensors, &moduli);
+    let gamma = scaling.gamma;
+    if gamma != 1.0 {
+        let linear = Linear::of(element, state)?.tangent(scaling.factor * (1.0 - gamma * gamma));
+        out.iter_mut().zip(linear).for_each(|(k, linear)| *k = gamma * gamma * *k + linear);
+    }
     out.iter().all(|k| k.is_finite()).then_some(out)
 }

@@ -79,10 +79,24 @@ impl PointElement {
         first..first + crate::law::HISTORY
     }
 
-    /// F̄ over the stretch of a uniform expansion; `None` if J ≤ 0 at a point.
-    pub fn deformed(&self, d: &[f64], stretch: f64) -> Option<Deformed> {
-        let of = |g: &Vec<[f64; 3]>| plus_identity(&self.gradient(g, d)).map(|row| row.map(|x| x / stretch));
-        let f: Vec<Tensor> = self.gradients.iter().map(of).collect();
+    /// F̄ over the stretch of a uniform expansion, at the fraction γ of the displacements without it; `None` if
+    /// J ≤ 0 at a point.
+    pub fn deformed(&self, d: &[f64], stretch: f64, gamma: f64) -> Option<Deformed> {
+        let d = self.gather(d);
+        let of = |g: &Vec<[f64; 3]>| {
+            let f = plus_identity(&gradient(g, &d)).map(|row| row.map(|x| x / stretch));
+            if gamma == 1.0 { f } else { scaled(&f, gamma) }
+        };
+        self.at(self.gradients.iter().map(of).collect())
+    }
+
+    /// Values at the nodes.
+    pub fn gather(&self, v: &[f64]) -> Vec<[f64; 3]> {
+        self.nodes.iter().map(|&n| std::array::from_fn(|c| v[3 * n as usize + c])).collect()
+    }
+
+    /// From F at the points.
+    pub(super) fn at(&self, f: Vec<Tensor>) -> Option<Deformed> {
         let j: Vec<f64> = f.iter().map(determinant).collect();
         if !j.iter().all(|&j| j >= f64::MIN_POSITIVE && j.is_finite()) {
             return None;
@@ -115,33 +129,17 @@ impl PointElement {
 
     /// J at the points.
     pub fn determinants<'a>(&'a self, d: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        self.gradients.iter().map(|g| determinant(&plus_identity(&self.gradient(g, d))))
+        let d = self.gather(d);
+        self.gradients.iter().map(move |g| determinant(&plus_identity(&gradient(g, &d))))
     }
 
-    /// ∂v/∂X at a point, relative to the first node: even a large translation causes no round-off.
-    fn gradient(&self, gradients: &[[f64; 3]], v: &[f64]) -> Tensor {
-        let first = 3 * self.nodes[0] as usize;
-        let mut h = [[0.0; 3]; 3];
-        for (&node, g) in self.nodes.iter().zip(gradients) {
-            for a in 0..3 {
-                let x = v[3 * node as usize + a] - v[first + a];
-                (0..3).for_each(|b| h[a][b] += x * g[b]);
-            }
-        }
-        h
-    }
-
-    /// δF̄ along nodal displacements v.
-    pub fn change(&self, at: &Deformed, v: &[f64]) -> Vec<Tensor> {
+    /// δF̄ along displacements v of the nodes.
+    pub fn change(&self, at: &Deformed, v: &[[f64; 3]]) -> Vec<Tensor> {
         let along = |vectors: &[[f64; 3]]| -> f64 {
-            self.nodes
-                .iter()
-                .zip(vectors)
-                .map(|(&n, x)| (0..3).map(|c| x[c] * v[3 * n as usize + c]).sum::<f64>())
-                .sum()
+            v.iter().zip(vectors).map(|(v, x)| (0..3).map(|c| x[c] * v[c]).sum::<f64>()).sum()
         };
         let of = |q: usize| {
-            let change = self.gradient(&self.gradients[q], v);
+            let change = gradient(&self.gradients[q], v);
             if at.shares.is_empty() {
                 return change;
             }
@@ -268,6 +266,24 @@ fn combined(weights: &[f64], vectors: &[Vec<[f64; 3]>]) -> Vec<[f64; 3]> {
         }
     }
     out
+}
+
+/// ∂v/∂X at a point, relative to the first node: even a large translation causes no round-off.
+fn gradient(gradients: &[[f64; 3]], v: &[[f64; 3]]) -> Tensor {
+    let mut h = [[0.0; 3]; 3];
+    for (v_of_node, g) in v.iter().zip(gradients) {
+        for a in 0..3 {
+            let x = v_of_node[a] - v[0][a];
+            (0..3).for_each(|b| h[a][b] += x * g[b]);
+        }
+    }
+    h
+}
+
+/// 1 + γ (F − 1).
+fn scaled(f: &Tensor, gamma: f64) -> Tensor {
+    let one = |a: usize, b: usize| f64::from(u8::from(a == b));
+    std::array::from_fn(|a| std::array::from_fn(|b| one(a, b) + gamma * (f[a][b] - one(a, b))))
 }
 
 fn plus_identity(h: &Tensor) -> Tensor {

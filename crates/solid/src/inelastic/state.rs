@@ -1,6 +1,7 @@
 //! What follows from a state and the history at this state: energies, stresses, plastic strains.
 
 use super::Inelastic;
+use super::interpolated::Linear;
 use super::points::{PointElement, Tensor};
 use crate::block::{State, StressSlopes};
 use crate::dual::Dual;
@@ -102,8 +103,17 @@ impl Inelastic {
                     by_density[e] += weight * scaling.factor * slope.strength * plastic;
                 }
             }
-            let factor = state.by_displacement(e, element.section as usize);
-            add(element, factor, &element.forces(&at, &tensors), into.displacements);
+            let (factor, gamma) = (state.by_displacement(e, element.section as usize), scaling.gamma);
+            add(element, factor * gamma, &element.forces(&at, &tensors), into.displacements);
+            if gamma == 1.0 && slope.gamma == 0.0 {
+                continue;
+            }
+            let Some(linear) = Linear::of(element, state) else { continue };
+            let (share, of_linear) = (weights[0] * (1.0 - gamma * gamma), weights[0] * linear.energy());
+            add(element, factor, &linear.forces(scaling.factor * share), into.displacements);
+            let by_gamma = element.along(&at, &tensors, &element.unexpanded(state));
+            by_density[e] += slope.factor * (1.0 - gamma * gamma) * of_linear;
+            by_density[e] += slope.gamma * (by_gamma - 2.0 * gamma * scaling.factor * of_linear);
         }
     }
 }
@@ -120,6 +130,11 @@ impl PointElement {
             let weight = scaling.factor * self.weights[q];
             sum.elastic += weight * elastic;
             sum.plastic += weight * plastic;
+        }
+        let ElementScaling { factor, gamma, .. } = scaling;
+        if gamma != 1.0 {
+            let linear = Linear::of(self, state).map_or(f64::NAN, |linear| linear.energy());
+            sum.elastic += factor * (1.0 - gamma * gamma) * linear;
         }
         sum
     }
@@ -161,8 +176,10 @@ impl PointElement {
             let out = &mut into.history[self.entries(q)];
             out.iter_mut().enumerate().for_each(|(i, out)| *out += weight * slope(9 + i));
         }
-        let factor = state.by_displacement(self.number(), self.section as usize);
-        into.add(self.number(), &self.nodes, (factor, &self.forces(&at, &tensors)), 0.0);
+        let factor = state.gamma(self) * state.by_displacement(self.number(), self.section as usize);
+        let varies = into.density.0[self.number()].gamma != 0.0;
+        let by_gamma = if varies { self.along(&at, &tensors, &self.unexpanded(state)) } else { 0.0 };
+        into.add(self.number(), &self.nodes, (factor, &self.forces(&at, &tensors)), by_gamma);
     }
 
     /// Smallest J over the points, without F̄; −∞ if it is not a number.

@@ -36,7 +36,7 @@ pub use memory::HISTORY;
 
 use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
 use any::any_law;
-use constants::Hooke;
+pub(crate) use constants::Hooke;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 

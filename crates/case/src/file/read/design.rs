@@ -77,7 +77,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         );
     }
     check_passive(table.reader, &design, names, bodies);
-    check_memory(&table, &design, bodies);
+    check_yield_power(&table, &design, bodies);
     table.finish();
     Some(design)
 }
@@ -138,23 +138,17 @@ fn check_filters(table: &Table<'_>) {
     }
 }
 
-/// Laws with memory have no interpolated energy; the power of the yield stress needs one of them.
-fn check_memory(table: &Table<'_>, design: &Design, bodies: &[Body]) {
-    let has_memory = |body: &&Body| {
+/// The power of the yield stress needs a law with memory, and a void with some stiffness.
+fn check_yield_power(table: &Table<'_>, design: &Design, bodies: &[Body]) {
+    let has_memory = |body: &Body| {
         design.bodies.contains(&body.name) && body.materials().any(|material| material.kind().has_memory())
     };
-    let found = bodies.iter().find(has_memory);
-    if let (Some(body), true) = (found, design.energy_interpolation.is_some()) {
-        let message = format!("the energy of `{}`, whose law has memory, cannot be interpolated", body.name);
-        let help = "omit `energy_interpolation`, or use an elastic law for this body";
-        table.reader.error(&table.path_of("energy_interpolation"), CaseCode::Unsupported, message, help);
-    }
     if design.yield_p.is_some() && design.simp.minimum == 0.0 {
         let message =
             "`yield_p` needs a void with some stiffness: without it, stiffness and yield stress vanish together";
         table.reader.error(&table.path_of("yield_p"), CaseCode::Simp, message, "set simp.min, usually to 1e-3");
     }
-    if found.is_none() && design.yield_p.is_some() {
+    if !bodies.iter().any(has_memory) && design.yield_p.is_some() {
         let message = "no design body has a law with a yield stress";
         table.reader.error(&table.path_of("yield_p"), CaseCode::Unsupported, message, "omit it");
     }

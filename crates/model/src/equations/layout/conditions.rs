@@ -2,8 +2,8 @@
 
 use crate::equations::ContactModel;
 use crate::equations::evaluated::ContactState;
+use slipstick_contact::ContactStatus;
 use slipstick_contact::enforcement::Freedom;
-use slipstick_contact::friction::Status;
 
 /// An unknown of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,14 +105,14 @@ impl ContactModel {
         for row in rows {
             state.nodes += 1;
             let status = contact.status(row);
-            let Some(measures) = contact.measures(row).filter(|_| status != Status::Inactive as u8) else { continue };
+            let Some(measures) = contact.measures(row).filter(|_| status.is_closed()) else { continue };
             state.closed += 1;
             let slips = match measures.freedom {
                 Freedom::Full => 2,
                 Freedom::SlipAcross { .. } => 1,
                 Freedom::Gap { .. } | Freedom::None => 0,
             };
-            state.conditions += 1 + if status == Status::Stick as u8 { slips } else { 0 };
+            state.conditions += 1 + if status == ContactStatus::Stick { slips } else { 0 };
             let support = self.points.map.parents(contact.kinematics.nodes[row].support.iter().copied());
             let dofs = support.into_iter().flat_map(|node| (0..3).map(move |c| 3 * node as usize + c));
             free.extend(dofs.filter(|&dof| !self.prescribed.fixed()[dof]));

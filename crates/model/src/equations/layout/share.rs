@@ -6,6 +6,7 @@
 //! every decision based on them. On a single rank, none of this has any effect.
 
 use crate::equations::partition::partition;
+use slipstick_contact::ContactStatus;
 use slipstick_linalg::{Alone, Ranks};
 use slipstick_mesh::Mesh;
 use slipstick_path::StateError;
@@ -98,12 +99,14 @@ impl Share {
     }
 
     /// Sums the ranks' parts of numbers, and of statuses.
-    pub fn join(&self, parts: &mut [&mut [f64]], status: &mut [u8]) {
+    pub fn join(&self, parts: &mut [&mut [f64]], status: &mut [ContactStatus]) {
         if self.is_part() {
-            let mut own: Vec<f64> = status.iter().map(|&s| f64::from(s)).collect();
+            let mut own: Vec<f64> = status.iter().map(|s| f64::from(s.code())).collect();
             self.sum(parts);
             self.sum(&mut [&mut own]);
-            status.iter_mut().zip(own).for_each(|(to, status)| *to = status as u8);
+            // each node belongs to one rank; on the others it is open, with code 0
+            let known = own.iter().map(|&code| ContactStatus::from_code(code as u8).expect("a code of one rank"));
+            status.iter_mut().zip(known).for_each(|(to, status)| *to = status);
         }
     }
 

@@ -22,7 +22,7 @@ use crate::equations::evaluated::{ContactState, Step};
 use crate::equations::terms::{ForceTerm, TermState};
 use crate::equations::{ContactModel, Design};
 use nalgebra::{DMatrix, Vector3};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
 use slipstick_path::{Evaluated, StateError};
@@ -316,9 +316,9 @@ impl ContactModel {
         node: &crate::equations::NodeState,
     ) -> Vec<Vector3<f64>> {
         match node.law.status() {
-            Status::Inactive => Vec::new(),
-            Status::Stick => vec![normal, vector(1), vector(2)],
-            Status::Slip => {
+            ContactStatus::Inactive => Vec::new(),
+            ContactStatus::Stick => vec![normal, vector(1), vector(2)],
+            ContactStatus::Slip => {
                 // friction turns with the direction of slip
                 let traction = node.law.value();
                 let size = traction[1].hypot(traction[2]);

@@ -18,7 +18,7 @@ pub(in crate::equations) mod thermal;
 
 use crate::equations::evaluated::{ContactState, NodeState};
 use crate::equations::{ContactModel, Design, ModelInterface};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{FacetCorners, FacetNodes, facet_corner_areas};
 use slipstick_path::{LoadTime, StateError, StepState};
@@ -30,7 +30,7 @@ pub struct NodalContact {
     /// Global node number.
     pub node: u32,
     /// Open, stick or slip.
-    pub status: Status,
+    pub status: ContactStatus,
     /// Multiplier ζ = (normal, ξ, η) in the node's frame, minus the slave traction on the covered
     /// part of the surface; normal ≥ 0 in compression. \[F/L²\]
     pub multiplier: [f64; 3],

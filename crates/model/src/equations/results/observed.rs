@@ -16,7 +16,7 @@ impl ContactModel {
         let of = |(at, slave): (&crate::equations::NodalContact, &crate::equations::SlaveData)| ContactNode {
             node: at.node,
             pair: slave.interface,
-            status: at.status as u8,
+            status: at.status,
             multiplier: at.multiplier,
             vector: at.global_multiplier,
             gap: at.weighted_gap,
@@ -174,7 +174,7 @@ impl Design {
         let of_solid = if none { self.energies_of_solid(d, &stretches)? } else { Vec::new() };
         for (e, (scaling, slope)) in self.scalings.iter().zip(self.scaling_slopes()).enumerate() {
             if slope.factor != 0.0 {
-                let energy = if none { of_solid[e] } else { view.energy[e] / scaling.factor };
+                let energy = if none { of_solid[e] } else { view.elements.energy[e] / scaling.factor };
                 to.density[e] += weights[e] * energy * slope.factor;
             }
             if slope.gamma != 0.0 {
@@ -184,7 +184,7 @@ impl Design {
         if parameters {
             let first = model.interfaces.len();
             for (body, elements) in model.bodies.iter().enumerate() {
-                let works = elements.clone().map(|e| all[e] * view.energy[e]);
+                let works = elements.clone().map(|e| all[e] * view.elements.energy[e]);
                 to.parameters[first + body] += works.sum::<f64>() / model.modulus_of(body);
             }
         }
@@ -328,7 +328,8 @@ impl Design {
             let first = model.interfaces.len();
             for (body, elements) in model.bodies.iter().enumerate() {
                 let points = STRESS_POINTS * elements.start..STRESS_POINTS * elements.end;
-                let along: f64 = by_stress[points.clone()].iter().zip(&view.stress[points]).map(|(b, s)| b * s).sum();
+                let along: f64 =
+                    by_stress[points.clone()].iter().zip(&view.elements.stress[points]).map(|(b, s)| b * s).sum();
                 to.parameters[first + body] += along / model.modulus_of(body);
             }
         }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
-use slipstick_contact::{InterfaceError, InterfaceWorkspace};
+use slipstick_contact::{ContactStatus, InterfaceError, InterfaceWorkspace};
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{Evaluated, Iteration, LoadTime, StateError, StepState, Timings};
 use slipstick_solid::model::Scatter;
@@ -161,9 +161,9 @@ impl ContactState {
         self.nodes.get(j)?.as_ref().map(|node| &node.measures)
     }
 
-    /// Status of slave node j (0 open, 1 stick, 2 slip).
-    pub fn status(&self, j: usize) -> u8 {
-        self.nodes.get(j).and_then(Option::as_ref).map_or(0, |node| node.law.status() as u8)
+    /// Status of slave node j; open for nodes of other ranks.
+    pub fn status(&self, j: usize) -> ContactStatus {
+        self.nodes.get(j).and_then(Option::as_ref).map_or(ContactStatus::Inactive, |node| node.law.status())
     }
 
     /// The master nodes opposite to slave node j.

@@ -107,7 +107,7 @@ impl StepProblem for Design {
         if step.anchor.is_some() {
             contact.free = model.free_motions(step, y, &contact, true);
         }
-        let mut status: Vec<u8> = (0..model.slaves.len()).map(|j| contact.status(j)).collect();
+        let mut status: Vec<_> = (0..model.slaves.len()).map(|j| contact.status(j)).collect();
         let mut residual = Vec::new();
         let mut squares = 0.0;
         if wanted.residual() {

@@ -103,12 +103,6 @@ impl ContactModel {
         self.solid.history() > 0
     }
 
-    /// Whether elements with memory are designed; their energies cannot be interpolated.
-    pub fn designs_memory(&self) -> bool {
-        let memory = |e: usize| self.solid.material(e).kind().has_memory();
-        self.has_memory() && (0..self.solid.elements()).any(|e| self.is_designed(e as u32) && memory(e))
-    }
-
     /// Method of slave node j.
     pub(in crate::equations) fn method_of(&self, j: usize) -> Method {
         self.interfaces[self.slaves[j].interface as usize].enforcement.method

@@ -5,11 +5,12 @@ use crate::equations::enforcement::UPDATE_STIFFNESS;
 use crate::equations::node::NodeTraction;
 use crate::equations::{Design, Method, Step};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
+use slipstick_contact::ContactStatus;
 use slipstick_contact::enforcement::bonded::{bond, bonded_traction};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, soft_traction, traction};
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness};
-use slipstick_contact::friction::{Friction, Status};
+use slipstick_contact::friction::Friction;
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
 /// Fraction of the facet size by which gap and slip are moved off the branch point at the start of
@@ -64,7 +65,7 @@ pub(in crate::equations) enum NodeLaw {
 
 impl NodeLaw {
     /// Open, stick or slip.
-    pub fn status(&self) -> Status {
+    pub fn status(&self) -> ContactStatus {
         match self {
             Self::Multiplier { equation, .. } => equation.status,
             Self::Regularised(traction) => traction.status,
@@ -104,7 +105,7 @@ impl NodeLaw {
     /// Whether the node contributes to the tangent. An open node without multiplier does not:
     /// C = ζ = 0 and its force remain zero, and its adjoint has no effect.
     pub fn contributes(&self) -> bool {
-        self.status() != Status::Inactive || self.value() != Vector3::zeros()
+        self.status() != ContactStatus::Inactive || self.value() != Vector3::zeros()
     }
 }
 

@@ -2,9 +2,9 @@
 //! and tangent.
 
 use nalgebra::{Matrix3x2, Vector2, Vector3};
+use slipstick_contact::ContactStatus;
 use slipstick_contact::enforcement::lagrange::Complementarity;
 use slipstick_contact::enforcement::{Freedom, NodeMeasures};
-use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::slip::SlipIncrement;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 
@@ -213,7 +213,7 @@ impl NodeStep {
 #[derive(Debug, Clone, Copy)]
 pub struct NodeTraction {
     /// Status of the node.
-    pub status: Status,
+    pub status: ContactStatus,
     /// ζ = (ζ_n, ζ_ξ, ζ_η). \[F/L²\]
     pub value: Vector3<f64>,
     /// ∂ζ/∂g̃.

@@ -5,7 +5,7 @@ use super::overhang::largest;
 use super::{body, even, grid, solve};
 use crate::solved::{Solved, neo_hooke};
 use nalgebra::{Rotation3, Vector3};
-use slipstick_contact::friction::Status;
+use slipstick_contact::ContactStatus;
 use slipstick_mesh::{Mesh, Surface};
 
 /// Coefficient of friction.
@@ -116,7 +116,7 @@ fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
             let sharp = nodes.iter().filter(|slave| slave.sharp);
             assert_eq!(sharp.count(), 2 * 3, "three nodes with two patches each");
             let last = solved.steps();
-            assert!(solved.contact(last).iter().all(|at| at.status != Status::Stick), "all nodes slip");
+            assert!(solved.contact(last).iter().all(|at| at.status != ContactStatus::Stick), "all nodes slip");
             let all = forces(&solved);
             let off = deviation(&all, slide);
             let most = largest([0, 1].map(|which| jumps(&all[STEADY..], which)));
