@@ -51,7 +51,7 @@ pub struct Wanted<'a> {
     pub purpose: &'a str,
     /// The angle with which faces were picked.
     pub degrees: f64,
-    /// Whether the tables are tried in the whole case, which is built anew.
+    /// Whether the tables are tried in the whole case, which is then built again.
     pub sure: bool,
     /// Points of the model's page, 4 for each face.
     pub points: Vec<u32>,
