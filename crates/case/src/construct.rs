@@ -13,6 +13,7 @@ mod mesh;
 mod motions;
 mod names;
 mod optimization;
+pub mod pick;
 mod quantities;
 mod regions;
 mod sections;

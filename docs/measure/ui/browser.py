@@ -8,146 +8,15 @@ or if the browser's console reports an error.
 
 from __future__ import annotations
 
-import base64
 import json
-import os
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-OPTIONS = (
-    "--headless",
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-    "--remote-debugging-pipe",
-)
-
-
-class Browser:
-    """A page of Chromium, driven through its debugging pipe."""
-
-    def __init__(self, profile: Path) -> None:
-        name = next((name for name in BROWSERS if shutil.which(name)), None)
-        if name is None:
-            raise SystemExit(f"none of {BROWSERS} is installed")
-        # the browser reads from descriptor 3 and writes to 4
-        to_read, self.out = os.pipe()
-        self.into, to_write = os.pipe()
-        command = f'exec 3<&{to_read} 4>&{to_write}; exec "$@"'
-        line = ["bash", "-c", command, "bash", name, *OPTIONS, f"--user-data-dir={profile}"]
-        self.process = subprocess.Popen(
-            [*line, "about:blank"], pass_fds=(to_read, to_write), stderr=subprocess.DEVNULL
-        )
-        os.close(to_read)
-        os.close(to_write)
-        self.count, self.rest, self.faults = 0, b"", []
-        self.session: str | None = None
-        pages = self.send("Target.getTargets")["targetInfos"]
-        page = next(page for page in pages if page["type"] == "page")["targetId"]
-        attached = self.send("Target.attachToTarget", targetId=page, flatten=True)
-        self.session = attached["sessionId"]
-        for domain in ("Page", "Runtime", "Log"):
-            self.send(f"{domain}.enable")
-
-    def send(self, method: str, **values: Any) -> Any:
-        self.count += 1
-        message = {"id": self.count, "method": method, "params": values}
-        if self.session:
-            message["sessionId"] = self.session
-        os.write(self.out, json.dumps(message).encode() + b"\0")
-        while True:
-            answer = self.next()
-            if answer.get("id") == self.count:
-                if "navigated" in json.dumps(answer.get("error")):
-                    # asked while the page was being loaded again
-                    return {"result": {}}
-                if "error" in answer:
-                    raise SystemExit(f"{method}: {answer['error']}")
-                return answer["result"]
-
-    def next(self) -> Any:
-        while b"\0" not in self.rest:
-            part = os.read(self.into, 1 << 20)
-            if not part:
-                raise SystemExit("the browser has ended")
-            self.rest += part
-        one, self.rest = self.rest.split(b"\0", 1)
-        message = json.loads(one)
-        method, values = message.get("method"), message.get("params", {})
-        if method == "Runtime.exceptionThrown":
-            self.faults.append(values["exceptionDetails"])
-        elif method == "Log.entryAdded" and values["entry"]["level"] == "error":
-            self.faults.append(values["entry"])
-        elif method == "Page.javascriptDialogOpening":
-            self.count += 1
-            accept = {
-                "id": self.count,
-                "method": "Page.handleJavaScriptDialog",
-                "params": {"accept": True},
-                "sessionId": self.session,
-            }
-            os.write(self.out, json.dumps(accept).encode() + b"\0")
-        return message
-
-    def value(self, script: str) -> Any:
-        result = self.send("Runtime.evaluate", expression=script, returnByValue=True)
-        if "exceptionDetails" in result:
-            raise SystemExit(f"{script}: {result['exceptionDetails']}")
-        return result["result"].get("value")
-
-    def until(self, script: str, seconds: float = 60.0) -> None:
-        end = time.monotonic() + seconds
-        # a page that is being loaded has no elements yet
-        while not self.value(f"(() => {{ try {{ return {script} }} catch {{ return false }} }})()"):
-            if time.monotonic() > end:
-                state = self.value("document.body.innerText")
-                raise SystemExit(f"in vain: {script}\n{state}\n{self.faults}")
-            time.sleep(0.1)
-
-    def key(self, key: str, code: str = "", modifiers: int = 0, text: str = "") -> None:
-        # Windows' key codes, by which Chromium finds what a key does
-        codes = {"Enter": 13, "Tab": 9, "ArrowRight": 39, "ArrowDown": 40, " ": 32, "s": 83}
-        common = {
-            "key": key,
-            "code": code or key,
-            "modifiers": modifiers,
-            "windowsVirtualKeyCode": codes.get(key, 0),
-        }
-        text = text or {"Enter": "\r", " ": " "}.get(key, "")
-        kind = "keyDown" if text else "rawKeyDown"
-        self.send("Input.dispatchKeyEvent", type=kind, text=text, **common)
-        self.send("Input.dispatchKeyEvent", type="keyUp", **common)
-
-    def size(self, width: int, height: int) -> None:
-        self.send(
-            "Emulation.setDeviceMetricsOverride",
-            width=width,
-            height=height,
-            deviceScaleFactor=1,
-            mobile=False,
-        )
-        time.sleep(0.4)
-
-    def picture(self, file: Path) -> None:
-        # without a GPU, the views take a while to be drawn
-        time.sleep(3.0)
-        shot = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=True)
-        file.write_bytes(base64.b64decode(shot["data"]))
-
-    def close(self) -> None:
-        self.process.terminate()
-        self.process.wait()
+from chromium import Browser
 
 
 def main(program: str, pictures: Path) -> None:
@@ -200,6 +69,8 @@ def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path
         "[...document.querySelectorAll('#outline button')].find(b => b.textContent.includes(' on ')).click()"
     )
     browser.picture(pictures / "2_contact_1400.png")
+    pick_faces(browser, pictures)
+    fill_a_form(browser, text, type_text, pictures)
     # a mistake is shown at its line, with code and remedy, while one types
     type_text(text.replace("friction = ", "frction = ", 1))
     browser.until("element('diagnostics').textContent.includes('slipstick::case::unknown_key')")
@@ -245,6 +116,8 @@ def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path
     browser.size(800, 1000)
     browser.until("element('frame').dataset.shows.includes('report?run=half_ball&')")
     browser.picture(pictures / "7_finished_800.png")
+    choose_on_curves(browser, pictures)
+    export_and_compare(browser, case.parent, pictures)
     # a run that fails shows its error
     press("solve")
     browser.until(
@@ -253,7 +126,7 @@ def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path
     browser.picture(pictures / "8_refused_800.png")
     # of two quick choices, the later one is shown under its name, though its answer is the earlier one
     second = case.with_name("second.toml")
-    second.write_text(f"# second\n{text}", encoding="utf-8")
+    second.write_text(f"# second\n{text}", encoding="utf-8", newline="\r\n")
     browser.value("names()")
     browser.until("[...element('case').options].some(option => option.value === 'second.toml')")
     browser.value("""{
@@ -270,6 +143,12 @@ def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path
     browser.until("element('text-title').textContent === 'second.toml'")
     time.sleep(2.0)
     assert browser.value("source.value.startsWith('# second') && now.case === 'second.toml'")
+    # its lines still end as they did when it is saved
+    type_text(f"# third\n{text}")
+    browser.until("changed()")
+    browser.key("s", "KeyS", modifiers=2)
+    browser.until("element('save').disabled")
+    assert second.read_bytes() == f"# third\n{text}".replace("\n", "\r\n").encode()
     # a command whose results another terminal is writing cannot be started
     choose = "{{ element('{0}').value = '{1}'; element('{0}').dispatchEvent(new Event('change')) }}"
     line = [program, "optimize", case.name, "--out", "half_ball", "--force", "-q"]
@@ -296,6 +175,164 @@ def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path
     refusals = [fault for fault in browser.faults if "400" not in json.dumps(fault)]
     assert not refusals, refusals
     print(f"pictures in {pictures}")
+
+
+def pick_faces(browser: Browser, pictures: Path) -> None:
+    """With the mouse and with the keyboard: a face with a name, a face without one, several, and none."""
+    view = "model?case=half_ball.toml"
+    told = "element('pick-count').textContent"
+    browser.value("element('frame').scrollIntoView({ block: 'center' })")
+    browser.inside(view, "document.querySelector('.picking input[type=checkbox]').click()")
+    box = browser.value("(({ x, y }) => [x, y])(element('frame').getBoundingClientRect())")
+
+    def at(x: float, y: float, shift: bool = False) -> None:
+        """Clicks at a fraction of the canvas."""
+        script = "(r => [r.x + r.width * {}, r.y + r.height * {}])(element('canvas').getBoundingClientRect())"
+        place = browser.inside(view, script.format(x, y))
+        browser.click(box[0] + place[0], box[1] + place[1], shift)
+
+    at(0.5, 0.5)
+    browser.until(f"{told}.includes('area')")
+    first = browser.value(told)
+    browser.picture(pictures / "2a_picked_1400.png")
+    # Shift adds another face, and removes it again
+    at(0.5, 0.72, shift=True)
+    browser.until(f"{told}.includes('area') && {told} !== {json.dumps(first)}")
+    browser.picture(pictures / "2b_two_picked_1400.png")
+    at(0.5, 0.72, shift=True)
+    browser.until(f"{told} === {json.dumps(first)}")
+    # nothing is left after a click beside the model; Enter picks at the cross
+    at(0.02, 0.02)
+    browser.until("element('pick').hidden")
+    browser.inside(view, "element('canvas').focus()")
+    browser.value("element('frame').focus()")
+    browser.key("Enter")
+    browser.until(f"{told} === {json.dumps(first)}")
+    # with a small angle, only a part of the curved face is picked, which has no name
+    browser.inside(
+        view,
+        "(e => { e.value = 3; e.dispatchEvent(new Event('input')); })"
+        "(document.querySelector('.picking input[type=range]'))",
+    )
+    at(0.5, 0.5)
+    browser.until(f"{told} !== {json.dumps(first)} && !{told}.includes('looking')")
+    browser.picture(pictures / "2c_small_angle_1400.png")
+    at(0.5, 0.72, shift=True)
+    browser.until(f"{told}.includes('area') || element('pick-count').className === 'error'")
+    browser.value("element('pick-use').value = 'pressure'")
+    browser.value("element('pick-use').dispatchEvent(new Event('change'))")
+    time.sleep(1.0)
+    browser.until("!element('pick-write').disabled || element('pick-count').className === 'error'")
+    if browser.value("element('pick-count').className") != "error":
+        before = browser.value("source.value")
+        browser.value("element('pick-write').focus()")
+        browser.key("Enter")
+        browser.until("changed() && source.value.includes('pressure = 1')")
+        browser.until(
+            "['0 errors', 'The text is a valid'].some(w => element('verdict').textContent.startsWith(w))"
+        )
+        browser.picture(pictures / "2d_written_1400.png")
+        # Ctrl-Z takes it back
+        browser.value("source.focus()")
+        browser.key("z", "KeyZ", modifiers=2)
+        browser.until(f"source.value === {json.dumps(before)}")
+
+
+def fill_a_form(
+    browser: Browser, text: str, type_text: Callable[[str], None], pictures: Path
+) -> None:
+    """A field changes its value in the text; a wrong one has the program's message beside it."""
+    field = "element('field contact[0].friction')"
+    browser.value("element('form-switch').focus()")
+    browser.key("Enter")
+    browser.until("element('form-of').options.length > 3")
+    browser.value("element('form-of').value = 'contact[0]'")
+    browser.value("element('form-of').dispatchEvent(new Event('change'))")
+    browser.until(f"{field} !== null")
+    before = browser.value(f"{field}.value")
+
+    def fill(value: str) -> None:
+        browser.value(f"{field}.focus(), {field}.select()")
+        browser.send("Input.insertText", text=value)
+        browser.key("Enter")
+
+    fill("-0.5")
+    browser.until(f"{field}.getAttribute('aria-invalid') === 'true'")
+    browser.picture(pictures / "3a_form_1400.png")
+    fill(before)
+    browser.until(f"!{field}.hasAttribute('aria-invalid')")
+    browser.until(f"source.value === {json.dumps(text)}")
+    browser.size(800, 1000)
+    browser.picture(pictures / "3b_form_800.png")
+    browser.size(1400, 900)
+    # a new table has the keys that it needs
+    browser.value("element('form-add').value = '[[contact]]'")
+    browser.value("element('form-add').dispatchEvent(new Event('change'))")
+    browser.until("document.activeElement.id === 'field contact[1].master'")
+    browser.send("Input.insertText", text="plate_ymin")
+    browser.key("Enter")
+    browser.until("""source.value.endsWith('[[contact]]\\nmaster = "plate_ymin"\\n')""")
+    browser.until("element('form-messages').textContent.includes('slave')")
+    browser.picture(pictures / "3c_new_table_1400.png")
+    type_text(text)
+    browser.until("!changed()")
+    browser.value("element('form-switch').click()")
+    assert browser.value("element('form').hidden")
+
+
+def choose_on_curves(browser: Browser, pictures: Path) -> None:
+    """A point of a curve, with the mouse and with the keyboard, shows its state in the view."""
+    browser.size(1400, 900)
+    status = "element('status').textContent"
+    place = browser.value("""(() => {
+      const dots = document.querySelectorAll('#charts figure')[0].querySelectorAll('circle');
+      dots[0].scrollIntoView({ block: 'center' });
+      const box = dots[0].getBoundingClientRect();
+      return [box.x + box.width / 2, box.y + box.height / 2];
+    })()""")
+    browser.click(*place)
+    browser.until(f"{status}.includes('iteration') && {status}.includes('shown')")
+    assert "iteration 0 is shown" in browser.value(status), browser.value(status)
+    browser.inside("report?run=half_ball&", "document.querySelector('#controls select').value")
+    browser.value("element('frame').scrollIntoView()")
+    browser.picture(pictures / "7a_iteration_1400.png")
+    browser.value("[...document.querySelectorAll('#charts svg[tabindex]')].at(-1).focus()")
+    for key in ("ArrowLeft", "ArrowLeft", "Enter"):
+        browser.key(key)
+    browser.until(f"{status} === 'load step 3 is shown'")
+    browser.picture(pictures / "7b_step_1400.png")
+
+
+def export_and_compare(browser: Browser, folder: Path, pictures: Path) -> None:
+    """Each export is the command that is shown; two runs are compared."""
+    for kind, name in (
+        ("vtu", "half_ball.vtu"),
+        ("step", "half_ball.step"),
+        ("deck", "half_ball_deck"),
+    ):
+        browser.value(f"element('kind').value = '{kind}'")
+        browser.value("document.querySelector('[data-command=export]').focus()")
+        browser.key("Enter")
+        browser.until(
+            f"element('line').textContent === 'slipstick export half_ball --{kind} {name}'"
+        )
+        browser.until("element('status').textContent === 'export: done'")
+        assert (folder / name).exists()
+    browser.value("element('other').value = 'half_ball_solve'")
+    browser.value("element('other').dispatchEvent(new Event('change'))")
+    browser.until(
+        "!element('comparison').hidden && element('comparison').textContent.includes('half_ball_solve')"
+    )
+    for run in ("half_ball&", "half_ball_solve&"):
+        browser.inside(f"report?run={run}", "document.documentElement.dataset.ready")
+    browser.value("element('picture').scrollIntoView()")
+    browser.picture(pictures / "9_compared_1400.png")
+    browser.size(800, 1000)
+    browser.value("element('second').scrollIntoView({ block: 'center' })")
+    browser.picture(pictures / "9_compared_800.png")
+    browser.value("element('other').value = ''")
+    browser.value("element('other').dispatchEvent(new Event('change'))")
+    browser.until("element('second').hidden")
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &file::SurfaceSet, path: &str)
     let body = mesh.bodies.iter().position(|body| body.name == *name).ok_or_else(|| {
         BuildError::new(format!("{path}.body"), format!("there is no body `{name}`"), "name one of the case")
     })?;
-    let mut selected = match &surface.within {
+    let considered = match &surface.within {
         None => mesh.boundary(body),
         Some(within) => mesh.surfaces.get(within).cloned().ok_or_else(|| {
             let message = format!("there is no surface `{within}`");
@@ -47,6 +47,18 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &file::SurfaceSet, path: &str)
                 .with_code(CaseCode::UnknownSet)
         })?,
     };
+    let selected = facets_that_meet(mesh, considered, surface);
+    if selected.facets.is_empty() {
+        let message = format!("no facet of `{name}` fits surface `{}`", surface.name);
+        let help = "facets lie in a box, cylinder or sphere with all their nodes, at positions after placement; widen \
+                    the conditions";
+        return Err(BuildError::new(path, message, help));
+    }
+    Ok(selected)
+}
+
+/// The facets that meet all conditions of a surface, except `within`.
+pub(super) fn facets_that_meet(mesh: &Mesh, mut selected: Surface, surface: &file::SurfaceSet) -> Surface {
     let inside =
         |nodes: &[u32], region: &file::BoxRegion| nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]));
     let near = |facet: &mesh::Facet, cone: &file::NormalCone| {
@@ -65,14 +77,7 @@ pub(super) fn select_facets(mesh: &Mesh, surface: &file::SurfaceSet, path: &str)
     if let Some(file::Connected { to, degrees }) = surface.connected {
         selected.facets = smooth_face(mesh, selected.facets, to, degrees);
     }
-    let selected = mesh.whole_faces(selected);
-    if selected.facets.is_empty() {
-        let message = format!("no facet of `{name}` fits surface `{}`", surface.name);
-        let help = "facets lie in a box, cylinder or sphere with all their nodes, at positions after placement; widen \
-                    the conditions";
-        return Err(BuildError::new(path, message, help));
-    }
-    Ok(selected)
+    mesh.whole_faces(selected)
 }
 
 /// Whether a facet with all nodes on the mantle of a cylinder is part of it, and not of an end face:
@@ -84,7 +89,7 @@ fn on_mantle(mesh: &Mesh, facet: &mesh::Facet, cylinder: &file::Cylinder) -> boo
 
 /// The facet nearest to a point, and all that are connected to it across edges at which the normals
 /// of both facets differ by at most `degrees`.
-fn smooth_face(mesh: &Mesh, facets: Vec<mesh::Facet>, to: [f64; 3], degrees: f64) -> Vec<mesh::Facet> {
+pub(super) fn smooth_face(mesh: &Mesh, facets: Vec<mesh::Facet>, to: [f64; 3], degrees: f64) -> Vec<mesh::Facet> {
     let at = |node: u32| Vector3::from(mesh.nodes[node as usize]);
     let distances = facets.iter().map(|facet| to_facet(&to.into(), &facet.nodes, at));
     let Some((first, _)) = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { return facets };
@@ -132,7 +137,7 @@ fn union(mesh: &Mesh, of: &[String], path: &str) -> Result<Surface, BuildError> 
 }
 
 /// Angle between two directions, in degrees.
-fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     let (a, b) = (Vector3::from(a), Vector3::from(b));
     a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
 }

@@ -4,6 +4,7 @@
 mod case_bad;
 mod case_good;
 mod closing;
+mod picking;
 mod round_trip;
 mod schema;
 mod sides;

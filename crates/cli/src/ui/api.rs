@@ -8,33 +8,33 @@
 //! | `POST /check?case=` | diagnostics and outline of an edited text |
 //! | `POST /save?case=&stamp=` | replaces the file, unless it is not the one that was read |
 //! | `GET /model?case=` | the model of the text that was checked last, as a view |
-//! | `POST /start?command=&case=&run=&force=` | starts a command |
+//! | `GET /schema` | the schema of cases |
+//! | `POST /values` | values of a text with their places |
+//! | `POST /edit?path=&value=` | a text with one value changed |
+//! | `POST /pick?case=&name=&use=&degrees=&sure=` | the tables that select faces of the model |
+//! | `POST /start?command=&case=&run=&kind=&force=` | starts a command |
 //! | `POST /stop` | stops it |
 //! | `GET /state?run=&log=` | the command, and tables and log of a run; with `log=job`, the log of the command |
-//! | `GET /report?run=` | the report of a run |
+//! | `GET /report?run=&view=` | the report of a run, or only its view |
 
-use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
-use std::time::Duration;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::{Value, json};
-use slipstick::build::build_mesh;
 use slipstick::case::{Resolved, sha256};
-use slipstick::report::{CHARTS, PageOptions, model_page, page};
+use slipstick::report::{CHARTS, PageOptions, page};
 use slipstick::run::{RunRecord, bytes_of};
 use slipstick_service::failure::{Failure, Outcome};
-use slipstick_service::forecast::bytes_to_build;
-use slipstick_service::memory::{Budget, bytes};
 use slipstick_service::read::{edited, object, text_of};
 use slipstick_service::run::OpenRun;
 
 use super::folder::{Folder, Opened};
+use super::forms::{values, with_value};
 use super::http::{Request, Response};
 use super::jobs::{Asked, Jobs, log_of, tail};
-use super::outline::{marks, outline};
+use super::models::{Models, Wanted};
+use super::outline::outline;
 
 /// The state of the server. Everything else is read from files.
 pub struct Server {
@@ -42,33 +42,20 @@ pub struct Server {
     opened: Opened,
     threads: Option<NonZeroUsize>,
     jobs: Jobs,
-    /// Texts that were checked last, by case.
-    drafts: Mutex<BTreeMap<String, String>>,
+    models: Models,
     /// Held while a file is compared and replaced: if a page saves twice at once, one save is refused.
     saving: Mutex<()>,
-    /// Held while a mesh is built, so that the memory of one is available in full.
-    building: Mutex<()>,
-    /// Number of the newest request for a model.
-    newest: AtomicUsize,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks a value, also if a thread that held it has panicked.
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Server {
     /// Serves a folder; commands use this number of threads.
     pub fn new(folder: Folder, opened: Opened, threads: Option<NonZeroUsize>) -> Self {
-        Self {
-            folder,
-            opened,
-            threads,
-            jobs: Jobs::default(),
-            drafts: Mutex::default(),
-            saving: Mutex::default(),
-            building: Mutex::default(),
-            newest: AtomicUsize::default(),
-        }
+        Self { folder, opened, threads, jobs: Jobs::default(), models: Models::default(), saving: Mutex::default() }
     }
 
     /// Answers a request that was admitted.
@@ -78,7 +65,8 @@ impl Server {
             ("GET", [""]) => Ok(Response::file("text/html; charset=utf-8", include_str!("page/ui.html"))),
             ("GET", ["ui.css"]) => Ok(Response::file("text/css; charset=utf-8", include_str!("page/ui.css"))),
             ("GET", ["ui.js"]) => {
-                let script = format!("\"use strict\";\n{CHARTS}{}", include_str!("page/ui.js"));
+                let parts = [include_str!("page/ui.js"), include_str!("page/compare.js"), include_str!("page/form.js")];
+                let script = format!("\"use strict\";\n{CHARTS}{}", parts.concat());
                 Ok(Response::file("text/javascript; charset=utf-8", script))
             }
             ("GET", ["folder"]) => Ok(self.names()),
@@ -86,6 +74,10 @@ impl Server {
             ("POST", ["check"]) => self.check(request),
             ("POST", ["save"]) => return self.save(request).unwrap_or_else(|failure| refusal(&failure)),
             ("GET", ["model"]) => self.model(request),
+            ("GET", ["schema"]) => Ok(Response::json(&slipstick::case::schema())),
+            ("POST", ["values"]) => text(request).map(|text| Response::json(&values(text))),
+            ("POST", ["edit"]) => edit(request),
+            ("POST", ["pick"]) => self.pick(request),
             ("POST", ["start"]) => self.start(request),
             ("POST", ["stop"]) => {
                 self.jobs.stop();
@@ -106,10 +98,12 @@ impl Server {
     }
 
     fn names(&self) -> Response {
-        let [cases, runs] = self.folder.names();
-        let Opened { case, run } = &self.opened;
+        let [cases, runs, steps] = self.folder.names();
+        let Opened { case, run, step } = &self.opened;
         let folder = self.folder.path();
-        Response::json(&json!({ "folder": folder, "cases": cases, "runs": runs, "case": case, "run": run }))
+        Response::json(
+            &json!({ "folder": folder, "cases": cases, "runs": runs, "steps": steps, "case": case, "run": run, "step": step }),
+        )
     }
 
     /// The text of a case in the folder, or of the case of a run, which cannot be saved.
@@ -126,7 +120,7 @@ impl Server {
     fn check(&self, request: &Request) -> Outcome<Response> {
         let (name, text) = (request.head.asked("case"), text(request)?);
         let path = self.folder.case(name)?;
-        lock(&self.drafts).insert(name.to_owned(), text.to_owned());
+        self.models.keep(name, text);
         let answer = match edited(&path, text).map_err(|error| error.at(&path)) {
             Ok(resolved) => {
                 let warnings: Vec<Value> = resolved.warnings.iter().map(object).collect();
@@ -157,39 +151,26 @@ impl Server {
             "" => self.folder.run(run)?.file("case.toml"),
             name => self.folder.case(name)?,
         };
-        let turn = 1 + self.newest.fetch_add(1, Ordering::SeqCst);
-        let draft = lock(&self.drafts).get(name).cloned();
-        let Some(_building) = self.turn_to_build(turn, name, draft.as_ref()) else {
-            return Ok(Response::plain(409, "the text has changed; its newer model replaces this one".into()));
-        };
-        let text = match draft {
-            Some(text) => text,
-            None => raw_text(&path)?,
-        };
-        let resolved = edited(&path, &text).map_err(|error| error.at(&path))?;
-        let needed = bytes_to_build(&resolved.case);
-        if let Some(available) = Budget::of_machine().exceeded_by(needed) {
-            let message = format!("the mesh needs about {}; {} is available", bytes(needed), bytes(available));
-            return Err(Failure::input(message, "use fewer elements, or a machine with more memory"));
-        }
-        let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
-        let names = marks(&serde_json::to_value(&resolved.case).unwrap_or_default());
-        Ok(Response::framed(model_page(&resolved.case, &mesh, &names, &PageOptions::default()).html))
+        self.models.page(name, &path)
     }
 
-    /// Waits until no mesh is built; `None` if another text was checked meanwhile and its model was requested,
-    /// because the page then no longer waits for this one.
-    fn turn_to_build(&self, turn: usize, name: &str, draft: Option<&String>) -> Option<MutexGuard<'_, ()>> {
-        loop {
-            if self.newest.load(Ordering::SeqCst) != turn && lock(&self.drafts).get(name) != draft {
-                return None;
-            }
-            match self.building.try_lock() {
-                Ok(building) => return Some(building),
-                Err(TryLockError::Poisoned(broken)) => return Some(broken.into_inner()),
-                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
-            }
+    /// The tables that select picked faces.
+    fn pick(&self, request: &Request) -> Outcome<Response> {
+        let head = &request.head;
+        let case = head.asked("case");
+        let path = self.folder.case(case)?;
+        let wrong = |_| Failure::input("the picked faces are not a list of numbers", "use the buttons of the page");
+        let points = serde_json::from_slice(&request.body).map_err(wrong)?;
+        let degrees = head.asked("degrees").parse().ok().filter(|angle| (0.0..=180.0).contains(angle)).unwrap_or(30.0);
+        let (name, purpose, sure) = (head.asked("name"), head.asked("use"), head.asked("sure") == "true");
+        let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-';
+        if name.is_empty() || !name.bytes().all(plain) {
+            let message = format!("{name:?} is not a name of a surface");
+            return Err(Failure::input(message, "use letters, digits, `_` and `-`"));
         }
+        self.models
+            .pick(&path, &Wanted { case, name, purpose, degrees, sure, points })
+            .map(|found| Response::json(&found))
     }
 
     fn start(&self, request: &Request) -> Outcome<Response> {
@@ -198,6 +179,7 @@ impl Server {
             command: head.asked("command"),
             case: head.asked("case"),
             run: head.asked("run"),
+            kind: head.asked("kind"),
             force: head.asked("force") == "true",
         };
         self.jobs.start(&self.folder, self.threads, &asked)?;
@@ -218,7 +200,7 @@ impl Server {
                 json!({
                     "name": name, "in_progress": in_progress, "exit": record.latest.exit, "message": record.latest.message,
                     "line": record.latest.command, "start": record.latest.start, "resumable": directory.file("checkpoint.json").is_file() && !in_progress,
-                    "history": table("history.csv"), "quantities": table("quantities.csv"),
+                    "objective": objective(&record.case), "history": table("history.csv"), "quantities": table("quantities.csv"),
                 })
             }
             _ => Value::Null,
@@ -227,10 +209,25 @@ impl Server {
     }
 
     fn report(&self, request: &Request) -> Outcome<Response> {
-        let _building = lock(&self.building);
+        let _alone = self.models.alone();
         let OpenRun { directory, resolved, mesh } = OpenRun::of(self.folder.run(request.head.asked("run"))?)?;
-        Ok(Response::framed(page(&directory, &resolved.case, &mesh, &PageOptions::default())?.html))
+        let options = PageOptions { view_only: request.head.asked("view") == "true", ..PageOptions::default() };
+        Ok(Response::framed(page(&directory, &resolved.case, &mesh, &options)?.html))
     }
+}
+
+/// What an optimization made small or large, and whether the objective of its tables is the negative of it.
+fn objective(case: &Value) -> Value {
+    let kind = case["objective"].as_object().and_then(|of| of.keys().find(|key| *key != "load_cases"));
+    let (text, maximized) = match kind.map(String::as_str) {
+        Some("contact_force") => ("contact force, maximized", true),
+        Some("compliance") => ("compliance, minimized", false),
+        Some("maximise") => ("maximized", true),
+        Some("minimise") => ("minimized", false),
+        Some("follow") => ("distance from the curve, minimized", false),
+        _ => return Value::Null,
+    };
+    json!({ "text": text, "maximized": maximized })
 }
 
 /// Commands for which a case has the sections.
@@ -239,12 +236,17 @@ fn runs(resolved: &Resolved) -> Vec<&'static str> {
     all.iter().filter(|(_, sections)| resolved.require(sections).is_ok()).map(|(command, _)| *command).collect()
 }
 
+fn edit(request: &Request) -> Outcome<Response> {
+    let (path, value) = (request.head.asked("path"), request.head.asked("value"));
+    with_value(text(request)?, path, value).map(|text| Response::json(&json!({ "text": text })))
+}
+
 fn text(request: &Request) -> Outcome<&str> {
     std::str::from_utf8(&request.body).map_err(|_| Failure::input("the text is not UTF-8", "use a browser"))
 }
 
 /// The text of a case file or a deck itself.
-fn raw_text(path: &Path) -> Outcome<String> {
+pub fn raw_text(path: &Path) -> Outcome<String> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("inp")) {
         let read = |error| Failure::input(format!("cannot read {}: {error}", path.display()), "check the file");
         // characters that cannot be read would be lost when it is saved

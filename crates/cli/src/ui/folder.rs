@@ -16,6 +16,8 @@ pub struct Opened {
     pub case: String,
     /// A run; empty: none.
     pub run: String,
+    /// A STEP file; empty: none.
+    pub step: String,
 }
 
 impl Folder {
@@ -29,19 +31,22 @@ impl Folder {
         let name = whole.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let parent = || Self(whole.parent().unwrap_or(Path::new("/")).to_owned());
         if whole.is_file() {
+            if is_step(&name) {
+                return Ok((parent(), Opened { step: name, ..Opened::default() }));
+            }
             if !is_case(&name) {
-                let cure = "name a case file (.toml), a deck (.inp), the directory of a run, or a folder with these; \
-                            `slipstick new part.step` makes a case of a STEP file";
+                let cure = "name a case file (.toml), a deck (.inp), a STEP file, the directory of a run, or a folder \
+                            with these";
                 return Err(Failure::input(format!("{} is not a case", path.display()), cure));
             }
-            return Ok((parent(), Opened { case: name, run: String::new() }));
+            return Ok((parent(), Opened { case: name, ..Opened::default() }));
         }
         let Ok(directory) = RunDirectory::open(&whole) else { return Ok((Self(whole), Opened::default())) };
         let record = RunRecord::read(&directory)?;
         let of = Path::new(&record.case_file).file_name().unwrap_or_default().to_string_lossy().into_owned();
         let folder = parent();
         let case = if folder.case(&of).is_ok() { of } else { String::new() };
-        Ok((folder, Opened { case, run: name }))
+        Ok((folder, Opened { case, run: name, ..Opened::default() }))
     }
 
     /// Its path.
@@ -86,13 +91,43 @@ impl Folder {
         Err(Failure::input(message, "the page only opens files of the folder with which it was started"))
     }
 
-    /// Names of cases and runs, in order.
-    pub fn names(&self) -> [Vec<String>; 2] {
+    /// A deck or a STEP file of the folder, of which `slipstick new` makes a case.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if it has none of this name.
+    pub fn source(&self, name: &str) -> Outcome<PathBuf> {
+        let path = self.within(name)?;
+        if path.is_file() && (is_step(name) || Self::is_deck(name)) {
+            return Ok(path);
+        }
+        let message = format!("there is no deck or STEP file {name} in {}", self.0.display());
+        Err(Failure::input(message, "choose one of the list"))
+    }
+
+    /// Whether a name is that of a deck.
+    pub fn is_deck(name: &str) -> bool {
+        has_extension(name, &["inp"])
+    }
+
+    /// What the names of runs of a case begin with: its name without the extension, but for a deck that shares
+    /// this with a case file.
+    pub fn stem(&self, case: &str) -> String {
+        let stem = Path::new(case).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let shared = Self::is_deck(case) && self.case(&format!("{stem}.toml")).is_ok();
+        if shared { format!("{stem}_inp") } else { stem }
+    }
+
+    /// Names of cases, runs and STEP files, in order.
+    pub fn names(&self) -> [Vec<String>; 3] {
         let entries = std::fs::read_dir(&self.0).into_iter().flatten().filter_map(Result::ok);
         let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
         names.sort();
-        let cases = names.iter().filter(|name| self.case(name).is_ok()).cloned().collect();
-        [cases, names.into_iter().filter(|name| self.run(name).is_ok()).collect()]
+        let of = |known: &dyn Fn(&str) -> bool| names.iter().filter(|name| known(name)).cloned().collect();
+        [
+            of(&|name| self.case(name).is_ok()),
+            of(&|name| self.run(name).is_ok()),
+            of(&|name| is_step(name) && self.source(name).is_ok()),
+        ]
     }
 
     /// Replaces the text of a case.
@@ -107,6 +142,15 @@ impl Folder {
 
 /// Whether a name is that of a case file or a deck.
 fn is_case(name: &str) -> bool {
+    has_extension(name, &["toml", "inp"])
+}
+
+/// Whether a name is that of a STEP file.
+fn is_step(name: &str) -> bool {
+    has_extension(name, &["step", "stp"])
+}
+
+fn has_extension(name: &str, known: &[&str]) -> bool {
     let extension = Path::new(name).extension().and_then(|of| of.to_str()).unwrap_or_default();
-    ["toml", "inp"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+    known.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }

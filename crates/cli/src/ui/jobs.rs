@@ -19,6 +19,10 @@ use crate::process;
 /// Bytes at the end of a log that the page shows.
 const SHOWN: u64 = 64 << 10;
 
+/// What can be exported: the option, and what is added to the name of the run.
+const EXPORTS: &[(&str, &str)] =
+    &[("vtu", ".vtu"), ("stl", ".stl"), ("3mf", ".3mf"), ("step", ".step"), ("case", "_part"), ("deck", "_deck")];
+
 /// The latest command of the page; one runs at a time.
 #[derive(Default)]
 pub struct Jobs(Mutex<Option<Job>>);
@@ -51,12 +55,14 @@ impl Job {
 
 /// What the page asks for.
 pub struct Asked<'a> {
-    /// `check`, `solve`, `optimize` or `resume`.
+    /// `check`, `solve`, `optimize`, `resume`, `export` or `new`.
     pub command: &'a str,
-    /// The case.
+    /// The case; for `new`, a STEP file or a deck.
     pub case: &'a str,
-    /// The run to resume.
+    /// The run to resume or to export.
     pub run: &'a str,
+    /// What is exported: one of [`EXPORTS`].
+    pub kind: &'a str,
     /// Whether earlier results are replaced.
     pub force: bool,
 }
@@ -79,7 +85,7 @@ impl Jobs {
             }
         }
         let (mut words, run, log) = line(folder, asked)?;
-        if let Some(threads) = threads {
+        if let Some(threads) = threads.filter(|_| !["export", "new"].contains(&asked.command)) {
             words.extend(["--threads".into(), threads.to_string()]);
         }
         refuse_run(folder, asked, &run)?;
@@ -145,14 +151,34 @@ fn appended(file: &Path, continues: bool) -> std::io::Result<(File, File)> {
 
 /// Words after the program's name, the name of the run, and that of the log.
 fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, String)> {
-    let Asked { command, case, run, force } = *asked;
+    let Asked { command, case, run, kind, force } = *asked;
     let words = |list: &[&str]| list.iter().map(|word| (*word).to_owned()).collect::<Vec<String>>();
     if command == "resume" {
         folder.run(run)?;
         return Ok((words(&["resume", &argument(run)]), run.to_owned(), log_of(run)));
     }
+    let forced = |mut line: Vec<String>| {
+        line.extend(force.then(|| "--force".into()));
+        line
+    };
+    if command == "export" {
+        folder.run(run)?;
+        let Some((option, ending)) = EXPORTS.iter().find(|(option, _)| *option == kind) else {
+            return Err(Failure::input(format!("{kind:?} cannot be exported"), "use the buttons of the page"));
+        };
+        let to = format!("{run}{ending}");
+        folder.within(&to)?;
+        let line = words(&["export", &argument(run), &format!("--{option}"), &argument(&to)]);
+        return Ok((forced(line), String::new(), log_of(&format!("{run}_export"))));
+    }
+    if command == "new" {
+        let (_, name) = (folder.source(case)?, argument(case));
+        let deck = Folder::is_deck(case);
+        let line = if deck { words(&["new", "--deck", &name]) } else { words(&["new", &name]) };
+        return Ok((forced(line), String::new(), log_of(&format!("{case}_new"))));
+    }
     folder.case(case)?;
-    let stem = Path::new(case).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let stem = folder.stem(case);
     let file = argument(case);
     if command == "check" {
         return Ok((words(&["check", &file]), String::new(), log_of(&format!("{stem}_check"))));
@@ -163,10 +189,9 @@ fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, Str
         _ => return Err(Failure::input(format!("there is no button for {command:?}"), "use those of the page")),
     };
     folder.within(&run)?;
-    let mut line = words(&[command, &file, "--out", &argument(&run)]);
-    line.extend(force.then(|| "--force".into()));
+    let line = words(&[command, &file, "--out", &argument(&run)]);
     let log = log_of(&run);
-    Ok((line, run, log))
+    Ok((forced(line), run, log))
 }
 
 /// A name as an argument, also if it begins like an option.

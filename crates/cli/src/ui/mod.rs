@@ -1,7 +1,8 @@
 //! `slipstick ui`: a page in the browser to edit, check, run and judge cases of a folder.
 //!
 //! ```text
-//! browser ──http (one request per connection)──▶ admission ──▶ api ──▶ service: check while one types, model, report
+//! browser ──http (one request per connection)──▶ admission ──▶ api ──▶ service: check while one types, report
+//!                                                              ├──▶ models: the mesh, and picked faces
 //!                                                              └──▶ jobs: this program as another process
 //! ```
 //!
@@ -15,8 +16,10 @@
 mod admission;
 mod api;
 mod folder;
+mod forms;
 mod http;
 mod jobs;
+mod models;
 mod outline;
 
 use std::io::Write as _;

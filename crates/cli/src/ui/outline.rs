@@ -48,7 +48,7 @@ const SETTINGS: &[&str] = &[
 /// Most characters of a description.
 const LONGEST: usize = 90;
 
-/// The tree of a case: `[{ title, items: [{ name, text, line, marks }] }]`. Lines are those of the file, 0 for
+/// The tree of a case: `[{ title, items: [{ name, text, path, line, marks }] }]`. Lines are those of the file, 0 for
 /// what is not in it; marks are surfaces and sets.
 pub fn outline(resolved: &Resolved) -> Value {
     let case = serde_json::to_value(&resolved.case).unwrap_or_default();
@@ -71,7 +71,7 @@ pub fn outline(resolved: &Resolved) -> Value {
                 "objective" => resolved.case.objective_in_words().unwrap_or_default(),
                 _ => entry.as_object().map_or(String::new(), |of| description(of, key)),
             };
-            json!({ "name": name(entry, &marks), "text": text, "line": line(path), "marks": marks })
+            json!({ "name": name(entry, &marks), "text": text, "path": path, "line": line(path), "marks": marks })
         };
         let items: Vec<Value> = entries.iter().map(item).collect();
         if !items.is_empty() {

@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::*;
 
 mod limits;
+mod picks;
 
 /// A server of the folder of a place, ended with this value.
 struct Served {
@@ -121,7 +122,9 @@ fn without_the_token_nothing_is_answered() {
     let host = format!("Host: 127.0.0.1:{}\r\n", served.port);
     let mut wrong = served.token.clone();
     wrong.replace_range(31.., if wrong.ends_with('0') { "1" } else { "0" });
-    for path in ["/", "/folder", "/ui.js", &format!("/{wrong}/folder"), &format!("/{}x/", served.token), "//folder"] {
+    for path in
+        ["/", "/folder", "/ui.js", &format!("/{wrong}/folder"), &format!("/{}x/", served.token), "//folder", "/schema"]
+    {
         let answer = served.with("GET", path, &host, "");
         assert!(answer.status == 403 && answer.body.contains("token"), "{path}: {}", answer.body);
         assert!(!answer.body.contains(&served.token) && !answer.head.contains(&served.token));
@@ -177,6 +180,11 @@ fn other_pages_change_nothing() {
     // forms of old browsers send none
     assert_eq!(served.with("POST", &stop, &format!("Host: {host}\r\n"), "").status, 403);
     assert_eq!(served.post("stop", "").status, 200);
+    for path in ["check", "save", "pick", "values", "edit", "start"] {
+        let headers = format!("Host: {host}\r\nOrigin: http://evil.example\r\n");
+        assert_eq!(served.with("POST", &format!("/{}/{path}", served.token), &headers, "").status, 403, "{path}");
+        assert_eq!(served.get(path).status, 404, "{path}");
+    }
     // a picture of another page could send a GET, which therefore changes nothing
     assert_eq!(served.get("stop").status, 404);
     assert_eq!(served.with("PUT", &stop, &format!("Host: {host}\r\n"), "").status, 405);
@@ -205,7 +213,9 @@ fn only_files_of_the_folder_are_opened() {
             let answer = served.get(&format!("{path}={name}"));
             assert!(answer.status == 400 && !answer.body.contains("secret\\\""), "{path} {name}: {}", answer.body);
         }
-        for path in ["save?case", "check?case", "start?command=check&case", "start?command=resume&run"] {
+        let posts =
+            ["save?case", "check?case", "pick?name=a&case", "start?command=check&case", "start?command=new&case"];
+        for path in posts.into_iter().chain(["start?command=resume&run", "start?command=export&kind=vtu&run"]) {
             let answer = served.post(&format!("{path}={name}"), "");
             assert_eq!(answer.status, 400, "{path} {name}: {}", answer.body);
         }
@@ -421,8 +431,8 @@ fn other_input_than_a_browser_sends_is_refused() {
 #[test]
 fn what_cannot_be_opened_is_an_error() {
     let place = Place::new();
-    place.write("part.step", "");
-    for (what, message) in [("nothing.toml", "cannot open nothing.toml"), ("part.step", "slipstick new part.step")] {
+    place.write("mesh.vtu", "");
+    for (what, message) in [("nothing.toml", "cannot open nothing.toml"), ("mesh.vtu", "mesh.vtu is not a case")] {
         let Ran { code, err, .. } = place.run(&format!("ui {what} --no-browser"));
         assert!(code == Some(2) && err.contains(message), "{err}");
     }

@@ -42,7 +42,7 @@ use model::Model;
 use named::Bounded;
 use origin::Origin;
 use pack::base64;
-pub use setup::model_page;
+pub use setup::{model_nodes, model_page};
 use summary::Summary;
 use tables::{Checked, NewtonSteps, Table};
 
@@ -234,6 +234,7 @@ fn html(data: &Data, picture: Option<Vec<u8>>) -> String {
         include_str!("page/viewer.js"),
         include_str!("page/section.js"),
         include_str!("page/controls.js"),
+        include_str!("page/picking.js"),
         include_str!("page/main.js"),
     ]
     .concat();

@@ -47,6 +47,11 @@ pub fn model_page(case: &Case, mesh: &Mesh, names: &[String], options: &PageOpti
     Page { html: html(&data, None), frames: [0, 0], notes }
 }
 
+/// The mesh's nodes that are points of this page, in its order.
+pub fn model_nodes(case: &Case, mesh: &Mesh, options: &PageOptions) -> Vec<u32> {
+    Layout::new(case, mesh, options.whole_elements).nodes
+}
+
 fn marks(mesh: &Mesh, layout: &Layout, names: &[String]) -> Vec<Mark> {
     let point = |node: &u32| layout.nodes.binary_search(node).ok().map(|point| point as u32);
     let mark = |name: &String| {

@@ -1,7 +1,7 @@
 // The page of `slipstick ui`. All that it knows comes from the server, and all that it does is a request.
 const element = id => document.getElementById(id);
 const LINE = 1.5 * 13, PAUSE = 350, LOOK = 1000; // px, ms, ms
-const now = { case: "", run: "", stamp: "", saved: "", kind: "", tab: "model", log: "run", commands: [], job: null, record: null, marked: null, started: false, returns: false };
+const now = { case: "", step: "", steps: [], before: null, run: "", stamp: "", saved: "", kind: "", tab: "model", log: "run", commands: [], job: null, record: null, marked: null, wanted: null, started: false, returns: false };
 async function ask(path, { body } = {}) {
   const answer = await fetch(path, body === undefined ? {} : { method: "POST", body }), data = await answer.json();
   if (!answer.ok) throw new Error([data.error, data.cure].filter(text => text).join("\n"));
@@ -21,8 +21,10 @@ const remembered = () => Object.fromEntries(new URLSearchParams(location.hash.sl
 async function names() {
   const found = await ask("folder");
   element("folder").textContent = found.folder;
-  fill("case", found.cases, now.case, "none");
+  now.steps = found.steps;
+  fill("case", [...found.cases, ...found.steps], now.case || now.step, "none");
   fill("run", found.runs, now.run, "none");
+  fill("other", found.runs.filter(name => name !== now.run), other ? other.name : "", "no other run");
   return found;
 }
 function fill(id, all, chosen, none) {
@@ -43,6 +45,7 @@ function fit() {
   element("text-title").textContent = now.case ? `${now.case}${changed() ? " (not saved)" : ""}` : now.run ? `Case of the run ${now.run} (a record, which cannot be changed)` : "Case file";
 }
 function comment(all) {
+  now.diagnostics = all;
   const own = lines();
   element("comments").replaceChildren(...all.map(of => {
     const note = make("div", { class: of.severity }, `← ${of.message}`);
@@ -69,7 +72,7 @@ function go(line) {
 let waiting = null, asked = 0;
 const check = attempt(async () => {
   const turn = ++asked;
-  if (!now.case) { comment([]); element("verdict").textContent = ""; return; }
+  if (!now.case) { comment([]); element("verdict").textContent = ""; await form(); return; }
   const found = await ask(`check?${query({ case: now.case })}`, { body: source.value });
   if (turn !== asked) return; // a later text is being checked
   comment(found.diagnostics);
@@ -80,6 +83,7 @@ const check = attempt(async () => {
     model();
   } else now.commands = [];
   buttons();
+  await form();
 });
 function typed() {
   fit();
@@ -118,7 +122,7 @@ function outline(groups) {
       element("outline").querySelectorAll("button").forEach(other => other.setAttribute("aria-pressed", "false"));
       button.setAttribute("aria-pressed", String(!again));
       mark(again ? [] : item.marks);
-      if (!again) go(item.line);
+      if (!again) { formPath = item.path; added.clear(); form().catch(fail); if (!formShown()) go(item.line); else element("editor").scrollTop = Math.max(0, (item.line - 3) * LINE); }
     });
     return make("li", {}, button);
   })))));
@@ -127,7 +131,7 @@ function outline(groups) {
 function mark(marks) {
   now.marked = marks.map((name, k) => [name, k]);
   if (now.tab !== "model" && marks.length) { show("model"); return; }
-  element("frame").contentWindow.postMessage({ mark: now.marked }, "*");
+  post(frame, { mark: now.marked });
 }
 
 // Model and report.
@@ -135,17 +139,24 @@ const frame = element("frame");
 frame.addEventListener("load", () => {
   frame.classList.remove("loading");
   frame.dataset.shows = shown;
-  if (now.tab === "model" && now.marked) frame.contentWindow.postMessage({ mark: now.marked }, "*");
+  if (now.tab === "model" && now.marked) post(frame, { mark: now.marked });
+  if (camera && camera.of === cameraKey()) post(frame, { camera: camera.at });
+  if (now.tab === "report" && now.wanted) post(frame, { show: now.wanted });
 });
 let shown = "";
+function loadIn(one, address) {
+  one.classList.add("loading");
+  one.contentWindow.location.replace(address ? new URL(address, location.href) : "about:blank");
+}
 function load(address) {
   shown = address;
-  frame.classList.add("loading");
-  frame.contentWindow.location.replace(address ? new URL(address, location.href) : "about:blank");
+  states[0] = null;
+  loadIn(frame, address);
 }
 let version = 0;
 function model() {
   if (now.tab !== "model") return;
+  picks.points = []; element("pick").hidden = true;
   // the text that was checked last
   load(`model?${query({ case: now.case, run: now.run, version: ++version })}`);
 }
@@ -154,10 +165,11 @@ function choose(tab) {
   for (const name of ["model", "report"]) element(`tab-${name}`).setAttribute("aria-selected", String(name === tab));
   frame.title = tab === "model" ? "Model" : "Report of the run";
   element("reload").hidden = tab === "model";
+  if (tab !== "model") element("pick").hidden = true;
 }
 function show(tab) {
   choose(tab);
-  if (tab === "model") model(); else load(now.run ? `report?${query({ run: now.run, version: ++version })}` : "");
+  if (tab === "model") model(); else load(now.run ? `report?${query({ run: now.run, view: Boolean(other), version: ++version })}` : "");
 }
 element("tab-model").addEventListener("click", () => show("model"));
 element("tab-report").addEventListener("click", () => show("report"));
@@ -168,15 +180,106 @@ element("tabs").addEventListener("keydown", event => {
   show(tab); element(`tab-${tab}`).focus();
 });
 
+// What the frames report: picked faces, the direction of view, and which state they show.
+const FRAME_WAIT = 300; // ms
+let picks = { points: [], degrees: 30 }, asking = null, pickTurn = 0, camera = null;
+const post = (to, message) => to.contentWindow.postMessage(message, "*");
+addEventListener("message", ({ data: told, source: from }) => {
+  if (!told || from !== frame.contentWindow && from !== second.contentWindow) return;
+  follow(from, told);
+  if (from !== frame.contentWindow) return;
+  if (told.camera) camera = { of: cameraKey(), at: told.camera };
+  if (Array.isArray(told.picked) && told.picked.every(Number.isInteger) && now.tab === "model") {
+    picks = { points: told.picked, degrees: Number(told.degrees) };
+    clearTimeout(asking);
+    asking = setTimeout(pickedText, FRAME_WAIT);
+  }
+  if (told.revealed && now.wanted) revealed(told.revealed);
+});
+// A direction of view is kept as long as the same bodies are shown.
+const cameraKey = () => now.tab === "model" ? `${now.case} ${now.case ? "" : now.run}` : `run ${now.run}`;
+const pick = sure => ask(`pick?${query({ case: now.case, name: element("pick-name").value, use: element("pick-use").value, degrees: picks.degrees, sure })}`, { body: JSON.stringify(picks.points) });
+// Shows the text that selects the picked faces.
+async function pickedText() {
+  const turn = ++pickTurn, faces = picks.points.length / 4, text = element("pick-text");
+  element("pick").hidden = !faces || !now.case;
+  if (element("pick").hidden) return;
+  element("pick-count").className = "";
+  element("pick-count").textContent = `${faces} face${faces === 1 ? "" : "s"} picked; looking for what selects them …`;
+  element("pick-write").disabled = true;
+  try {
+    const found = await pick(false);
+    if (turn !== pickTurn) return;
+    element("pick-count").textContent = found.known ? `${found.facets}, area ${found.area}: the surface “${found.surface}”, which has this name already.` : `${found.facets}, area ${found.area}. This selects exactly these:`;
+    text.textContent = found.added; text.hidden = !found.added;
+    element("pick-write").disabled = !found.added;
+    element("pick-line").hidden = false;
+    element("pick-line").replaceChildren("Command line: ", make("code", {}, `slipstick check ${now.case}`), " lists all surfaces with area and mean normal.");
+  } catch (error) {
+    if (turn !== pickTurn) return;
+    element("pick-count").className = "error";
+    element("pick-count").textContent = error.message;
+    text.hidden = element("pick-line").hidden = true;
+  }
+}
+for (const [id, event] of [["pick-name", "input"], ["pick-use", "change"]]) element(id).addEventListener(event, () => { clearTimeout(asking); asking = setTimeout(pickedText, FRAME_WAIT); });
+element("pick").addEventListener("submit", event => { event.preventDefault(); write(); });
+// The server tries the text once more, in the case, before it is written.
+const write = attempt(async () => {
+  element("pick-write").disabled = true;
+  const found = await pick(true);
+  replaceText(found.text);
+  now.marked = [[found.surface, 0]];
+  picks.points = [];
+  element("pick").hidden = true;
+  clearTimeout(waiting);
+  await check();
+  const line = lines().findLastIndex(text => text.includes(`"${found.surface}"`)) + 1;
+  go(line);
+  element("status").textContent = `wrote “${found.surface}”; not saved yet`;
+});
+// Replaces the text from the first character that differs to the last, so that it can be undone.
+function replaceText(text) {
+  const old = source.value;
+  let from = 0, end = 0;
+  while (from < Math.min(old.length, text.length) && old[from] === text[from]) from++;
+  while (end < Math.min(old.length, text.length) - from && old[old.length - 1 - end] === text[text.length - 1 - end]) end++;
+  source.focus({ preventScroll: true });
+  source.setSelectionRange(from, old.length - end);
+  const part = text.slice(from, text.length - end);
+  if (!(part ? document.execCommand("insertText", false, part) : document.execCommand("delete"))) source.value = text;
+  typed();
+}
+
+// Shows the state of the run at an iteration (`designs`) or a load step (`steps`).
+function reveal(mode, number) {
+  const box = element("frames").getBoundingClientRect();
+  if (Math.min(box.bottom, innerHeight) - Math.max(box.top, 0) < 0.5 * box.height) element("picture").scrollIntoView({ block: "nearest" });
+  now.wanted = { mode, number, again: now.tab !== "report" };
+  if (now.tab !== "report") show("report"); else if (!frame.classList.contains("loading")) post(frame, { show: now.wanted });
+}
+function revealed({ mode, number, found }) {
+  const { wanted } = now, what = mode === "steps" ? "load step" : "iteration";
+  if (mode !== wanted.mode || number !== wanted.number) return;
+  // the page may be older than this state
+  if (found !== number && !wanted.again) { wanted.again = true; show("report"); return; }
+  now.wanted = null;
+  element("status").textContent = found === null ? `the run has not written a state of ${what} ${digits(number)} yet` : found === number ? `${what} ${digits(number)} is shown` : `the run wrote no state of ${what} ${digits(number)}; ${digits(Number(found))} is shown`;
+}
+
 // Commands.
 // The directory of the results of a command.
-const target = command => now.case.replace(/\.[^.]*$/, "") + (command === "solve" ? "_solve" : "");
+function target(command) {
+  const stem = now.case.replace(/\.[^.]*$/, ""), shared = now.kind === "inp" && [...element("case").options].some(option => option.value === `${stem}.toml`);
+  return stem + (shared ? "_inp" : "") + (command === "solve" ? "_solve" : "");
+}
 function buttons() {
   const running = Boolean(now.job && now.job.running), elsewhere = Boolean(now.record && now.record.in_progress && !running);
   for (const button of document.querySelectorAll("[data-command]")) {
     const command = button.dataset.command;
-    button.disabled = running || (command === "resume" ? !(now.record && now.record.resumable && now.record.exit !== "finished") : command === "check" ? !now.case : !now.commands.includes(command) || elsewhere && now.run === target(command));
+    button.disabled = running || (command === "resume" ? !(now.record && now.record.resumable && now.record.exit !== "finished") : command === "check" ? !now.case : command === "export" ? !now.record : command === "new" ? false : !now.commands.includes(command) || elsewhere && now.run === target(command));
   }
+  document.querySelector("[data-command=new]").hidden = !(now.step || now.kind === "inp");
   element("stop").disabled = !running;
   element("stop").textContent = running && now.job.stopping ? "Stop at once" : "Stop";
   element("tab-report").disabled = !now.record;
@@ -186,9 +289,9 @@ const start = attempt(async command => {
   await save();
   if (changed()) return;
   const force = element("force").checked;
-  now.job = await ask(`start?${query({ command, case: now.case, run: now.run, force })}`, { body: "" });
+  now.job = await ask(`start?${query({ command, case: now.case || now.step, run: now.run, kind: element("kind").value, force })}`, { body: "" });
   element("force").checked = false;
-  now.log = "job"; now.started = true;
+  now.log = "job"; now.started = true; now.before = command === "new" ? [...element("case").options].map(option => option.value) : null;
   if (now.job.run) { now.run = now.job.run; now.record = null; remember(); }
   await look();
 });
@@ -222,6 +325,12 @@ async function look() {
   if (ended && of && of.code && of.code !== 4) fail(new Error(reason(state.log)));
   else if (!of && state.run && state.run.exit === "failed") fail(new Error(state.run.message || "the run failed"));
   if (first || ended) await names();
+  if (ended && now.before) {
+    const made = [...element("case").options].map(option => option.value).find(value => !now.before.includes(value));
+    now.before = null;
+    if (made && of && of.code === 0) { await open(made, ""); return; }
+  }
+  if (first || ended) compared();
   if (ended && state.run && of && of.run) show("report");
   buttons();
   if (running || state.run && state.run.in_progress) timer = setTimeout(look, LOOK);
@@ -234,15 +343,20 @@ function reason(log) {
 const rows = text => { const [head, ...rest] = text.trim().split("\n").map(line => line.split(",")); return text.trim() ? { columns: head, rows: rest.map(row => row.map(cell => cell === "" || Number.isNaN(+cell) ? null : +cell)) } : null; };
 const column = (table, name) => table.rows.map(row => row[table.columns.indexOf(name)] ?? null);
 const words = name => name.replaceAll("_", " ");
+const drawn = run => `${run ? run.name : ""}/${other ? other.name : ""}`;
 function draw(run) {
   const [history, quantities] = [run ? run.history : "", run ? run.quantities : ""];
-  if (history === before.history && quantities === before.quantities && element("charts").dataset.run === (run ? run.name : "")) return;
-  element("charts").dataset.run = run ? run.name : "";
+  if (history === before.history && quantities === before.quantities && element("charts").dataset.run === drawn(run)) return;
+  element("charts").dataset.run = drawn(run);
   const h = rows(history), q = rows(quantities), figures = [];
   if (h && h.rows.length) {
-    const x = column(h, "iteration"), put = (title, names) => figures.push(chart(title, x, names.filter(name => h.columns.includes(name)).map(name => ({ name: words(name), values: column(h, name) }))));
+    const twin = other && rows(other.history), of = (table, name, x) => { const at = column(table, "iteration"), all = column(table, name); return x.map(n => { const v = all[at.indexOf(n)] ?? null; return v === null ? null : sign(name) * v; }); };
+    const x = [...new Set([...column(h, "iteration"), ...twin ? column(twin, "iteration") : []])].sort((a, b) => a - b);
+    const series = name => [[h, run.name], ...twin && twin.columns.includes(name) ? [[twin, other.name]] : []].map(([table, run]) => ({ name: twin ? `${words(name)} of ${run}` : words(name), values: of(table, name, x) }));
+    const put = (title, names) => figures.push(chart(title, x, names.filter(name => h.columns.includes(name)).flatMap(series), { pick: n => reveal("designs", n) }));
+    const { maximized } = run.objective || {}, sign = name => maximized && name.startsWith("objective") ? -1 : 1;
     const functions = h.columns.filter(name => h.columns.includes(`multiplier_${name}`)), parts = functions.filter(name => name.startsWith("objective_"));
-    put("Objective (minimized)", parts.length ? parts : ["objective"]);
+    put(`Objective${run.objective ? `: ${run.objective.text}` : ""}`, parts.length ? parts : ["objective"]);
     put("Volume fraction", ["volume_fraction"]);
     functions.filter(name => name !== "volume_fraction" && !parts.includes(name)).forEach(name => put(`Constraint: ${words(name)}`, [name]));
     if (column(h, "violation").some(v => v > 0)) put("Largest violation, relative to its bound", ["violation"]);
@@ -261,16 +375,21 @@ function draw(run) {
       select.value = known(kept) && kept ? kept : id === "up" ? moving || names[names.length - 1] : moving ? moving.replace("reaction", "displacement") : "time";
     }
     const [x, y] = [element("across").value, element("up").value], cases = column(q, "load_case"), several = [...new Set(cases)];
-    figures.push(curve(`Load path: ${words(y)}`, column(q, x), column(q, y), words(x), several.length > 1 ? cases.map(k => `load case ${k + 1}`) : cases.map(() => "")));
+    const twin = other && rows(other.quantities), names2 = twin && twin.columns.includes(x) && twin.columns.includes(y) ? column(twin, "load_case").map(k => several.length > 1 ? `load case ${k + 1} of ${other.name}` : other.name) : [];
+    const paths = cases.map(k => names2.length ? (several.length > 1 ? `load case ${k + 1} of ${run.name}` : run.name) : several.length > 1 ? `load case ${k + 1}` : ""), both = name => [...column(q, name), ...names2.length ? column(twin, name) : []];
+    figures.push(curve(`Load path: ${words(y)}`, both(x), both(y), words(x), [...paths, ...names2], [], i => reveal("steps", both("step")[i])));
   }
+  const focused = [...element("charts").querySelectorAll("svg[tabindex]")].indexOf(document.activeElement);
   element("charts").replaceChildren(...figures.filter(figure => figure));
+  if (focused >= 0) { const again = element("charts").querySelectorAll("svg[tabindex]")[focused]; if (again) again.focus({ preventScroll: true }); }
 }
 for (const id of ["across", "up"]) element(id).addEventListener("change", () => { element("charts").dataset.run = ""; before.history = "\n"; draw(now.record); });
 
 // Cases and runs.
 let opened = 0;
 async function open(name, run) {
-  const turn = ++opened;
+  const turn = ++opened, step = now.steps.includes(name) ? name : "";
+  if (step) name = "";
   let found = { text: "", stamp: "" };
   source.readOnly = true;
   try {
@@ -278,16 +397,17 @@ async function open(name, run) {
     if (name || run) found = await ask(`case?${query({ case: name, run })}`);
   } catch (error) {
     if (turn !== opened) return;
-    element("case").value = now.case;
+    element("case").value = now.case || now.step;
     element("run").value = now.run;
     source.readOnly = !now.case;
     throw error;
   }
   if (turn !== opened) return; // another one is being opened
   clearTimeout(waiting);
-  Object.assign(now, { case: name, run, kind: name.split(".").pop(), marked: null, record: null, commands: [], log: now.job && now.job.running && now.job.run === run ? "job" : "run" });
+  Object.assign(now, { case: name, step, run, kind: name.split(".").pop(), marked: null, wanted: null, record: null, commands: [], log: now.job && now.job.running && now.job.run === run ? "job" : "run" });
   fill("run", [...element("run").options].map(option => option.value).filter(value => value), run, "none");
-  element("case").value = name;
+  element("case").value = name || step;
+  if (other) await compare("");
   remember();
   element("outline").replaceChildren();
   source.value = now.saved = found.text;
@@ -302,24 +422,27 @@ async function open(name, run) {
   await check(); // loads the model of a valid text
   await look();
   if (turn !== opened) return;
+  if (step) element("verdict").textContent = `${step} is a STEP file. “Make a case of it” meshes it with Gmsh and finds what touches.`;
   if (now.record && now.record.exit === "finished" && !name) show("report");
   else if (version === before) model();
 }
 element("case").addEventListener("change", attempt(async () => {
-  if (changed() && !confirm(`${now.case} has changes that are not saved. Leave them?`)) { element("case").value = now.case; return; }
+  if (changed() && !confirm(`${now.case} has changes that are not saved. Leave them?`)) { element("case").value = now.case || now.step; return; }
   await open(element("case").value, "");
 }));
 element("run").addEventListener("change", attempt(async () => {
   now.run = element("run").value; now.log = now.job && now.job.running && now.job.run === now.run ? "job" : "run"; now.record = null;
   remember();
   if (!now.case) { await open("", now.run); return; }
+  if (other) await compare("");
   await look();
+  await names();
   show(now.record ? "report" : "model");
 }));
 attempt(async () => {
   const found = await names(), wanted = remembered(), state = await ask("state?run=");
   now.job = state.job;
-  const name = found.cases.includes(wanted.case) ? wanted.case : found.case || (found.cases.length === 1 && !found.run ? found.cases[0] : "");
+  const name = found.cases.includes(wanted.case) ? wanted.case : found.case || found.step || (found.cases.length === 1 && !found.run ? found.cases[0] : "");
   const running = state.job && state.job.running ? state.job.run : "";
   await open(name, running || (found.runs.includes(wanted.run) ? wanted.run : found.run));
   if (state.job && state.job.running) { now.log = "job"; await look(); }

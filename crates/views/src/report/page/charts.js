@@ -1,6 +1,6 @@
 // Curves as SVG, tables, and small helpers for both.
 function make(name, attributes, ...children) {
-  const svg = ["svg", "g", "line", "path", "circle", "rect", "text"].includes(name);
+  const svg = ["svg", "g", "line", "path", "circle", "rect", "text", "title"].includes(name);
   const node = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
   for (const [key, value] of Object.entries(attributes || {})) node.setAttribute(key, value);
   node.append(...children);
@@ -35,7 +35,7 @@ function boundLines(svg, bounds, [left, right], py) {
 const boundWords = (all, near) => all.length ? `, bound ${all.map(b => near.includes(b) ? b.text : `${b.text} (off the chart)`).join(", ")}` : "";
 // series: [{ name, values }]; x: their abscissae; `bars` draws columns from zero. `parts` are ranges of x with names:
 // [{ name, from }].
-function chart(title, x, series, { bars = false, zero = false, xname = "iteration", bounds = [], parts = [] } = {}) {
+function chart(title, x, series, { bars = false, zero = false, xname = "iteration", bounds = [], parts = [], pick = null } = {}) {
   const shown = series.filter(s => s.values.some(v => v !== null));
   if (x.length === 0 || shown.length === 0) return null;
   const [width, height, left, right, top, bottom] = [420, 210, 56, 10, parts.length ? 22 : 10, 30];
@@ -87,19 +87,35 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
     at.textContent = `${xname} ${digits(x[i])}: ${shown.map(s => digits(s.values[i])).join(", ")}`;
     cursor.setAttribute("x1", px(x[i])); cursor.setAttribute("x2", px(x[i])); cursor.setAttribute("visibility", "visible");
   };
-  svg.addEventListener("pointermove", event => {
+  const nearest = event => {
     const box = svg.getBoundingClientRect(), where = (event.clientX - box.left) / box.width * width;
     let near = 0;
     x.forEach((v, i) => { if (Math.abs(px(v) - where) < Math.abs(px(x[near]) - where)) near = i; });
-    tell(near);
-  });
+    return near;
+  };
+  svg.addEventListener("pointermove", event => tell(nearest(event)));
+  if (pick) choosable(svg, x.length, i => { tell(i); return `${xname} ${digits(x[i])}`; }, i => pick(x[i]), nearest);
   svg.addEventListener("pointerleave", () => { at.textContent = ""; cursor.setAttribute("visibility", "hidden"); });
   return make("figure", {}, make("figcaption", {}, caption, at), svg);
 }
+// A curve whose points can be chosen: by a click, or by the arrow keys and Enter. `tell` shows a point and names it.
+function choosable(svg, count, tell, choose, nearest) {
+  let at = count - 1;
+  svg.setAttribute("tabindex", "0");
+  svg.classList.add("choosable");
+  svg.append(make("title", {}, "Click, or press the arrow keys and Enter, to show this state in the view"));
+  svg.addEventListener("click", event => { const near = nearest(event); if (near !== null) { at = near; choose(at); } });
+  svg.addEventListener("focus", () => tell(at));
+  svg.addEventListener("keydown", event => {
+    const step = { ArrowLeft: -1, ArrowRight: 1, Home: -count, End: count }[event.key];
+    if (step) { at = Math.max(0, Math.min(count - 1, at + step)); tell(at); } else if (event.key === "Enter") choose(at); else return;
+    event.preventDefault();
+  });
+}
 const DASHES = ["", "7 3", "2 3"];
 // One quantity over another, which need not be ascending: a line for each run of equal `paths`, the names of lines.
-function curve(title, x, y, xname, paths, bounds = []) {
-  const points = x.map((v, i) => [v, y[i], paths[i]]).filter(([a, b]) => a !== null && b !== null);
+function curve(title, x, y, xname, paths, bounds = [], pick = null) {
+  const points = x.map((v, i) => [v, y[i], paths[i], i]).filter(([a, b]) => a !== null && b !== null);
   if (points.length < 2) return null;
   const [width, height, left, right, top, bottom] = [420, 210, 56, 14, 10, 30];
   const range = values => {
@@ -120,13 +136,14 @@ function curve(title, x, y, xname, paths, bounds = []) {
   svg.append(make("text", { x: width - right, y: height - 2, "text-anchor": "end" }, xname));
   boundLines(svg, near, [left, width - right], py);
   const at = make("span", { class: "at" }), caption = make("span", {}, title + boundWords(far, [])), named = [...new Set(points.map(p => p[2]))];
+  const say = ([a, b, name]) => { at.textContent = `${name ? `${name}, ` : ""}${xname} ${digits(a)}: ${digits(b)}`; };
   named.forEach((name, k) => {
     const own = points.filter(p => p[2] === name), colour = `var(--c${k % 3})`, dash = DASHES[Math.floor(k / 3) % 3];
     const d = own.map(([a, b], i) => `${i ? "L" : "M"}${px(a).toFixed(1)} ${py(b).toFixed(1)}`).join("");
     svg.append(make("path", { d, fill: "none", stroke: colour, "stroke-width": 1.8, "stroke-linejoin": "round", "stroke-dasharray": dash }));
     own.forEach(([a, b]) => {
       const dot = make("circle", { cx: px(a), cy: py(b), r: 3, fill: colour });
-      dot.addEventListener("pointerenter", () => { at.textContent = `${name ? `${name}, ` : ""}${xname} ${digits(a)}: ${digits(b)}`; });
+      dot.addEventListener("pointerenter", () => say([a, b, name]));
       svg.append(dot);
     });
     if (named.length === 1 && !name) return;
@@ -134,6 +151,17 @@ function curve(title, x, y, xname, paths, bounds = []) {
     sample.append(make("line", { x1: 0, x2: 18, y1: 5, y2: 5, stroke: colour, "stroke-width": 2, "stroke-dasharray": dash }));
     caption.append(" ", sample, make("span", { style: `color: ${colour}` }, name));
   });
+  if (pick) {
+    const ring = make("circle", { class: "cursor", r: 6, fill: "none", visibility: "hidden" });
+    svg.append(ring);
+    const tell = i => { say(points[i]); ring.setAttribute("cx", px(points[i][0])); ring.setAttribute("cy", py(points[i][1])); ring.setAttribute("visibility", "visible"); };
+    const nearest = event => {
+      const box = svg.getBoundingClientRect(), [u, v] = [(event.clientX - box.left) / box.width * width, (event.clientY - box.top) / box.height * height];
+      const far = points.map(([a, b]) => Math.hypot(px(a) - u, py(b) - v)), least = far.indexOf(Math.min(...far));
+      return far[least] < 20 ? least : null;
+    };
+    choosable(svg, points.length, tell, i => { tell(i); pick(points[i][3]); }, nearest);
+  }
   return make("figure", {}, make("figcaption", {}, caption, at), svg);
 }
 function table(columns, rows, kind = "") {

@@ -42,7 +42,7 @@ function controls({ m, state, designs, steps, available, names, refresh, viewer,
   };
   let fields = () => {}, visibility = () => {};
   const fitted = () => { const all = available(); if (!all.includes(state.field)) state.field = all[0]; fields(all.map(f => [f, names[f]]), state.field); visibility(); };
-  if (designs.length && steps.length) select("Show", [["steps", `load path of ${pathOf()}`], ["designs", "designs, undeformed"]], state.mode, value => { if (playing) playing.stop(); state.mode = value; fitted(); });
+  const shows = designs.length && steps.length ? select("Show", [["steps", `load path of ${pathOf()}`], ["designs", "designs, undeformed"]], state.mode, value => { if (playing) playing.stop(); state.mode = value; fitted(); }) : null;
   fields = select("Colour", available().map(f => [f, names[f]]), state.field, value => { state.field = value; });
   const design = designs.length > 1 ? player(slider("Design of iteration", 0, designs.length - 1, 1, state.design, i => String(designs[i].number), i => { state.design = i; fitted(); }), "designs") : null;
   const step = steps.length > 1 ? player(slider("Load step", 0, steps.length - 1, 1, state.step, i => `${steps[i].number}${steps[i].load_case ? `, ${steps[i].load_case}` : ""}, t = ${digits(steps[i].time)}`, i => { state.step = i; fitted(); }), "load path") : null;
@@ -79,4 +79,16 @@ function controls({ m, state, designs, steps, available, names, refresh, viewer,
   form.append(set);
   visibility = () => { if (design) design.hidden = state.mode !== "designs"; [step, scale].forEach(s => { if (s) s.hidden = state.mode !== "steps"; }); };
   visibility();
+  return {
+    // Shows a frame: its mode and index.
+    to(mode, index, field) {
+      if (playing) playing.stop();
+      if (shows) shows([["steps", `load path of ${pathOf()}`], ["designs", "designs, undeformed"]], mode);
+      state.mode = mode;
+      const row = mode === "steps" ? step : design, input = row && row.querySelector("input");
+      if (input) { input.value = index; input.dispatchEvent(new Event("input")); }
+      if (field && available().includes(field)) state.field = field;
+      fitted();
+    },
+  };
 }

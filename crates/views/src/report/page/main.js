@@ -49,7 +49,7 @@ function curves() {
     const column = name => { const k = h.columns.indexOf(name); return k < 0 ? [] : h.rows.map(row => row[k]); };
     const x = column("iteration"), curve = (title, names, options) => {
       const series = names.map(name => ({ name: name.replaceAll("_", " "), values: column(name) })).filter(s => s.values.length);
-      const figure = chart(title, x, series, options);
+      const figure = chart(title, x, series, { pick: revealed("designs"), ...options });
       if (figure) element("history-charts").append(figure);
     };
     const functions = h.columns.filter(name => name !== "volume_fraction" && h.columns.includes(`multiplier_${name}`));
@@ -76,8 +76,8 @@ function curves() {
     element("path-title").textContent += p.what;
     const cases = loadCases(data.quantities && data.quantities.rows);
     const put = figure => { if (figure) element("path-charts").append(figure); };
-    put(chart(`Newton iterations${p.what}`, p.step, [{ name: "Newton iterations", values: p.iterations }], { bars: true, xname: "load step", parts: cases }));
-    put(chart("Slave nodes:", p.step, ["open", "stick", "slip"].map(name => ({ name, values: p[name] })), { zero: true, xname: "load step", parts: cases }));
+    put(chart(`Newton iterations${p.what}`, p.step, [{ name: "Newton iterations", values: p.iterations }], { bars: true, xname: "load step", parts: cases, pick: revealed("steps") }));
+    put(chart("Slave nodes:", p.step, ["open", "stick", "slip"].map(name => ({ name, values: p[name] })), { zero: true, xname: "load step", parts: cases, pick: revealed("steps") }));
     if (p.failed.some(v => v > 0)) put(chart("Failed attempts", p.step, [{ name: "failed attempts", values: p.failed }], { bars: true, xname: "load step" }));
   }
   quantities();
@@ -136,9 +136,9 @@ function quantities() {
   const newest = q.rows.filter(row => at(row, "friction") === at(q.rows[q.rows.length - 1], "friction"));
   const draw = () => {
     const title = name => name.replaceAll("_", " ") + own(name).unit, parts = loadCases(newest);
-    const figure = curve(title(up.value), column(across.value), column(up.value), across.value.replaceAll("_", " "), paths, own(up.value).bounds);
+    const figure = curve(title(up.value), column(across.value), column(up.value), across.value.replaceAll("_", " "), paths, own(up.value).bounds, i => revealed("steps")(at(q.rows[i], "step")));
     const others = q.columns.includes("external_work") ? chart("Energy:", column("step", newest), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name, newest) })), { zero: true, xname: "load step", parts }) : null;
-    const each = data.named.map(of => chart(title(of.name), column("step", newest), [{ name: of.name, values: column(of.name, newest) }], { xname: "load step", bounds: of.bounds, parts }));
+    const each = data.named.map(of => chart(title(of.name), column("step", newest), [{ name: of.name, values: column(of.name, newest) }], { xname: "load step", bounds: of.bounds, parts, pick: revealed("steps") }));
     element("quantities-charts").replaceChildren(...[figure, others, ...each].filter(f => f));
   };
   keeping.curve = () => [across.value, up.value];
@@ -183,7 +183,9 @@ function view() {
   }
   // One colour scale for all load steps, so that steps can be compared.
   const ranges = new Map();
-  function range(field) {
+  // Another view has the same scale if the containing page compares both.
+  const range = field => common && common.field === field ? common.range : ownRange(field);
+  function ownRange(field) {
     if (field === "density" || field === "body") return [0, 1];
     if (field === "status") return [0, 2];
     if (everywhere(field)) return ofMaterial(field);
@@ -223,7 +225,7 @@ function view() {
   // Colours of bodies and marks are values below -2.
   const coloured = k => -3 - k, ofBody = b => b % 8, ofMark = k => 8 + k % 6;
   const keyOf = corners => [...new Set(corners)].sort((a, b) => a - b).join();
-  let marking = [], marks = null;
+  let marking = [], marks = null, following = false, picks = null, common = null;
   // The colours of faces that the containing page marks.
   function faces_marked() {
     if (marks) return marks;
@@ -237,11 +239,17 @@ function view() {
     }
     return marks;
   }
-  addEventListener("message", ({ data: asked }) => {
-    if (!asked || !Array.isArray(asked.mark)) return;
-    marking = asked.mark; marks = null;
-    if (marking.length && available().includes("body")) state.field = "body";
-    refresh();
+  // What the containing page asks for: marked surfaces, a direction of view, a state of the run.
+  addEventListener("message", ({ data: asked, source }) => {
+    if (!asked || !framed || source !== parent) return;
+    if (Array.isArray(asked.mark)) {
+      marking = asked.mark; marks = null;
+      if (marking.length && available().includes("body")) state.field = "body";
+      refresh();
+    }
+    if (asked.camera) { following = true; Object.assign(viewer, asked.camera); viewer.draw(); following = false; }
+    if (asked.show) { following = Boolean(asked.show.quiet); reveal(asked.show.mode, asked.show.number, asked.show); following = false; tellState(); }
+    if (asked.range) { common = asked.range; refresh(); }
   });
   let rest = { key: null, points };
   function positions(solid) {
@@ -251,7 +259,14 @@ function view() {
     const u = open(frame().displacement);
     return rest.points.map((x, i) => x + state.scale * u[i]);
   }
+  let reported = "";
+  function tellState() {
+    if (!framed || following || data.setup) return;
+    const told = { mode: state.mode, number: frame() ? frame().number : null, field: state.field, range: ownRange(state.field) }, text = JSON.stringify(told);
+    if (text !== reported) { reported = text; parent.postMessage({ state: told }, "*"); }
+  }
   function refresh() {
+    tellState();
     const phi = density() ? open(density()) : new Float32Array(hexes.length / 8).fill(1), solid = e => e >= 0 && phi[e] > state.threshold && !state.hidden.has(bodyOfHex[e]);
     const whole = everywhere(state.field), bodies = state.field === "body", cells = whole || ["density", "derivative", "body"].includes(state.field), [low, high] = range(state.field);
     const count = hexes.length / 8;
@@ -299,7 +314,7 @@ function view() {
     box.replaceChildren();
     if (state.field === "body") {
       m.bodies.forEach((body, b) => { if (!state.hidden.has(b)) box.append(make("div", {}, make("span", { class: "key", style: `background:${PALETTE[ofBody(b)]}` }), body.name)); });
-      marking.forEach(([name, k]) => box.append(make("div", {}, make("span", { class: "key", style: `background:${PALETTE[ofMark(k)]}` }), `surface ${name}`)));
+      marking.filter(([name]) => (data.marks || []).some(of => of.name === name)).forEach(([name, k]) => box.append(make("div", {}, make("span", { class: "key", style: `background:${PALETTE[ofMark(k)]}` }), `surface ${name}`)));
     } else if (material) {
       box.append(`material where the density is above ${state.threshold}, its surface rounded`);
     } else if (state.field === "status") {
@@ -309,7 +324,11 @@ function view() {
       const stops = ["#440154", "#414487", "#2a788e", "#22a884", "#7ad151", "#fde725"];
       box.append(name, make("div", { class: "bar", style: `background: linear-gradient(to right, ${stops.join(",")})` }), make("div", { class: "ends" }, make("span", {}, digits(low)), make("span", {}, digits(high))));
     }
+    if (common && common.field === state.field && !material) box.append(make("div", {}, "the scale is that of both runs"));
     if (everywhere(state.field)) box.append(make("div", {}, largest()));
+    // an early design may have no material, although other bodies are shown
+    const phi = designed && state.threshold > 0 && density() && open(density());
+    if (phi && !phi.some((v, e) => v > state.threshold && m.bodies[bodyOfHex[e]].designed)) count = 0;
     if (count === 0) box.append(make("div", {}, `no density above ${state.threshold}`));
   }
   const numbered = e => `element ${m.elements[bodyOfHex[e]] + e - m.bodies[bodyOfHex[e]].hexes[0]}`;
@@ -321,7 +340,8 @@ function view() {
     if (top < 0) return "";
     return `at this step up to ${digits(values[top])}, ${top < count ? `${numbered(top)} of ${m.bodies[bodyOfHex[top]].name}` : m.bodies[bodyOfQuad[top - count]].name}`;
   }
-  viewer.onpick = face => {
+  viewer.onpick = (face, shift) => {
+    if (picks && picks.click(face, shift)) return;
     const probe = element("probe");
     if (face < 0) { probe.textContent = ""; return; }
     const nodes = [...viewer.shown.nodes.slice(4 * face, 4 * face + 4)], owner = viewer.shown.owners[face], { raw, cells } = viewer.values;
@@ -333,11 +353,28 @@ function view() {
   if (!available().includes(state.field)) state.field = available()[0];
   viewer.palette = PALETTE;
   viewer.frame(points);
-  controls({ m, state, designs, steps, available, names, refresh, viewer, designed: designed && !data.setup, box: viewer.box });
+  const controlled = controls({ m, state, designs, steps, available, names, refresh, viewer, designed: designed && !data.setup, box: viewer.box });
+  // Shows the state of an iteration (`designs`) or a load step (`steps`), or the nearest one that the page has.
+  reveal = (mode, number, { quiet = false, field = "" } = {}) => {
+    const all = mode === "steps" ? steps : designs;
+    if (!all.length) { if (framed) parent.postMessage({ revealed: { mode, number, found: null } }, "*"); return; }
+    let best = 0;
+    all.forEach((of, i) => { if (Math.abs(of.number - number) < Math.abs(all[best].number - number)) best = i; });
+    controlled.to(mode, best, field);
+    refresh();
+    if (quiet) return;
+    element("view").scrollIntoView({ block: "start" });
+    if (framed) parent.postMessage({ revealed: { mode, number, found: all[best].number } }, "*");
+  };
+  if (data.setup && framed) picks = picking(viewer, points);
+  if (framed) viewer.onturn = () => { if (!following) parent.postMessage({ camera: keeping.camera() }, "*"); };
   Object.assign(viewer, kept.camera);
   keeping.camera = () => ({ yaw: viewer.yaw, pitch: viewer.pitch, zoom: viewer.zoom, shift: viewer.shift });
   refresh();
 }
+// Shows a state of the run in the view, if there is one.
+let reveal = null;
+const revealed = mode => number => { if (reveal) reveal(mode, number); };
 // While the run is in progress, the program writes this file again; the view stays as it is.
 function follow() {
   let busy = false;

@@ -1,0 +1,116 @@
+//! Forms: the values of a text with their places, and texts in which one value has changed.
+
+use serde_json::{Value, json};
+use slipstick::case::{Override, override_case};
+use slipstick_service::failure::{Failure, Outcome};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The values of a text: `[{ path, kind, text, from, to }]`, tables before their entries. `from` and `to` are line
+/// and column, as in diagnostics. `null` if the text is not TOML.
+pub fn values(text: &str) -> Value {
+    let Ok(root) = DeTable::parse(text) else { return Value::Null };
+    let places = Places::of(text);
+    let mut all = Vec::new();
+    for (key, value) in root.get_ref() {
+        gather(text, &places, key.get_ref(), value, &mut all);
+    }
+    all.into()
+}
+
+fn gather(text: &str, places: &Places, path: &str, value: &Spanned<DeValue<'_>>, all: &mut Vec<Value>) {
+    let span = value.span();
+    let raw = text.get(span.clone()).unwrap_or_default();
+    let (kind, shown) = match value.get_ref() {
+        DeValue::String(word) => ("string", word.to_string()),
+        DeValue::Integer(_) | DeValue::Float(_) => ("number", raw.to_owned()),
+        DeValue::Boolean(_) => ("boolean", raw.to_owned()),
+        DeValue::Datetime(_) => ("date", raw.to_owned()),
+        DeValue::Array(_) => ("list", raw.to_owned()),
+        DeValue::Table(_) => ("table", String::new()),
+    };
+    let (from, to) = (places.at(text, span.start), places.at(text, span.end));
+    all.push(json!({ "path": path, "kind": kind, "text": shown, "from": from, "to": to }));
+    match value.get_ref() {
+        DeValue::Table(entries) => {
+            entries
+                .iter()
+                .for_each(|(key, value)| gather(text, places, &format!("{path}.{}", key.get_ref()), value, all));
+        }
+        DeValue::Array(entries) => {
+            let tables = entries.iter().enumerate().filter(|(_, entry)| entry.get_ref().is_table());
+            tables.for_each(|(number, entry)| gather(text, places, &format!("{path}[{number}]"), entry, all));
+        }
+        _ => {}
+    }
+}
+
+/// The starts of the lines.
+struct Places(Vec<usize>);
+
+impl Places {
+    fn of(text: &str) -> Self {
+        Self(std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect())
+    }
+
+    /// Line and column, both from 1, columns in characters.
+    fn at(&self, text: &str, offset: usize) -> [usize; 2] {
+        let line = self.0.partition_point(|&start| start <= offset);
+        let before = text.get(self.0[line - 1]..offset).unwrap_or_default();
+        [line, 1 + before.chars().count()]
+    }
+}
+
+/// The text with one value changed or added, and everything else as it was.
+///
+/// # Errors
+/// [`Failure::Input`] if the path leads nowhere, or the value is not TOML.
+pub fn with_value(text: &str, path: &str, value: &str) -> Outcome<String> {
+    let wrong = |error: slipstick::case::OverrideError| Failure::input(error.to_string(), error.cure());
+    if DeTable::parse(text).is_err() {
+        return Err(Failure::input("the text is not TOML", "correct its first error in the text, and try again"));
+    }
+    let change: Override = format!("{path}={value}").parse().map_err(wrong)?;
+    override_case(text, "the text", &[change]).map_err(wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "title = \"Äpfel\" # ä\n[[contact]] # first\nslave = \"a\"\nfriction = 0.30\n\n[[body]]\nbox = { min = [0, 0, 0], max = [1, 1, 1] }\n";
+
+    #[test]
+    fn values_have_places() {
+        let all = values(TEXT);
+        let of =
+            |path: &str| all.as_array().expect("a list").iter().find(|of| of["path"] == path).expect("a value").clone();
+        assert_eq!(
+            of("title"),
+            json!({ "path": "title", "kind": "string", "text": "Äpfel", "from": [1, 9], "to": [1, 16] })
+        );
+        assert_eq!(
+            of("contact[0].friction"),
+            json!({ "path": "contact[0].friction", "kind": "number", "text": "0.30", "from": [4, 12], "to": [4, 16] })
+        );
+        assert_eq!(
+            (of("body[0].box.max")["text"].as_str(), of("body[0]")["kind"].as_str()),
+            (Some("[1, 1, 1]"), Some("table"))
+        );
+        assert!(values("a = ").is_null());
+    }
+
+    #[test]
+    fn one_value_changes_and_all_else_stays() {
+        let changed = with_value(TEXT, "contact[0].friction", "0.25").expect("changed");
+        assert_eq!(changed, TEXT.replace("0.30", "0.25"));
+        let added = with_value(TEXT, "contact[0].tied", "true").expect("added");
+        assert_eq!(added, TEXT.replace("friction = 0.30\n", "friction = 0.30\ntied = true\n"));
+        let inner = with_value(TEXT, "body[0].box.max", "[1, 1, 2]").expect("changed");
+        assert_eq!(inner, TEXT.replace("[1, 1, 1]", "[1, 1, 2]"));
+        for (path, value) in [("contact[7].friction", "1"), ("contact[0].friction", "1 = 2"), ("", "1"), ("a", "\"")] {
+            assert!(with_value(TEXT, path, value).is_err(), "{path}");
+        }
+        assert!(with_value("a = ", "a", "1").is_err());
+    }
+}

@@ -1,0 +1,201 @@
+//! Models of texts as they are edited, and the faces that are picked in them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use slipstick::build::build_mesh;
+use slipstick::build::pick::{Picked, facets_of_faces, pick};
+use slipstick::case::{Case, Resolved};
+use slipstick::mesh::{Facet, Mesh, Surface};
+use slipstick::report::{PageOptions, model_nodes, model_page};
+use slipstick::words::counted;
+use slipstick_service::failure::{Failure, Outcome};
+use slipstick_service::forecast::bytes_to_build;
+use slipstick_service::memory::{Budget, bytes};
+use slipstick_service::read::edited;
+
+use super::api::{lock, raw_text};
+use super::http::Response;
+use super::outline::marks;
+
+/// Texts that are being edited, and the newest model.
+#[derive(Default)]
+pub struct Models {
+    /// Texts that were checked last, by case.
+    drafts: Mutex<BTreeMap<String, String>>,
+    /// Held while a mesh is built, so that the memory of one is available in full.
+    building: Mutex<Option<Built>>,
+    /// Number of the newest request for a model.
+    newest: AtomicUsize,
+}
+
+/// The model that the page shows.
+pub struct Built {
+    name: String,
+    text: String,
+    case: Case,
+    mesh: Mesh,
+}
+
+/// Faces that are picked in the model.
+pub struct Wanted<'a> {
+    /// The case.
+    pub case: &'a str,
+    /// The name for the surface.
+    pub name: &'a str,
+    /// What the surface is used for: nothing, `support`, `pressure` or `force`.
+    pub purpose: &'a str,
+    /// The angle with which faces were picked.
+    pub degrees: f64,
+    /// Whether the tables are tried in the whole case, which is then built again.
+    pub sure: bool,
+    /// Points of the model's page, 4 for each face.
+    pub points: Vec<u32>,
+}
+
+impl Models {
+    /// Keeps a text that is being edited.
+    pub fn keep(&self, name: &str, text: &str) {
+        lock(&self.drafts).insert(name.to_owned(), text.to_owned());
+    }
+
+    /// Waits until no mesh is built; none is until this is dropped. The model that was built is forgotten, and its
+    /// memory is free.
+    pub fn alone(&self) -> MutexGuard<'_, Option<Built>> {
+        let mut built = lock(&self.building);
+        *built = None;
+        built
+    }
+
+    /// The model of the text that was checked last, otherwise of the file.
+    ///
+    /// # Errors
+    /// [`Failure`] if the text is not valid, or its mesh cannot be built.
+    pub fn page(&self, name: &str, path: &Path) -> Outcome<Response> {
+        let turn = 1 + self.newest.fetch_add(1, Ordering::SeqCst);
+        let draft = lock(&self.drafts).get(name).cloned();
+        let Some(mut building) = self.turn_to_build(turn, name, draft.as_ref()) else {
+            return Ok(Response::plain(409, "the text has changed; its newer model replaces this one".into()));
+        };
+        let text = match draft {
+            Some(text) => text,
+            None => raw_text(path)?,
+        };
+        *building = None;
+        let (case, mesh) = meshed(path, &text)?;
+        let names = marks(&serde_json::to_value(&case).unwrap_or_default());
+        let html = model_page(&case, &mesh, &names, &PageOptions::default()).html;
+        *building = Some(Built { name: name.to_owned(), text, case, mesh });
+        Ok(Response::framed(html))
+    }
+
+    /// Waits until no mesh is built; `None` if another text was checked meanwhile and its model was requested,
+    /// because the page then no longer waits for this one.
+    fn turn_to_build(&self, turn: usize, name: &str, draft: Option<&String>) -> Option<MutexGuard<'_, Option<Built>>> {
+        loop {
+            if self.newest.load(Ordering::SeqCst) != turn && lock(&self.drafts).get(name) != draft {
+                return None;
+            }
+            match self.building.try_lock() {
+                Ok(building) => return Some(building),
+                Err(TryLockError::Poisoned(broken)) => return Some(broken.into_inner()),
+                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
+            }
+        }
+    }
+
+    /// The tables that select the picked faces in this mesh: `{ text, added, surface, facets,
+    /// area }`.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if no table selects exactly these faces, or the model is that of another text.
+    pub fn pick(&self, path: &Path, wanted: &Wanted<'_>) -> Outcome<Value> {
+        let building = lock(&self.building);
+        let draft = lock(&self.drafts).get(wanted.case).cloned();
+        let of_draft =
+            |built: &&Built| built.name == wanted.case && draft.as_ref().is_none_or(|text| *text == built.text);
+        let Some(Built { text, case, mesh, .. }) = building.as_ref().filter(of_draft) else {
+            return Err(Failure::input("the model is not that of the text", "wait until it is shown, and pick again"));
+        };
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("inp")) {
+            let cure = format!("use a case file with the line `deck = \"{}\"`, and pick there", wanted.case);
+            return Err(Failure::input("a deck has no [[surface]] tables", cure));
+        }
+        let facets = facets_of(case, mesh, &wanted.points)?;
+        let Picked { tables, surface } = pick(mesh, &facets, wanted.name, &[wanted.degrees])
+            .map_err(|error| Failure::input(error.message.clone(), error.help))?;
+        let mut added: Vec<String> = tables.iter().map(|table| table.toml()).collect();
+        if wanted.sure && !tables.is_empty() {
+            let (_, tried) = meshed(path, &joined(text, &added))?;
+            let same = tried
+                .surfaces
+                .get(&surface)
+                .is_some_and(|found| keys(found) == keys(&Surface { facets: facets.clone() }));
+            if !same {
+                let cure = "name the faces in the program that made the mesh";
+                return Err(Failure::input("in the case, the tables select other faces", cure));
+            }
+        }
+        added.extend(purpose(wanted.purpose, &surface)?);
+        let area = mesh.surface_area(&Surface { facets: facets.clone() });
+        Ok(json!({
+            "surface": surface, "known": tables.is_empty(), "added": added.join("\n"), "text": joined(text, &added),
+            "facets": counted(facets.len(), "facet"), "area": slipstick::words::quantity(area),
+        }))
+    }
+}
+
+/// The case and the mesh of a text, if there is memory for them.
+fn meshed(path: &Path, text: &str) -> Outcome<(Case, Mesh)> {
+    let Resolved { case, source_map, .. } = edited(path, text).map_err(|error| error.at(path))?;
+    let needed = bytes_to_build(&case);
+    if let Some(available) = Budget::of_machine().exceeded_by(needed) {
+        let message = format!("the mesh needs about {}; {} is available", bytes(needed), bytes(available));
+        return Err(Failure::input(message, "use fewer elements, or a machine with more memory"));
+    }
+    let mesh = build_mesh(&case).map_err(|error| Failure::build(&error, &source_map))?;
+    Ok((case, mesh))
+}
+
+/// The facets behind faces of the page.
+fn facets_of(case: &Case, mesh: &Mesh, points: &[u32]) -> Outcome<Vec<Facet>> {
+    let wrong = || Failure::input("these are no faces of the model", "load the page again, and pick again");
+    let nodes = model_nodes(case, mesh, &PageOptions::default());
+    let (faces, rest) = points.as_chunks::<4>();
+    let node = |point: u32| nodes.get(point as usize).copied();
+    let faces: Option<Vec<[u32; 4]>> =
+        faces.iter().map(|&[a, b, c, d]| Some([node(a)?, node(b)?, node(c)?, node(d)?])).collect();
+    let faces = faces.filter(|_| rest.is_empty()).ok_or_else(wrong)?;
+    facets_of_faces(mesh, &faces).ok_or_else(wrong)
+}
+
+fn keys(surface: &Surface) -> Vec<Vec<u32>> {
+    let mut keys: Vec<Vec<u32>> = surface.facets.iter().map(|facet| facet.nodes.sorted().to_vec()).collect();
+    keys.sort_unstable();
+    keys
+}
+
+/// A table that uses a surface.
+fn purpose(purpose: &str, surface: &str) -> Outcome<Option<String>> {
+    Ok(Some(match purpose {
+        "" => return Ok(None),
+        "support" => format!("[[dirichlet]]\nset = \"{surface}\"\n"),
+        "pressure" => format!("[[load]]\nsurface = \"{surface}\"\npressure = 1.0\n"),
+        "force" => format!("[[load]]\nsurface = \"{surface}\"\nforce = [0.0, -1.0, 0.0]\n"),
+        other => return Err(Failure::input(format!("there is no use {other:?}"), "choose one of the list")),
+    }))
+}
+
+/// A text with tables at its end.
+fn joined(text: &str, tables: &[String]) -> String {
+    let mut all = text.trim_end().to_owned();
+    for table in tables {
+        all += "\n\n";
+        all += table.trim_end();
+    }
+    all + "\n"
+}

@@ -1,0 +1,164 @@
+//! Picked faces, forms and exports.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+use super::*;
+
+/// Corners of the faces of a surface that the model marks, as points of its page.
+fn faces(page: &str, name: &str) -> Vec<u32> {
+    let data = report::data(page);
+    let mark = data["marks"].as_array().expect("marks").iter().find(|mark| mark["name"] == name).expect("marked");
+    let bytes = STANDARD.decode(mark["quads"].as_str().expect("faces")).expect("base64");
+    bytes.as_chunks::<4>().0.iter().map(|four| u32::from_le_bytes(*four)).collect()
+}
+
+fn body(points: &[u32]) -> String {
+    serde_json::json!(points).to_string()
+}
+
+/// The text that the server proposes selects, in the program's own check, the area of the picked faces.
+#[test]
+fn picked_faces_become_tables() {
+    let place = Place::new();
+    let served = Served::new(&place, "case.toml");
+    // before there is a model
+    assert_eq!(served.post("pick?case=case.toml&name=top", "[0,1,2,3]").status, 400);
+    let model = served.get("model?case=case.toml");
+    let top = faces(&model.body, "slab_ymax");
+    // a whole face has a name
+    let found = served.post("pick?case=case.toml&name=top", &body(&top)).json();
+    assert_eq!((&found["surface"], &found["known"], &found["added"]), (&"slab_ymax".into(), &true.into(), &"".into()));
+    // what it is used for is added
+    let used = served.post("pick?case=case.toml&name=top&use=pressure", &body(&top)).json();
+    assert_eq!(used["added"], "[[load]]\nsurface = \"slab_ymax\"\npressure = 1.0\n");
+    // one face of it has none
+    let one = &top[..4];
+    let found = served.post("pick?case=case.toml&name=corner&use=support&degrees=20&sure=true", &body(one)).json();
+    let (added, text) = (found["added"].as_str().expect("text"), found["text"].as_str().expect("text"));
+    assert!(added.starts_with("[[surface]]\nname = \"corner\"\nbody = \"slab\"\nboxes = ["), "{found}");
+    assert!(added.ends_with("[[dirichlet]]\nset = \"corner\"\n"), "{found}");
+    assert_eq!(text, format!("{}\n\n{added}", CASE.trim_end()));
+    assert_eq!(place.read("case.toml"), CASE, "nothing is written");
+    place.write("picked.toml", text);
+    let out = place.good("check picked.toml --json").out;
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let all = lines.iter().find_map(|line| line["inspection"]["surfaces"].as_array()).expect("surfaces");
+    let corner = all.iter().find(|of| of["name"] == "corner").expect("the new surface");
+    assert_eq!(corner["facets"], 1, "{corner}");
+    // the model is that of the text that was checked last
+    served.post("check?case=case.toml", &CASE.replace("elements = [4, 2, 2]", "elements = [8, 2, 2]"));
+    let late = served.post("pick?case=case.toml&name=top", &body(&top));
+    assert!(late.status == 400 && late.body.contains("not that of the text"), "{}", late.body);
+}
+
+#[test]
+fn what_is_no_pick_is_refused() {
+    let place = Place::new();
+    let served = Served::new(&place, "case.toml");
+    let top = body(&faces(&served.get("model?case=case.toml").body, "slab_ymax"));
+    for (query, points, part) in [
+        ("name=top", "[]", "no face is picked"),
+        ("name=top", "[0,1,2]", "no faces of the model"),
+        ("name=top", "[0,1,2,4000000000]", "no faces of the model"),
+        ("name=top", "[0,0,0,0]", "no faces of the model"),
+        ("name=top", "[-1]", "not a list of numbers"),
+        ("name=top", "x", "not a list of numbers"),
+        ("name=", &*top, "not a name of a surface"),
+        ("name=a%22b", &*top, "not a name of a surface"),
+        ("name=top&use=weight", &*top, "there is no use"),
+    ] {
+        let answer = served.post(&format!("pick?case=case.toml&{query}"), points);
+        assert!(answer.status == 400 && answer.body.contains(part), "{query} {points}: {}", answer.body);
+    }
+    // a deck has no tables for them
+    let deck = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n*NSET,NSET=ALL,GENERATE\n1,8\n*MATERIAL,NAME=M\n*ELASTIC\n1000,0.3\n*SOLID SECTION,ELSET=E,MATERIAL=M\n*STEP\n*STATIC\n*BOUNDARY\nALL,1,3\n*END STEP\n";
+    place.write("cube.inp", deck);
+    let model = served.get("model?case=cube.inp");
+    assert_eq!(model.status, 200, "{}", model.body);
+    let answer = served.post("pick?case=cube.inp&name=top", "[0,1,2,3]");
+    assert!(answer.status == 400 && answer.body.contains("deck = \\\"cube.inp\\\""), "{}", answer.body);
+}
+
+/// A field changes one value of the text that it is given, and writes nothing.
+#[test]
+fn forms_change_single_values() {
+    let place = Place::new();
+    let served = Served::new(&place, "case.toml");
+    let schema = served.get("schema").json();
+    let written: Value = serde_json::from_str(&place.good("schema").out).expect("JSON");
+    assert_eq!(schema, written);
+    let values = served.post("values", CASE).json();
+    let friction =
+        values.as_array().expect("a list").iter().find(|of| of["path"] == "contact[0].friction").expect("there");
+    assert_eq!((&friction["kind"], &friction["text"]), (&"number".into(), &"0.3".into()));
+    let edited = served.post("edit?path=contact%5B0%5D.friction&value=0.25", CASE).json();
+    assert_eq!(edited["text"], CASE.replace("friction = 0.3", "friction = 0.25"));
+    let wrong = served.post("edit?path=contact%5B3%5D.friction&value=0.25", CASE);
+    assert!(wrong.status == 400 && wrong.body.contains("contact has 1 entry"), "{}", wrong.body);
+    assert_eq!(served.post("edit?path=a&value=1", "a = ").status, 400);
+    assert_eq!(place.read("case.toml"), CASE);
+}
+
+/// What is exported, and what is made of a deck, are commands like others.
+#[test]
+fn exports_and_new_cases_are_commands() {
+    let place = Place::new();
+    let served = Served::new(&place, "case.toml");
+    served.done("command=optimize&case=case.toml");
+    for (kind, to) in [("vtu", "case.vtu"), ("stl", "case.stl"), ("deck", "case_deck")] {
+        let state = served.done(&format!("command=export&run=case&kind={kind}"));
+        let job = &state["job"];
+        assert_eq!(
+            (&job["code"], &job["line"]),
+            (&0.into(), &format!("slipstick export case --{kind} {to}").into()),
+            "{state}"
+        );
+        assert!(place.path(to).exists());
+    }
+    // existing files are only replaced if this is asked for
+    assert_eq!(served.done("command=export&run=case&kind=vtu")["job"]["code"], 2);
+    assert_eq!(served.done("command=export&run=case&kind=vtu&force=true")["job"]["code"], 0);
+    for query in
+        ["export&run=case&kind=rm", "export&run=nothing&kind=vtu", "new&case=case.toml", "new&case=..%2Fa.step"]
+    {
+        assert_eq!(served.post(&format!("start?command={query}"), "").status, 400, "{query}");
+    }
+    // a case of the deck, whose runs and logs differ from those of the deck
+    std::fs::copy(place.path("case_deck/model.inp"), place.path("model.inp")).expect("copied");
+    let state = served.done("command=new&case=model.inp");
+    assert_eq!(
+        (&state["job"]["code"], &state["job"]["line"]),
+        (&0.into(), &"slipstick new --deck model.inp".into()),
+        "{state}"
+    );
+    assert_eq!(served.get("folder").json()["cases"], serde_json::json!(["case.toml", "model.inp", "model.toml"]));
+    let run = |case: &str| served.done(&format!("command=solve&case={case}"))["job"]["run"].clone();
+    assert_eq!((run("model.inp"), run("model.toml")), ("model_inp_solve".into(), "model_solve".into()));
+}
+
+#[test]
+fn step_files_are_offered() {
+    let place = Place::new();
+    place.write("part.step", "ISO-10303-21;\n");
+    let served = Served::new(&place, "part.step");
+    let folder = served.get("folder").json();
+    assert_eq!((&folder["step"], &folder["steps"]), (&"part.step".into(), &serde_json::json!(["part.step"])));
+    // whether Gmsh is installed or not, the command says what is wrong with this file
+    let state = served.done("command=new&case=part.step");
+    assert_eq!(state["job"]["line"], "slipstick new part.step");
+    assert_ne!(state["job"]["code"], 0);
+}
+
+/// The view of a run without its tables, for two side by side; and its objective as the case states it.
+#[test]
+fn views_of_runs_are_served() {
+    let place = Place::new();
+    let served = Served::new(&place, "case.toml");
+    served.done("command=optimize&case=case.toml");
+    let view = served.get("report?run=case&view=true");
+    assert!(view.status == 200 && view.head.contains("sandbox allow-scripts"), "{}", view.head);
+    assert_eq!(report::data(&view.body)["view_only"], true);
+    let run = served.get("state?run=case").json()["run"].clone();
+    assert_eq!(run["objective"]["maximized"], true, "{run}");
+}
