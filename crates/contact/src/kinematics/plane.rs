@@ -2,7 +2,7 @@
 //! master facets that couple.
 
 use super::cell_rule::CellPoint;
-use super::clip::{PLANE_COORDINATES, Point, clip};
+use super::clip::{PLANE_COORDINATES, Point, clip, overlap};
 use super::coupling::MultiplierShape;
 use super::facet_pair::reversed;
 use super::inverse_map::folded;
@@ -181,7 +181,7 @@ impl<const S: usize> Plane<S> {
         let flat = points.map(|p| self.project(&p));
         let order = reversed::<M>();
         let turned = order.map(|i| flat[i]);
-        if clip(projected, &turned, &order).is_none() {
+        if !overlap(projected, &turned) {
             return Coupled::No;
         }
         let near = self.is_near(&points);
