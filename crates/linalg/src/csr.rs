@@ -3,6 +3,7 @@
 use crate::identity::PatternId;
 use crate::operator::Operator;
 use crate::solver::FactorizationError;
+use crate::vectors;
 use rayon::prelude::*;
 use slipstick_ranks::{Alone, Ranks};
 use std::ops::Range;
@@ -368,20 +369,15 @@ pub(crate) fn norm_on(v: &[f64], ranks: &dyn Ranks) -> f64 {
         ranks.sum(&mut sum);
         sum[0]
     };
-    let sum = sum_over_ranks(v.iter().map(|x| x * x).sum());
+    let sum = sum_over_ranks(vectors::square(v));
     if sum.is_normal() && sum > 1e-280 {
         return sum.sqrt();
     }
-    let largest = ranks.largest(largest(v));
+    let largest = ranks.largest(vectors::largest(v));
     if largest == 0.0 || !largest.is_finite() {
         return largest;
     }
     largest * sum_over_ranks(v.iter().map(|x| (x / largest) * (x / largest)).sum()).sqrt()
-}
-
-/// max |vᵢ|, or NaN if an entry is NaN.
-pub(crate) fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, x| if x.is_nan() || m.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
 
 #[cfg(test)]

@@ -44,6 +44,7 @@
 //! Results do not depend on the number of threads, bit for bit: every parallel loop works on tiles
 //! whose bounds depend only on the matrix, and sums run in a fixed order.
 
+mod basis;
 pub mod block;
 pub mod csr;
 pub mod identity;

@@ -1,12 +1,9 @@
 //! Initial guess of an iteration from the solutions of similar systems.
 
+use crate::basis::{Added, Basis};
 use crate::csr::norm_on;
 use crate::operator::Operator;
-use crate::vectors;
 use slipstick_ranks::Ranks;
-
-/// Fraction of a product that must be independent of the others for its vector to count.
-const NEW: f64 = 1e-6;
 
 /// Right-hand sides whose vectors are multiplied together.
 const TOGETHER: usize = 2;
@@ -39,40 +36,18 @@ pub fn best_in_spans(a: &dyn Operator, rhs: &[Vec<f64>], spans: Vec<Vec<Vec<f64>
 
 /// The best combination of vectors, each given with its product.
 fn best(rhs: &[f64], pairs: impl Iterator<Item = (Vec<f64>, Vec<f64>)>, ranks: &dyn Ranks) -> Vec<f64> {
-    let norm = |v: &[f64]| norm_on(v, ranks);
-    let mut residual = rhs.to_vec();
-    let mut best = vec![0.0; rhs.len()];
-    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    for (mut x, mut product) in pairs {
-        let whole = norm(&product);
-        // done twice, for full orthogonality
-        for (y, q) in basis.iter().chain(&basis) {
-            let shared = dot(q, &product, ranks);
-            add(-shared, q, &mut product);
-            add(-shared, y, &mut x);
+    let (mut basis, mut directions) = (Basis::default(), Vec::new());
+    for (x, product) in pairs {
+        if basis.add(product, ranks) == Added::Yes {
+            directions.push(x);
         }
-        let new = norm(&product);
-        if !(new > NEW * whole) || !new.is_finite() {
-            continue;
-        }
-        product.iter_mut().for_each(|p| *p /= new);
-        x.iter_mut().for_each(|x| *x /= new);
-        let coefficient = dot(&product, &residual, ranks);
-        add(-coefficient, &product, &mut residual);
-        add(coefficient, &x, &mut best);
-        basis.push((x, product));
     }
-    if norm(&residual) < norm(rhs) { best } else { vec![0.0; rhs.len()] }
-}
-
-fn dot(a: &[f64], b: &[f64], ranks: &dyn Ranks) -> f64 {
-    let mut sum = [vectors::dot(a, b)];
-    ranks.sum(&mut sum);
-    sum[0]
-}
-
-fn add(factor: f64, from: &[f64], to: &mut [f64]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
+    let (mut best, mut residual) = (vec![0.0; rhs.len()], rhs.to_vec());
+    let components = basis.reduce(0, &mut residual, ranks);
+    if norm_on(&residual, ranks) < norm_on(rhs, ranks) {
+        basis.combine(components, &directions, &mut best);
+    }
+    best
 }
 
 #[cfg(test)]

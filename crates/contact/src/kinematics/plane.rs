@@ -32,7 +32,7 @@ fn spanning<const N: usize>(corners: &[Vector3<f64>; N]) -> [Vector3<f64>; 2] {
 /// Centre of a facet and the distance of its farthest corner.
 fn ball<const N: usize>(corners: &[Vector3<f64>; N]) -> (Vector3<f64>, f64) {
     let centre = mean(corners);
-    (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
+    (centre, corners.iter().map(|p| (p - centre).norm_squared()).fold(0.0, f64::max).sqrt())
 }
 
 /// Cosine of the angle from the opposite direction (84°) beyond which a master facet is seen

@@ -1,9 +1,10 @@
 //! A matrix with its factors, and a solution in progress.
 
 use super::report::{SolveError, SolveReport};
-use crate::csr::{largest, norm_on};
+use crate::csr::norm_on;
 use crate::operator::Operator;
 use crate::solver::Factorization;
+use crate::vectors::largest;
 
 /// A matrix with its factors, or their transposes.
 pub(super) struct Matrix<'a> {
