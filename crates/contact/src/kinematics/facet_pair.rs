@@ -117,11 +117,7 @@ pub fn integrate_pair<const S: usize, const M: usize>(
 ) -> Result<bool, Unmappable> {
     let order = reversed::<M>();
     let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return Ok(false) };
-    let settings = (heights, rule, with_gradient);
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || integrate(&overlap, slave, master, settings, out),
-    )?;
+    integrate(&overlap, slave, master, (heights, rule, with_gradient), out)?;
     Ok(true)
 }
 
@@ -195,9 +191,7 @@ fn twice(shape: &[f64; 4]) -> Row {
     std::array::from_fn(|q| shape[q / 2])
 }
 
-/// The sums of [`integrate_pair`], in loops that are compiled for the instruction set detected at run
-/// time.
-#[inline(always)]
+/// The sums of [`integrate_pair`]. Compiled for AVX2, they take longer.
 fn integrate<const S: usize, const M: usize>(
     overlap: &Overlap,
     slave: &[Point; S],

@@ -57,8 +57,7 @@ impl Images {
     }
 }
 
-/// Points mapped back to a facet of N corners, each as it would be alone. To be inlined into a
-/// caller that is compiled for the instruction set detected at run time.
+/// Points mapped back to a facet of N corners, each as it would be alone.
 #[inline(always)]
 pub(super) fn map_back<const N: usize>(p: &[Point; N], y: &[AtPoints; 2]) -> Result<Images, Unmappable> {
     match p[..] {
