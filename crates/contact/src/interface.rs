@@ -335,8 +335,9 @@ fn sphere(facet: &FacetNodes, x: &[f64]) -> ([f64; 3], f64) {
     let centre: [f64; 3] = std::array::from_fn(|c| share * facet.iter().map(|&n| corner(n)[c]).sum::<f64>());
     let radius = facet
         .iter()
-        .map(|&n| corner(n).iter().zip(&centre).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt())
-        .fold(0.0, f64::max);
+        .map(|&n| corner(n).iter().zip(&centre).map(|(a, b)| (a - b) * (a - b)).sum::<f64>())
+        .fold(0.0, f64::max)
+        .sqrt();
     (centre, radius)
 }
 

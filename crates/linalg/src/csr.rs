@@ -3,6 +3,7 @@
 use crate::identity::PatternId;
 use crate::operator::Operator;
 use crate::solver::FactorizationError;
+use crate::vectors;
 use rayon::prelude::*;
 use slipstick_ranks::{Alone, Ranks};
 use std::ops::Range;
@@ -257,32 +258,36 @@ impl CsrMatrix {
     /// # Panics
     /// If a length differs from the number of rows, or the numbers of vectors differ.
     pub fn mul_many(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
-        const WIDTH: usize = 8;
         assert_eq!(x.len(), y.len(), "each vector needs a product");
-        for (x, y) in x.chunks(WIDTH).zip(y.chunks_mut(WIDTH)) {
-            if let ([x], [y]) = (x, &mut *y) {
-                self.mul(x, y);
-                continue;
+        for (x, y) in x.chunks(8).zip(y.chunks_mut(8)) {
+            match (x, &mut *y) {
+                ([x], [y]) => self.mul(x, y),
+                _ if x.len() <= 4 => self.mul_together::<4>(x, y),
+                _ => self.mul_together::<8>(x, y),
             }
-            let mut together = vec![[0.0; WIDTH]; self.n()];
-            for (c, (x, y)) in x.iter().zip(&*y).enumerate() {
-                self.check_lengths(x, y);
-                together.iter_mut().zip(x).for_each(|(to, x)| to[c] = *x);
+        }
+    }
+
+    /// The products with at most `WIDTH` vectors, whose entries are interleaved.
+    fn mul_together<const WIDTH: usize>(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
+        let mut together = vec![[0.0; WIDTH]; self.n()];
+        for (c, (x, y)) in x.iter().zip(&*y).enumerate() {
+            self.check_lengths(x, y);
+            together.iter_mut().zip(x).for_each(|(to, x)| to[c] = *x);
+        }
+        let product = |i: usize| {
+            let (columns, values) = self.row(i);
+            // the neutral element of a sum
+            let mut sums = [-0.0; WIDTH];
+            for (&j, a) in columns.iter().zip(values) {
+                sums.iter_mut().zip(&together[j as usize]).for_each(|(sum, x)| *sum += a * x);
             }
-            let product = |i: usize| {
-                let (columns, values) = self.row(i);
-                // the neutral element of a sum
-                let mut sums = [-0.0; WIDTH];
-                for (&j, a) in columns.iter().zip(values) {
-                    sums.iter_mut().zip(&together[j as usize]).for_each(|(sum, x)| *sum += a * x);
-                }
-                sums
-            };
-            let products: Vec<[f64; WIDTH]> =
-                (0..self.n()).into_par_iter().with_min_len(ROWS_PER_TASK).map(product).collect();
-            for (c, y) in y.iter_mut().enumerate() {
-                y.iter_mut().zip(&products).for_each(|(y, products)| *y = products[c]);
-            }
+            sums
+        };
+        let products: Vec<[f64; WIDTH]> =
+            (0..self.n()).into_par_iter().with_min_len(ROWS_PER_TASK).map(product).collect();
+        for (c, y) in y.iter_mut().enumerate() {
+            y.iter_mut().zip(&products).for_each(|(y, products)| *y = products[c]);
         }
     }
 
@@ -364,20 +369,15 @@ pub(crate) fn norm_on(v: &[f64], ranks: &dyn Ranks) -> f64 {
         ranks.sum(&mut sum);
         sum[0]
     };
-    let sum = sum_over_ranks(v.iter().map(|x| x * x).sum());
+    let sum = sum_over_ranks(vectors::square(v));
     if sum.is_normal() && sum > 1e-280 {
         return sum.sqrt();
     }
-    let largest = ranks.largest(largest(v));
+    let largest = ranks.largest(vectors::largest(v));
     if largest == 0.0 || !largest.is_finite() {
         return largest;
     }
     largest * sum_over_ranks(v.iter().map(|x| (x / largest) * (x / largest)).sum()).sqrt()
-}
-
-/// max |vᵢ|, or NaN if an entry is NaN.
-pub(crate) fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, x| if x.is_nan() || m.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
 
 #[cfg(test)]

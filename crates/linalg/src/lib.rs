@@ -44,6 +44,7 @@
 //! Results do not depend on the number of threads, bit for bit: every parallel loop works on tiles
 //! whose bounds depend only on the matrix, and sums run in a fixed order.
 
+mod basis;
 pub mod block;
 pub mod csr;
 pub mod identity;
@@ -78,7 +79,7 @@ pub use slipstick_ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use solver::{
     Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Pivot, Precision, Transposed,
 };
-pub use span::best_in_span;
+pub use span::best_in_spans;
 pub use symbolic::Symbolic;
 pub use verified::{
     Alternative, SolveError, SolveOptions, SolveReport, solve_from, solve_many_from, solve_verified, solve_with,

@@ -34,6 +34,33 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Sum of the squares of all entries, in several sums that do not wait for each other.
+pub(crate) fn square(v: &[f64]) -> f64 {
+    let (whole, rest) = v.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for v in whole {
+        sums.iter_mut().zip(v).for_each(|(sum, x)| *sum += x * x);
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|x| x * x).sum::<f64>()
+}
+
+/// max |vᵢ|, or NaN if an entry is NaN.
+pub(crate) fn largest(v: &[f64]) -> f64 {
+    let (whole, rest) = v.as_chunks::<8>();
+    // several at once do not wait for each other
+    let (mut sizes, mut nan) = ([0.0; 8], false);
+    for v in whole {
+        for (size, x) in sizes.iter_mut().zip(v) {
+            *size = if x.abs() > *size { x.abs() } else { *size };
+            nan |= x.is_nan();
+        }
+    }
+    if nan || rest.iter().any(|x| x.is_nan()) {
+        return f64::NAN;
+    }
+    sizes.iter().chain(rest).fold(0.0, |m, x| m.max(x.abs()))
+}
+
 /// `w −= Σ factors · vectors`, one vector after the other.
 pub(crate) fn subtract(w: &mut [f64], factors: &[f64], vectors: &[Vec<f64>]) {
     w.par_chunks_mut(PER_TASK).enumerate().for_each(|(k, w)| {
@@ -46,6 +73,24 @@ pub(crate) fn subtract(w: &mut [f64], factors: &[f64], vectors: &[Vec<f64>]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By hand: 1² + … + 19² = 19 · 20 · 39 / 6.
+    #[test]
+    fn squares_are_summed() {
+        let v: Vec<f64> = (1..20).map(f64::from).collect();
+        assert_eq!((square(&v), square(&v[..0])), (2470.0, 0.0));
+    }
+
+    #[test]
+    fn the_largest_is_found_anywhere() {
+        for k in [0, 3, 8, 17, 18] {
+            let mut v = [0.5; 19];
+            v[k] = -2.0;
+            assert_eq!(largest(&v), 2.0);
+            v[k] = f64::NAN;
+            assert!(largest(&v).is_nan());
+        }
+    }
 
     /// By definition: the sequential loops, bit for bit, for vectors of one task and of several.
     #[test]

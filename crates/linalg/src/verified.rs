@@ -109,16 +109,14 @@ fn solve_together(
     let of = |(rhs, x)| Solve::new(&matrix, rhs, x);
     let mut solves: Vec<Solve<'_>> = rhs.iter().copied().zip(x).map(of).collect();
     let without_guess = |solve: &Solve<'_>| !a.ranks().any(solve.x.iter().any(|x| *x != 0.0));
-    let (mut cold, warm): (Vec<&mut Solve<'_>>, Vec<_>) =
+    let (mut cold, mut warm): (Vec<&mut Solve<'_>>, Vec<_>) =
         solves.iter_mut().filter(|solve| solve.outcome.is_none()).partition(|solve| without_guess(solve));
     let mut first: Vec<Vec<f64>> = cold.iter().map(|solve| solve.rhs.to_vec()).collect();
     matrix.precondition(&mut first);
     cold.iter_mut().zip(first).for_each(|(solve, first)| solve.x.copy_from_slice(&first));
-    cold.into_iter().for_each(Solve::assess);
-    for solve in warm {
-        solve.assess();
-        solve.report.initial_residual = solve.report.relative_residual;
-    }
+    matrix.assess(&mut cold);
+    matrix.assess(&mut warm);
+    warm.into_iter().for_each(|solve| solve.report.initial_residual = solve.report.relative_residual);
     for solve in &mut solves {
         solve.target = options.tolerance * norm_on(solve.rhs, a.ranks());
     }
@@ -132,7 +130,7 @@ fn solve_together(
         } else {
             // Round-off in the stiffest rows hides the others, which must be solved as accurately.
             solve.weights = Some(a.row_weights(transpose));
-            solve.assess();
+            matrix.assess(&mut [&mut *solve]);
             solve.target = ROUNDING * solve.rounding(solve.x);
         }
     }
@@ -164,7 +162,7 @@ pub(crate) fn solve_weighted(
     matrix.precondition(&mut x);
     let mut solve = Solve::new(&matrix, rhs, &mut x[0]);
     solve.weights = Some(weights.to_vec());
-    solve.assess();
+    matrix.assess(&mut [&mut solve]);
     let mut sizes = rhs.to_vec();
     solve.weigh(&mut sizes);
     solve.target = options.tolerance * matrix.norm_of(&sizes);
@@ -213,11 +211,7 @@ fn iterate(
             }
             groups.into_iter().flat_map(Group::end).collect()
         };
-        for (solve, found) in running.iter_mut().zip(found) {
-            if let Err(error) = solve.take(found) {
-                solve.outcome = Some(Err(error));
-            }
-        }
+        matrix.take(&mut running, found);
     }
 }
 

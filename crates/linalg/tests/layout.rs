@@ -5,7 +5,7 @@ mod common;
 use common::{Brick, Random, difference};
 use slipstick_linalg::{
     Alone, CsrMatrix, CsrPattern, Factorization, Layout, MultifrontalFactorization, Operator, Precision, Ranks,
-    SolveError, Summed, best_in_span, own_range, solve_verified,
+    SolveError, Summed, best_in_spans, own_range, solve_verified,
 };
 use slipstick_ranks::threads::on_ranks;
 use std::sync::Arc;
@@ -150,7 +150,7 @@ fn divided_systems_are_solved() {
             let (b, other) = (layout.restrict(&b), layout.restrict(&other));
             let mut image = vec![0.0; x.len()];
             summed.mul(&x, &mut image);
-            let start = best_in_span(&summed, &image, [other.as_slice(), x.as_slice()]);
+            let start = best_in_spans(&summed, &[image], vec![vec![other, x.clone()]]).remove(0);
             let mut bad = b.clone();
             if ranks.rank() == 3 {
                 bad[0] = f64::NAN;

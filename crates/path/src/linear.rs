@@ -15,7 +15,7 @@ use reduced::Cached;
 pub(crate) use reduced::Reduced;
 use slipstick_linalg::{
     Alternative, Backend, BlockMatrix, Factorization, FactorizationError, LinearSolver, Precision, Ranks, Reduction,
-    SolveError, SolveOptions, SolveReport, Symbolic, Transposed, best_in_span, solve_many_from,
+    SolveError, SolveOptions, SolveReport, Symbolic, Transposed, best_in_spans, solve_many_from,
 };
 use slipstick_status::ContactStatus;
 use std::sync::Arc;
@@ -323,11 +323,8 @@ impl LinearSystem {
         let begin = self.timings.begin();
         let rhs: Vec<Vec<f64>> = rhs.iter().map(|rhs| system.restrict(rhs)).collect();
         let matrix = system.on(self.backend.ranks());
-        let start = |(rhs, similar): (&Vec<f64>, S)| {
-            let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.restrict(x)).collect();
-            best_in_span(&matrix, rhs, similar.iter().map(Vec::as_slice))
-        };
-        let starts = rhs.iter().zip(similar).map(start).collect();
+        let similar = similar.into_iter().map(|all| all.into_iter().map(|x| system.restrict(x)).collect());
+        let starts = best_in_spans(&matrix, &rhs, similar.collect());
         self.timings.end(Phase::Solve, begin);
         let (x, are_new) = self.solve_reduced(system, at_hand, starts, &rhs, tolerance.into())?;
         Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), are_new))

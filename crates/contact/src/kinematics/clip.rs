@@ -68,6 +68,23 @@ pub fn clip<const S: usize, const M: usize>(
     master: &[Point; M],
     master_order: &[usize; M],
 ) -> Option<Overlap> {
+    let (polygon, count) = polygon(slave, master)?;
+    let mut overlap =
+        Overlap { vertices: [Vertex { position: [0.0; 2], gradient: [[0.0; PLANE_COORDINATES]; 2] }; 8], count };
+    for i in 0..count {
+        let entering = polygon[(i + count - 1) % count].leaving;
+        overlap.vertices[i] = vertex(polygon[i].position, entering, polygon[i].leaving, slave, master, master_order);
+    }
+    Some(overlap)
+}
+
+/// Whether [`clip`] leaves anything.
+pub fn overlap<const S: usize, const M: usize>(slave: &[Point; S], master: &[Point; M]) -> bool {
+    polygon(slave, master).is_some()
+}
+
+/// The corners that are left, and their number.
+fn polygon<const S: usize, const M: usize>(slave: &[Point; S], master: &[Point; M]) -> Option<([Corner; 12], usize)> {
     let size = extent(slave).max(extent(master));
     let tolerance = ON_LINE * size;
     let mut polygon = [Corner { position: [0.0; 2], leaving: Line::Slave(0) }; 12];
@@ -85,13 +102,7 @@ pub fn clip<const S: usize, const M: usize>(
     if !(3..=8).contains(&count) || area(&polygon[..count]) <= tolerance * size {
         return None;
     }
-    let mut overlap =
-        Overlap { vertices: [Vertex { position: [0.0; 2], gradient: [[0.0; PLANE_COORDINATES]; 2] }; 8], count };
-    for i in 0..count {
-        let entering = polygon[(i + count - 1) % count].leaving;
-        overlap.vertices[i] = vertex(polygon[i].position, entering, polygon[i].leaving, slave, master, master_order);
-    }
-    Some(overlap)
+    Some((polygon, count))
 }
 
 /// Cuts the polygon by the half plane left of the master edge; returns the new number of corners.

@@ -82,7 +82,6 @@ pub struct FacetCoupling {
     /// `height_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂height/∂x_t; empty with `height`. \[L²\]
     pub height_gradient: Vec<f64>,
     sharp: [bool; 4],
-    pair: PairIntegrals,
     overlapping: Vec<usize>,
 }
 
@@ -190,7 +189,8 @@ impl FacetCoupling {
             self.height.resize(3 * S, 0.0);
             self.height_gradient.resize(if with_gradient { 9 * S * n } else { 0 }, 0.0);
         }
-        let mut next = 0;
+        let (mut next, mut pair) = (0, PairIntegrals::default());
+        let own = (&plane, &corners, &projected);
         for (index, CurvedFacet { nodes: master, height }) in candidates.enumerate() {
             if self.overlapping.get(next) != Some(&index) {
                 continue;
@@ -198,8 +198,8 @@ impl FacetCoupling {
             next += 1;
             let heights = [curved.height, height];
             let added = match master[..] {
-                [a, b, c] => self.add_master(&plane, &corners, &projected, &[a, b, c], heights, settings),
-                [a, b, c, d] => self.add_master(&plane, &corners, &projected, &[a, b, c, d], heights, settings),
+                [a, b, c] => self.add_master(own, &[a, b, c], heights, settings, &mut pair),
+                [a, b, c, d] => self.add_master(own, &[a, b, c, d], heights, settings, &mut pair),
                 _ => Ok(()),
             };
             if added.is_err() {
@@ -212,31 +212,27 @@ impl FacetCoupling {
         Ok(())
     }
 
-    /// Integrates over the overlap with one master facet.
+    /// Integrates over the overlap with one master facet, in `pair`.
     fn add_master<const S: usize, const M: usize>(
         &mut self,
-        plane: &Plane<S>,
-        corners: &[Vector3<f64>; S],
-        projected: &[Point; S],
+        (plane, corners, projected): (&Plane<S>, &[Vector3<f64>; S], &[Point; S]),
         master: &[u32; M],
         heights: PairHeights<'_>,
         Settings { x, rule, with_gradient, .. }: Settings<'_>,
+        pair: &mut PairIntegrals,
     ) -> Result<(), Unmappable> {
         let points = master.map(|m| position(x, m));
         let flat = points.map(|p| plane.project(&p));
-        let mut pair = std::mem::take(&mut self.pair);
-        let integrated = integrate_pair(projected, &flat, heights, rule, with_gradient, &mut pair);
-        if integrated == Ok(true) {
+        if integrate_pair(projected, &flat, heights, rule, with_gradient, pair)? {
             let place: [usize; M] =
                 master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
-            self.add_pair(&pair, plane, corners, &points, place, with_gradient);
-            self.add_facing(&pair, plane, corners, &points, place, with_gradient);
+            self.add_pair(pair, plane, corners, &points, place, with_gradient);
+            self.add_facing(pair, plane, corners, &points, place, with_gradient);
             if heights != [None, None] {
-                self.add_height(&pair, heights, plane, corners, &points, place, with_gradient);
+                self.add_height(pair, heights, plane, corners, &points, place, with_gradient);
             }
         }
-        self.pair = pair;
-        integrated.map(|_| ())
+        Ok(())
     }
 
     fn fail(&mut self, facet: &[u32]) -> Result<(), FoldedFacet> {

@@ -12,10 +12,10 @@
 //! A cell is the triangle formed by an edge of the overlap and the overlap's area centroid.
 
 use super::cell_rule::CellPoint;
-use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
-use super::height::FacetHeight;
+use super::clip::{Overlap, PLANE_COORDINATES, Point, Vertex, clip};
+use super::height::{AtPoint, FacetHeight};
 pub use super::inverse_map::Unmappable;
-use super::inverse_map::{Image, map_back};
+use super::inverse_map::{POINTS, map_back};
 
 /// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane
 /// coordinates.
@@ -117,142 +117,204 @@ pub fn integrate_pair<const S: usize, const M: usize>(
 ) -> Result<bool, Unmappable> {
     let order = reversed::<M>();
     let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return Ok(false) };
+    integrate(&overlap, slave, master, (heights, rule, with_gradient), out)?;
+    Ok(true)
+}
+
+/// The derivatives of an integral with respect to four points, or to the three corners of a cell.
+type Row = [f64; 8];
+
+/// The derivatives of an integral, as it is summed up.
+#[derive(Clone, Copy)]
+struct Slopes {
+    /// Through the inverse maps of slave and master.
+    by_corner: [Row; 2],
+    /// With respect to the corners of a cell.
+    by_cell: Row,
+    /// With respect to the vertices of the polygon, and its centre.
+    by_vertex: [[f64; 2]; 9],
+}
+
+impl Slopes {
+    const NONE: Self = Self { by_corner: [[0.0; 8]; 2], by_cell: [0.0; 8], by_vertex: [[0.0; 2]; 9] };
+
+    /// Adds a point's contribution: through its weight, of which an integrand of `value` has the derivatives
+    /// `weights`, and through its position, by which the integrand has the derivative `by_position`.
+    #[inline(always)]
+    fn add_point(&mut self, value: f64, weights: &Row, shares: &Row, by_position: [f64; 2]) {
+        for q in 0..8 {
+            self.by_cell[q] += weights[q] * value + shares[q] * by_position[q % 2];
+        }
+    }
+
+    /// Moving a corner p_i by δ shifts the image like moving the point by −N_i δ.
+    #[inline(always)]
+    fn shift(&mut self, side: usize, shape: &Row, by_position: [f64; 2]) {
+        for q in 0..8 {
+            self.by_corner[side][q] -= shape[q] * by_position[q % 2];
+        }
+    }
+
+    /// Hands the derivatives with respect to a cell's corners over to the vertices.
+    #[inline(always)]
+    fn end_cell(&mut self, slots: [usize; 3]) {
+        for (corner, slot) in slots.into_iter().enumerate() {
+            for c in 0..2 {
+                self.by_vertex[slot][c] += self.by_cell[2 * corner + c];
+            }
+        }
+        self.by_cell = [0.0; 8];
+    }
+
+    /// The derivatives with respect to all plane coordinates.
+    #[inline(always)]
+    fn end(&self, vertices: &[Vertex], centre_slope: &[[[f64; 2]; 2]; 8]) -> [f64; PLANE_COORDINATES] {
+        let mut row = [0.0; PLANE_COORDINATES];
+        row[..8].copy_from_slice(&self.by_corner[0]);
+        row[8..].copy_from_slice(&self.by_corner[1]);
+        let by_centre = self.by_vertex[8];
+        for (i, vertex) in vertices.iter().enumerate() {
+            let through: Point = std::array::from_fn(|d| {
+                self.by_vertex[i][d] + by_centre[0] * centre_slope[i][0][d] + by_centre[1] * centre_slope[i][1][d]
+            });
+            for q in 0..PLANE_COORDINATES {
+                row[q] += through[0] * vertex.gradient[0][q] + through[1] * vertex.gradient[1][q];
+            }
+        }
+        row
+    }
+}
+
+/// Each of four numbers twice.
+#[inline(always)]
+fn twice(shape: &[f64; 4]) -> Row {
+    std::array::from_fn(|q| shape[q / 2])
+}
+
+/// The sums of [`integrate_pair`]. Compiled for AVX2, they take longer.
+fn integrate<const S: usize, const M: usize>(
+    overlap: &Overlap,
+    slave: &[Point; S],
+    master: &[Point; M],
+    (heights, rule, with_gradient): (PairHeights<'_>, &[CellPoint], bool),
+    out: &mut PairIntegrals,
+) -> Result<(), Unmappable> {
+    // the master in counter-clockwise order for the inverse map; its results are restored to facet
+    // order
+    let order = reversed::<M>();
+    let turned = order.map(|i| master[i]);
     let vertices = overlap.vertices();
     let count = vertices.len();
     let (centre, centre_slope) = centroid(vertices);
-    // the master in counter-clockwise order for the inverse map; its results are restored to facet
-    // order
-    let turned = order.map(|i| master[i]);
-
-    let mut values = [0.0; 32];
-    // gradient with respect to the polygon's vertices (8) and its centre (last)
-    let mut by_vertex = [[[0.0; 2]; 9]; 32];
-    let mut by_corner = [[0.0; PLANE_COORDINATES]; 32];
     let curved = heights != [None, None];
-    out.heights = [0.0; 16];
-    out.heights_gradient = [[0.0; PLANE_COORDINATES]; 16];
-    let mut heights_by_vertex = [[[0.0; 2]; 9]; 16];
+    let mut values = [0.0; 32];
+    let mut of_heights = [0.0; 16];
+    let mut slopes = [Slopes::NONE; 32];
+    let mut heights_slopes = [Slopes::NONE; 16];
     for i in 0..count {
         let cell = [centre, vertices[i].position, vertices[(i + 1) % count].position];
-        let slots = [8, i, (i + 1) % count];
         let (u, v) =
             ([cell[1][0] - cell[0][0], cell[1][1] - cell[0][1]], [cell[2][0] - cell[0][0], cell[2][1] - cell[0][1]]);
         let area = 0.5 * (u[0] * v[1] - u[1] * v[0]);
         // ∂A/∂vertex
         let area_slope =
-            [[0.5 * (u[1] - v[1]), 0.5 * (v[0] - u[0])], [0.5 * v[1], -0.5 * v[0]], [-0.5 * u[1], 0.5 * u[0]]];
-        for point in rule {
-            let l = point.barycentric;
-            let y = [
-                l[0] * cell[0][0] + l[1] * cell[1][0] + l[2] * cell[2][0],
-                l[0] * cell[0][1] + l[1] * cell[1][1] + l[2] * cell[2][1],
-            ];
-            let (first, turned_image) = (map_back(slave, y)?, map_back(&turned, y)?);
-            let mut second = Image { shape: [0.0; 4], slope: [[0.0; 2]; 4] };
-            for (position, &own) in order.iter().enumerate() {
-                second.shape[own] = turned_image.shape[position];
-                second.slope[own] = turned_image.slope[position];
-            }
-            let weight = point.weight * area;
-            let on_slave = heights[0].map(|height| height.at(S, &first.shape, &first.slope)[0]);
-            let on_master = heights[1].map(|height| height.at(M, &second.shape, &second.slope));
-            let functions = on_slave
-                .into_iter()
-                .map(|f| (0, f))
-                .chain(on_master.into_iter().flatten().zip(1..).map(|(f, k)| (k, f)));
-            for (k, (f, by_point)) in functions {
-                let (image, column) = if k == 0 { (&first, 0) } else { (&second, 8) };
+            [0.5 * (u[1] - v[1]), 0.5 * (v[0] - u[0]), 0.5 * v[1], -0.5 * v[0], -0.5 * u[1], 0.5 * u[0], 0.0, 0.0];
+        for points in rule.chunks(POINTS) {
+            let y: [_; 2] = std::array::from_fn(|c| {
+                std::array::from_fn(|p| {
+                    let l = points.get(p).unwrap_or(&points[0]).barycentric;
+                    l[0] * cell[0][c] + l[1] * cell[1][c] + l[2] * cell[2][c]
+                })
+            });
+            let (on_slave, on_master) = (map_back(slave, &y)?, map_back(&turned, &y)?);
+            for (p, point) in points.iter().enumerate() {
+                let weight = point.weight * area;
+                let (n, n_slope) = on_slave.at(p);
+                let (turned_shape, turned_slope) = on_master.at(p);
+                let (mut m, mut m_slope) = ([0.0; 4], [[0.0; 2]; 4]);
+                for (position, &own) in order.iter().enumerate() {
+                    (m[own], m_slope[own]) = (turned_shape[position], turned_slope[position]);
+                }
+                let shapes = [twice(&n), twice(&m)];
+                let [l0, l1, l2] = point.barycentric;
+                let shares = twice(&[l0, l1, l2, 0.0]);
+                let weights = area_slope.map(|slope| point.weight * slope);
                 for j in 0..S {
-                    let entry = 4 * k + j;
-                    out.heights[entry] += weight * first.shape[j] * f;
-                    if !with_gradient {
-                        continue;
-                    }
-                    // through the slave's shape function, and through the function
-                    let slope_n = first.slope[j].map(|slope| weight * slope * f);
-                    let slope_f = by_point.map(|slope| weight * first.shape[j] * slope);
-                    for (corner, &slot) in slots.iter().enumerate() {
-                        for c in 0..2 {
-                            heights_by_vertex[entry][slot][c] +=
-                                point.weight * area_slope[corner][c] * first.shape[j] * f
-                                    + l[corner] * (slope_n[c] + slope_f[c]);
+                    // D is symmetric
+                    for k in 0..j + 1 {
+                        let d = 4 * j + k;
+                        values[d] += weight * n[j] * n[k];
+                        if with_gradient {
+                            let slope = [0, 1].map(|c| weight * (n_slope[j][c] * n[k] + n[j] * n_slope[k][c]));
+                            slopes[d].add_point(n[j] * n[k], &weights, &shares, slope);
+                            slopes[d].shift(0, &shapes[0], slope);
                         }
                     }
-                    let row = &mut out.heights_gradient[entry];
-                    for i in 0..4 {
-                        for c in 0..2 {
-                            row[2 * i + c] -= first.shape[i] * slope_n[c];
-                            row[column + 2 * i + c] -= image.shape[i] * slope_f[c];
+                    for k in 0..M {
+                        let e = 16 + 4 * j + k;
+                        values[e] += weight * n[j] * m[k];
+                        if with_gradient {
+                            // through the slave's and the master's inverse map
+                            let by_slave = [0, 1].map(|c| weight * n_slope[j][c] * m[k]);
+                            let by_master = [0, 1].map(|c| weight * n[j] * m_slope[k][c]);
+                            let slope = [by_slave[0] + by_master[0], by_slave[1] + by_master[1]];
+                            slopes[e].add_point(n[j] * m[k], &weights, &shares, slope);
+                            slopes[e].shift(0, &shapes[0], by_slave);
+                            slopes[e].shift(1, &shapes[1], by_master);
                         }
                     }
                 }
-            }
-            for j in 0..S {
-                for k in 0..S {
-                    values[4 * j + k] += weight * first.shape[j] * first.shape[k];
+                if !curved {
+                    continue;
                 }
-                for k in 0..M {
-                    values[16 + 4 * j + k] += weight * first.shape[j] * second.shape[k];
-                }
-            }
-            if !with_gradient {
-                continue;
-            }
-            // the fourth corner of a triangle has no shape function: its results vanish
-            for j in 0..S {
-                for k in 0..const { if S > M { S } else { M } } {
-                    let both = first.shape[j] * first.shape[k];
-                    let slope_d = [
-                        weight * (first.slope[j][0] * first.shape[k] + first.shape[j] * first.slope[k][0]),
-                        weight * (first.slope[j][1] * first.shape[k] + first.shape[j] * first.slope[k][1]),
-                    ];
-                    let mixed = first.shape[j] * second.shape[k];
-                    // through the slave's and the master's inverse map
-                    let slope_s =
-                        [weight * first.slope[j][0] * second.shape[k], weight * first.slope[j][1] * second.shape[k]];
-                    let slope_m =
-                        [weight * first.shape[j] * second.slope[k][0], weight * first.shape[j] * second.slope[k][1]];
-                    let (d, m) = (4 * j + k, 16 + 4 * j + k);
-                    for (corner, &slot) in slots.iter().enumerate() {
-                        for c in 0..2 {
-                            let through_area = point.weight * area_slope[corner][c];
-                            by_vertex[d][slot][c] += through_area * both + l[corner] * slope_d[c];
-                            by_vertex[m][slot][c] += through_area * mixed + l[corner] * (slope_s[c] + slope_m[c]);
+                let mut add = |k: usize, (f, by_point): AtPoint| {
+                    let side = usize::from(k > 0);
+                    for j in 0..S {
+                        let entry = 4 * k + j;
+                        of_heights[entry] += weight * n[j] * f;
+                        if with_gradient {
+                            // through the slave's shape function, and through the function
+                            let by_shape = [0, 1].map(|c| weight * n_slope[j][c] * f);
+                            let by_function = by_point.map(|slope| weight * n[j] * slope);
+                            let slope = [by_shape[0] + by_function[0], by_shape[1] + by_function[1]];
+                            heights_slopes[entry].add_point(n[j] * f, &weights, &shares, slope);
+                            heights_slopes[entry].shift(0, &shapes[0], by_shape);
+                            heights_slopes[entry].shift(side, &shapes[side], by_function);
                         }
                     }
-                    // moving a corner p_i by δ shifts the image like moving y by −N_i δ
-                    for i in 0..4 {
-                        for c in 0..2 {
-                            by_corner[d][2 * i + c] -= first.shape[i] * slope_d[c];
-                            by_corner[m][2 * i + c] -= first.shape[i] * slope_s[c];
-                            by_corner[m][8 + 2 * i + c] -= second.shape[i] * slope_m[c];
-                        }
-                    }
+                };
+                if let Some(height) = heights[0] {
+                    add(0, height.at(S, &n, &n_slope)[0]);
+                }
+                if let Some(height) = heights[1] {
+                    let functions = height.at(M, &m, &m_slope);
+                    (0..3).for_each(|k| add(k + 1, functions[k]));
                 }
             }
         }
+        if with_gradient {
+            let slots = [8, i, (i + 1) % count];
+            slopes.iter_mut().for_each(|slopes| slopes.end_cell(slots));
+            if curved {
+                heights_slopes.iter_mut().for_each(|slopes| slopes.end_cell(slots));
+            }
+        }
     }
-    out.values = values;
     if with_gradient {
-        let add_through_vertices = |row: &mut [f64; PLANE_COORDINATES], by_vertex: &[[f64; 2]; 9]| {
-            let by_centre = by_vertex[8];
-            for (i, vertex) in vertices.iter().enumerate() {
-                let through: Point = std::array::from_fn(|d| {
-                    by_vertex[i][d] + by_centre[0] * centre_slope[i][0][d] + by_centre[1] * centre_slope[i][1][d]
-                });
-                for q in 0..PLANE_COORDINATES {
-                    row[q] += through[0] * vertex.gradient[0][q] + through[1] * vertex.gradient[1][q];
-                }
-            }
-        };
-        out.gradient = by_corner;
-        out.gradient.iter_mut().zip(&by_vertex).for_each(|(row, by_vertex)| add_through_vertices(row, by_vertex));
+        out.gradient.iter_mut().zip(&slopes).for_each(|(row, slopes)| *row = slopes.end(vertices, &centre_slope));
         if curved {
-            let rows = out.heights_gradient.iter_mut().zip(&heights_by_vertex);
-            rows.for_each(|(row, by_vertex)| add_through_vertices(row, by_vertex));
+            let rows = out.heights_gradient.iter_mut().zip(&heights_slopes);
+            rows.for_each(|(row, slopes)| *row = slopes.end(vertices, &centre_slope));
         }
     }
-    Ok(true)
+    for (j, k) in (0..S).flat_map(|j| (j + 1..S).map(move |k| (j, k))) {
+        values[4 * j + k] = values[4 * k + j];
+        if with_gradient {
+            out.gradient[4 * j + k] = out.gradient[4 * k + j];
+        }
+    }
+    (out.values, out.heights) = (values, of_heights);
+    Ok(())
 }
 
 #[cfg(test)]

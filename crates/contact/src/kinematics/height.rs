@@ -37,15 +37,36 @@ const ALONG: usize = 5;
 /// Position of a control point on an edge, −1 … 1.
 const NODES: [f64; ALONG] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
+/// 1 / (x_i − x_j) of the control points along an edge, for j ≠ i.
+const SLOPES: [[f64; ALONG - 1]; ALONG] = {
+    let mut slopes = [[0.0; ALONG - 1]; ALONG];
+    let mut i = 0;
+    while i < ALONG {
+        let mut j = 0;
+        while j < ALONG - 1 {
+            slopes[i][j] = 1.0 / (NODES[i] - NODES[other(i, j)]);
+            j += 1;
+        }
+        i += 1;
+    }
+    slopes
+};
+
+/// The j-th of the numbers other than i.
+const fn other(i: usize, j: usize) -> usize {
+    if j < i { j } else { j + 1 }
+}
+
 /// Values of the five Lagrange polynomials of fourth degree, and their first and second derivatives.
+#[inline(always)]
 fn quartic(x: f64) -> [[f64; ALONG]; 3] {
     let mut out = [[0.0; ALONG]; 3];
     for i in 0..ALONG {
         // the product of the factors so far, and its derivatives
         let (mut value, mut first, mut second) = (1.0, 0.0, 0.0);
-        for j in (0..ALONG).filter(|&j| j != i) {
-            let slope = 1.0 / (NODES[i] - NODES[j]);
-            let factor = (x - NODES[j]) * slope;
+        for j in 0..ALONG - 1 {
+            let slope = SLOPES[i][j];
+            let factor = (x - NODES[other(i, j)]) * slope;
             second = second * factor + 2.0 * first * slope;
             first = first * factor + value * slope;
             value *= factor;
@@ -153,6 +174,7 @@ impl FacetHeight {
     /// `slope` are the gradients of the shape functions `shape`.
     ///
     /// Test: `heights_interpolate_and_have_exact_slopes`.
+    #[inline(always)]
     pub(super) fn at(&self, corners: usize, shape: &[f64; 4], slope: &[[f64; 2]; 4]) -> [AtPoint; 3] {
         let (value, first, second) = self.in_facet(corners, shape);
         // the facet's coordinates in the plane
@@ -177,6 +199,7 @@ impl FacetHeight {
 
     /// Height, first and second derivatives in the facet's coordinates: ξ and η of a quadrilateral,
     /// the second and third area coordinate of a triangle.
+    #[inline(always)]
     fn in_facet(&self, corners: usize, shape: &[f64; 4]) -> (f64, [f64; 2], [[f64; 2]; 2]) {
         let h = &self.values;
         let (mut value, mut first, mut second) = (0.0, [0.0; 2], [[0.0; 2]; 2]);
@@ -210,15 +233,20 @@ impl FacetHeight {
         let point: [f64; 2] =
             std::array::from_fn(|d| CORNER.iter().zip(shape).map(|(sign, shape)| sign[d] * shape).sum());
         let ([x, dx, ddx], [y, dy, ddy]) = (quartic(point[0]), quartic(point[1]));
-        for (j, row) in h.chunks_exact(ALONG).enumerate() {
-            for (i, h) in row.iter().enumerate() {
-                value += h * x[i] * y[j];
-                first[0] += h * dx[i] * y[j];
-                first[1] += h * x[i] * dy[j];
-                second[0][0] += h * ddx[i] * y[j];
-                second[0][1] += h * dx[i] * dy[j];
-                second[1][1] += h * x[i] * ddy[j];
+        for (j, row) in h.as_chunks::<ALONG>().0.iter().enumerate() {
+            // along ξ first
+            let (mut r, mut dr, mut ddr) = (0.0, 0.0, 0.0);
+            for i in 0..ALONG {
+                r += row[i] * x[i];
+                dr += row[i] * dx[i];
+                ddr += row[i] * ddx[i];
             }
+            value += r * y[j];
+            first[0] += dr * y[j];
+            first[1] += r * dy[j];
+            second[0][0] += ddr * y[j];
+            second[0][1] += dr * dy[j];
+            second[1][1] += r * ddy[j];
         }
         second[1][0] = second[0][1];
         (value, first, second)

@@ -2,7 +2,7 @@
 //! master facets that couple.
 
 use super::cell_rule::CellPoint;
-use super::clip::{PLANE_COORDINATES, Point, clip};
+use super::clip::{PLANE_COORDINATES, Point, clip, overlap};
 use super::coupling::MultiplierShape;
 use super::facet_pair::reversed;
 use super::inverse_map::folded;
@@ -32,7 +32,7 @@ fn spanning<const N: usize>(corners: &[Vector3<f64>; N]) -> [Vector3<f64>; 2] {
 /// Centre of a facet and the distance of its farthest corner.
 fn ball<const N: usize>(corners: &[Vector3<f64>; N]) -> (Vector3<f64>, f64) {
     let centre = mean(corners);
-    (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
+    (centre, corners.iter().map(|p| (p - centre).norm_squared()).fold(0.0, f64::max).sqrt())
 }
 
 /// Cosine of the angle from the opposite direction (84°) beyond which a master facet is seen
@@ -181,7 +181,7 @@ impl<const S: usize> Plane<S> {
         let flat = points.map(|p| self.project(&p));
         let order = reversed::<M>();
         let turned = order.map(|i| flat[i]);
-        if clip(projected, &turned, &order).is_none() {
+        if !overlap(projected, &turned) {
             return Coupled::No;
         }
         let near = self.is_near(&points);

@@ -33,7 +33,7 @@ impl<T: Scalar> Numeric<T> {
         let mut x = vec![T::ZERO; rhs.len()];
         for (j, column) in rhs.chunks_exact_mut(n).enumerate() {
             column.iter_mut().zip(before).for_each(|(b, scale)| *b *= scale);
-            let unit = power_of_two_near(crate::csr::largest(column));
+            let unit = power_of_two_near(crate::vectors::largest(column));
             for (x, &i) in x.chunks_exact_mut(columns).zip(&self.structure.permutation) {
                 x[j] = T::from_f64(column[i as usize] / unit);
             }

@@ -2,12 +2,9 @@
 
 use super::report::SolveOptions;
 use super::solve::{Found, Solve};
+use crate::basis::{Added, Basis};
 use crate::csr::norm_on;
-use crate::vectors::{dots, subtract};
 use slipstick_ranks::Ranks;
-
-/// A direction counts as new if this much of its product is outside the span of the others.
-const NEW: f64 = 1e-6;
 
 /// Generalized conjugate residuals for several right-hand sides: each iteration adds the
 /// preconditioned residual of each of them to one space, in which all residuals are minimized.
@@ -20,15 +17,18 @@ const NEW: f64 = 1e-6;
 /// O'Leary, Linear Algebra Appl. 29 (1980), for blocks of them. Test:
 /// `right_hand_sides_share_directions`.
 pub(super) struct SharedCycle {
-    /// Orthonormal products A z of the directions.
-    products: Vec<Vec<f64>>,
     directions: Vec<Vec<f64>>,
+    /// Their products.
+    basis: Basis,
     members: Vec<Member>,
 }
 
 /// The iteration of one right-hand side.
 struct Member {
+    /// The solution at the start.
     x: Vec<f64>,
+    /// What has been taken from the residual: its components along the first of the products.
+    components: Vec<f64>,
     residual: Vec<f64>,
     norm: f64,
     /// Norm of the residual at the start.
@@ -48,6 +48,7 @@ impl SharedCycle {
             let left = options.max_iterations.saturating_sub(solve.report.iterations);
             Member {
                 x: solve.x.to_vec(),
+                components: Vec::new(),
                 residual: solve.residual.clone(),
                 norm: beta,
                 beta,
@@ -58,7 +59,8 @@ impl SharedCycle {
                 finite: true,
             }
         };
-        Self { products: Vec::new(), directions: Vec::new(), members: solves.iter().map(member).collect() }
+        let members = solves.iter().map(member).collect();
+        Self { directions: Vec::new(), basis: Basis::default(), members }
     }
 
     /// The directions to be preconditioned next; none at the end.
@@ -75,55 +77,43 @@ impl SharedCycle {
         options: &SolveOptions,
     ) {
         let ranks = solves[0].matrix.a.ranks();
-        let known = self.products.len();
-        if !found.fold(true, |usable, (z, w)| self.add(z, w, ranks) && usable) {
+        let known = self.basis.len();
+        let mut usable = true;
+        for (z, w) in found {
+            match self.basis.add(w, ranks) {
+                Added::Yes => self.directions.push(z),
+                Added::Dependent => {}
+                Added::NotFinite => usable = false,
+            }
+        }
+        if !usable {
             // the factors or the matrix, which all share, are unusable
             let open = self.members.iter_mut().filter(|member| !member.ended);
             open.for_each(|member| (member.ended, member.finite) = (true, false));
         }
-        let added = (&self.products[known..], &self.directions[known..]);
+        let exhausted = self.basis.len() == known;
         for (member, solve) in self.members.iter_mut().zip(solves).filter(|(member, _)| !member.ended) {
-            member.minimise(added, ranks);
-            member.judge(0.5 * solve.target, added.0.is_empty(), options);
+            member.minimise(&self.basis, known, ranks);
+            member.judge(0.5 * solve.target, exhausted, options);
         }
-    }
-
-    /// Orthonormalizes a product, and combines the directions in the same way. Drops it if it is in
-    /// the span of the others; `false` if it is not finite.
-    fn add(&mut self, mut z: Vec<f64>, mut w: Vec<f64>, ranks: &dyn Ranks) -> bool {
-        let size = norm_on(&w, ranks);
-        for _ in 0..2 {
-            let mut components = dots(&w, &self.products);
-            ranks.sum(&mut components);
-            subtract(&mut w, &components, &self.products);
-            subtract(&mut z, &components, &self.directions);
-        }
-        let left = norm_on(&w, ranks);
-        if left > NEW * size {
-            w.iter_mut().for_each(|w| *w /= left);
-            z.iter_mut().for_each(|z| *z /= left);
-            self.products.push(w);
-            self.directions.push(z);
-        }
-        left.is_finite()
     }
 
     /// What each right-hand side has found.
     pub(super) fn end(self) -> Vec<Found> {
-        let found = |Member { x, taken, given_up, finite, .. }: Member| Found { x, taken, given_up, finite };
-        self.members.into_iter().map(found).collect()
+        let Self { directions, basis, members } = self;
+        let found = |member: Member| {
+            let Member { mut x, components, taken, given_up, finite, .. } = member;
+            basis.combine(components, &directions, &mut x);
+            Found { x, taken, given_up, finite }
+        };
+        members.into_iter().map(found).collect()
     }
 }
 
 impl Member {
-    /// Minimizes the residual over new directions, whose products are orthonormal and orthogonal to
-    /// earlier ones.
-    fn minimise(&mut self, (products, directions): (&[Vec<f64>], &[Vec<f64>]), ranks: &dyn Ranks) {
-        let mut components = dots(&self.residual, products);
-        ranks.sum(&mut components);
-        subtract(&mut self.residual, &components, products);
-        components.iter_mut().for_each(|component| *component = -*component);
-        subtract(&mut self.x, &components, directions);
+    /// Minimizes the residual over the directions from number `known` on.
+    fn minimise(&mut self, basis: &Basis, known: usize, ranks: &dyn Ranks) {
+        self.components.extend(basis.reduce(known, &mut self.residual, ranks));
         self.norm = norm_on(&self.residual, ranks);
         self.taken += 1;
     }

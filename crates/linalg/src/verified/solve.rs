@@ -1,9 +1,10 @@
 //! A matrix with its factors, and a solution in progress.
 
 use super::report::{SolveError, SolveReport};
-use crate::csr::{largest, norm_on};
+use crate::csr::norm_on;
 use crate::operator::Operator;
 use crate::solver::Factorization;
+use crate::vectors::largest;
 
 /// A matrix with its factors, or their transposes.
 pub(super) struct Matrix<'a> {
@@ -46,6 +47,35 @@ impl Matrix<'_> {
             self.a.mul_many(vectors, &mut products);
         }
         products
+    }
+
+    /// Measures the present solutions.
+    pub(super) fn assess(&self, solves: &mut [&mut Solve<'_>]) {
+        let x: Vec<Vec<f64>> = solves.iter().map(|solve| solve.x.to_vec()).collect();
+        for (solve, product) in solves.iter_mut().zip(self.products(&x)) {
+            match solve.assessed(solve.x, product, solve.report.iterations) {
+                Ok((report, residual)) => (solve.report, solve.residual) = (report, residual),
+                Err(error) => solve.outcome = Some(Err(error)),
+            }
+        }
+    }
+
+    /// Takes over what cycles have found, where it is better.
+    pub(super) fn take(&self, solves: &mut [&mut Solve<'_>], found: Vec<Found>) {
+        let mut usable = Vec::with_capacity(found.len());
+        for (solve, found) in solves.iter_mut().zip(found) {
+            match found.finite {
+                true => usable.push((solve, found)),
+                false => solve.outcome = Some(Err(SolveError::NonFinite)),
+            }
+        }
+        let x: Vec<Vec<f64>> = usable.iter_mut().map(|(_, found)| std::mem::take(&mut found.x)).collect();
+        let products = self.products(&x);
+        for (((solve, found), x), product) in usable.into_iter().zip(x).zip(products) {
+            if let Err(error) = solve.take(&Found { x, ..found }, product) {
+                solve.outcome = Some(Err(error));
+            }
+        }
     }
 }
 
@@ -116,19 +146,11 @@ impl<'a> Solve<'a> {
         self.matrix.norm_of(&sizes)
     }
 
-    /// Measures the present solution.
-    pub(super) fn assess(&mut self) {
-        match self.assessed(self.x, self.report.iterations) {
-            Ok((report, residual)) => (self.report, self.residual) = (report, residual),
-            Err(error) => self.outcome = Some(Err(error)),
-        }
-    }
-
-    /// Report and weighted residual of a vector.
-    pub(super) fn assessed(&self, x: &[f64], iterations: usize) -> Result<(SolveReport, Vec<f64>), SolveError> {
-        let Matrix { a, transpose, norm, .. } = *self.matrix;
-        let mut residual = vec![0.0; x.len()];
-        a.residual(transpose, x, self.rhs, &mut residual);
+    /// Report and weighted residual of a vector with this product.
+    fn assessed(&self, x: &[f64], product: Vec<f64>, iterations: usize) -> Result<(SolveReport, Vec<f64>), SolveError> {
+        let Matrix { a, norm, .. } = *self.matrix;
+        let mut residual = product;
+        residual.iter_mut().zip(self.rhs).for_each(|(r, b)| *r = b - *r);
         let (relative_residual, backward_error) = if self.weights.is_some() {
             let mut rhs = self.rhs.to_vec();
             self.weigh(&mut residual);
@@ -149,11 +171,8 @@ impl<'a> Solve<'a> {
     }
 
     /// Takes over what a cycle has found, if it is better.
-    pub(super) fn take(&mut self, found: Found) -> Result<(), SolveError> {
-        if !found.finite {
-            return Err(SolveError::NonFinite);
-        }
-        let (improved, residual) = self.assessed(&found.x, self.report.iterations + found.taken)?;
+    fn take(&mut self, found: &Found, product: Vec<f64>) -> Result<(), SolveError> {
+        let (improved, residual) = self.assessed(&found.x, product, self.report.iterations + found.taken)?;
         let stalled = improved.relative_residual > 0.5 * self.report.relative_residual;
         if improved.relative_residual < self.report.relative_residual {
             self.x.copy_from_slice(&found.x);
