@@ -199,9 +199,14 @@ impl LooseBodies {
         self.weights(f).map(|(i, weight)| weight * displacement(i)).sum()
     }
 
+    /// Stiffness of the springs in a step. \[F/L\]
+    fn stiffness_in(&self, step: &Step) -> f64 {
+        step.holding * self.stiffness
+    }
+
     /// Force of the spring that holds mean motion f.
     fn holding_force(&self, step: &Step, y: &[f64], f: usize) -> f64 {
-        step.anchor.as_ref().map_or(0.0, |anchor| self.stiffness * self.mean(f, |i| y[i] - anchor[i]))
+        step.anchor.as_ref().map_or(0.0, |anchor| self.stiffness_in(step) * self.mean(f, |i| y[i] - anchor[i]))
     }
 
     /// The mean motions that springs of this rank hold.
@@ -221,11 +226,12 @@ impl ForceTerm for LooseBodies {
     }
 
     fn add_tangent(&self, at: TermState<'_>, matrix: &mut BlockMatrix) {
-        for (_, f) in Self::held(&at) {
+        for (step, f) in Self::held(&at) {
+            let stiffness = self.stiffness_in(step);
             for (i, weight) in self.weights(f) {
                 for (j, other) in self.weights(f) {
                     let mut block = [0.0; 9];
-                    block[3 * (i % 3) + j % 3] = self.stiffness * weight * other;
+                    block[3 * (i % 3) + j % 3] = stiffness * weight * other;
                     matrix.add(i / 3, j / 3, &block);
                 }
             }
@@ -233,8 +239,8 @@ impl ForceTerm for LooseBodies {
     }
 
     fn pull_back_previous(&self, at: TermState<'_>, lambda: &[f64], out: &mut [f64]) {
-        for (_, f) in Self::held(&at) {
-            let along = self.stiffness * self.mean(f, |i| lambda[i]);
+        for (step, f) in Self::held(&at) {
+            let along = self.stiffness_in(step) * self.mean(f, |i| lambda[i]);
             self.weights(f).for_each(|(i, weight)| out[i] -= along * weight);
         }
     }
@@ -396,7 +402,7 @@ impl ContactModel {
     /// Work that the springs take in the step, in which they move under their force at its end: they are
     /// attached again before the next step. \[F L\]
     pub(in crate::equations) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
-        let work = |&f: &usize| self.loose.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
+        let work = |&f: &usize| self.loose.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness_in(step);
         at.state.free.held.iter().map(work).sum()
     }
 
@@ -429,7 +435,12 @@ impl ContactModel {
         let (turns, body) = (shift.norm() < 1e-3 * turn.norm(), &self.loose.bodies[body]);
         let along = if turns { turn.iamax() } else { shift.iamax() };
         let unknown = 3 * body.anchors[usize::from(body.rigid && turns)] as usize + along;
-        Err(StateError::Unheld { body: body.name.clone(), motion, unknown })
+        let slides = at.state.nodes_here().any(|(_, _, node)| {
+            let traction = node.law.value();
+            node.law.status() == Status::Slip && traction[1].hypot(traction[2]) > self.floors.multiplier
+        });
+        let slides = self.share.largest(f64::from(u8::from(slides))) > 0.0;
+        Err(StateError::Unheld { body: body.name.clone(), motion, unknown, slides })
     }
 
     /// The motions of each loose body that are free at a state, in words: `x and rotation about y of body
