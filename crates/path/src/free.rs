@@ -2,15 +2,12 @@
 //!
 //! A step whose tangent is singular because nothing restrains a rigid motion is solved again with free
 //! motions [held](HoldFreeMotions), and loaded bodies are first moved up to their first
-//! contact. If a body that has arrived pushes another free one, the bodies move on together. If a body that touches
-//! something slides or tips over it, it is let go on, held ever more softly, until contact holds it: a roller that
-//! slides in one iterate may roll in the solution.
+//! contact. If a body that has arrived pushes another free one, the bodies move on together.
 
 use crate::attempt::{Accepted, solve_increment};
 use crate::failure::{StateError, StepFailure, StepFailureKind};
-use crate::iterations::{IterationRecord, StepReport};
 use crate::newton::{NewtonOptions, Start};
-use crate::problem::{Attempt, Evaluated, HeldMotions, HoldFreeMotions, Iteration, StepProblem, Wanted};
+use crate::problem::{Attempt, HeldMotions, HoldFreeMotions, Iteration, StepProblem, Wanted};
 use crate::solver::Solver;
 use crate::store::PathState;
 use crate::time::LoadTime;
@@ -18,12 +15,6 @@ use crate::unknowns::StepState;
 
 /// Most times that bodies are moved on in a step.
 const MOVES: usize = 8;
-
-/// Most times that bodies are let go on in a step.
-const RELEASES: usize = 10;
-
-/// Stiffness of what holds bodies that are let go on, relative to the time before.
-const SOFTER: f64 = 0.25;
 
 /// How the attempts at an increment treat free motions.
 #[derive(Default)]
@@ -53,7 +44,7 @@ impl FreeSteps {
         let holds = *self.holds.get_or_insert_with(|| {
             let iteration = Iteration { at_start: true, ..Iteration::default() };
             let y = &last.state.unknowns;
-            motions.hold(step, &last.state, None);
+            motions.hold(step, &last.state, false);
             let at = problem.evaluate(step, y, Some(geometry), iteration, Wanted::Residual, solver.workspace);
             let Ok(at) = at else { return false };
             self.certain = motions.are_free(step, &at, false);
@@ -66,7 +57,7 @@ impl FreeSteps {
         if !self.certain && matches!(&result, Err(failure) if failure.is_unheld()) {
             // what is nearly free may yet find an equilibrium
             self.holds = Some(false);
-            motions.hold(step, &last.state, None);
+            motions.hold(step, &last.state, false);
             return None;
         }
         Some(result.map_err(|failure| self.first_of(failure)))
@@ -96,7 +87,7 @@ impl FreeSteps {
                 Some(Err(failure)) if result.is_err() && failure.is_final() => return Err(failure),
                 _ => {}
             }
-            motions.hold(step, &last.state, None);
+            motions.hold(step, &last.state, false);
         }
         result
     }
@@ -124,14 +115,6 @@ impl StepFailure {
     }
 }
 
-/// What an attempt at a step with free motions held consists of.
-struct Attempted<'a, P: StepProblem> {
-    motions: &'a dyn HoldFreeMotions<P>,
-    previous: &'a StepState,
-    to: (LoadTime, Attempt),
-    options: &'a NewtonOptions,
-}
-
 /// Solves the step to `time` with free motions held; `None` if bodies had to be moved too often.
 fn solve<P: StepProblem>(
     solver: &mut Solver<'_, P>,
@@ -139,14 +122,13 @@ fn solve<P: StepProblem>(
     step: &mut P::Step,
     last: &PathState,
     geometry: &P::Geometry,
-    to: (LoadTime, Attempt),
+    (time, attempt): (LoadTime, Attempt),
     options: &NewtonOptions,
 ) -> Option<Result<Accepted<P>, StepFailure>> {
-    let previous = &last.state;
-    let attempted = Attempted { motions, previous, to, options };
-    motions.hold(step, previous, Some(1.0));
+    let (problem, previous) = (solver.problem, &last.state);
+    motions.hold(step, previous, true);
     let mut from = previous.unknowns.clone();
-    let mut unheld: Option<(StepFailure, bool)> = None;
+    let mut unheld = None;
     for moves in 0..MOVES {
         let moved = match motions.approach(step, &from, solver.workspace) {
             Ok(moved) => moved,
@@ -162,7 +144,11 @@ fn solve<P: StepProblem>(
             start
         } else {
             // held where it touches, the body does not return to where it was while contact settles
-            match attempted.held_at(solver, step, start.unknowns, 1.0) {
+            let touching = StepState { unknowns: start.unknowns.clone(), ..previous.clone() };
+            motions.hold(step, &touching, true);
+            let solved = solve_increment(solver, step, start, time, attempt, options);
+            motions.hold(step, previous, true);
+            match solved {
                 Ok((_, report, at)) => {
                     before = report.iterations;
                     Start::guess(at.unknowns)
@@ -170,90 +156,26 @@ fn solve<P: StepProblem>(
                 Err(failure) => return Some(Err(failure)),
             }
         };
-        match attempted.from(solver, step, start, before) {
-            Err((failure, touches)) if failure.is_unheld() => {
-                from.clone_from(&failure.iterate);
-                unheld = Some((failure, touches));
-            }
-            result => return Some(result.map_err(|(failure, _)| failure)),
-        }
-    }
-    let (failure, touches) = unheld?;
-    let found = touches.then(|| attempted.let_go(solver, step, from)).flatten();
-    Some(found.ok_or(failure))
-}
-
-impl<P: StepProblem> Attempted<'_, P> {
-    /// Solves the step with free motions held where they are at `unknowns`.
-    fn held_at(
-        &self,
-        solver: &mut Solver<'_, P>,
-        step: &mut P::Step,
-        unknowns: Vec<f64>,
-        stiffness: f64,
-    ) -> Result<(bool, StepReport, Evaluated<P>), StepFailure> {
-        let there = StepState { unknowns, ..self.previous.clone() };
-        self.motions.hold(step, &there, Some(stiffness));
-        let start = Start::guess(there.unknowns);
-        let solved = solve_increment(solver, step, start, self.to.0, self.to.1, self.options);
-        let result = solved.map(|(_, report, at)| {
-            let holds = !matches!(solver.problem.finish(step, &at), Err(StateError::Unheld { .. }));
-            (holds, report, at)
-        });
-        self.motions.hold(step, self.previous, Some(1.0));
-        result
-    }
-
-    /// Solves the step itself, after the iterations `before`. With the failure it returns whether anything is in
-    /// contact.
-    fn from(
-        &self,
-        solver: &mut Solver<'_, P>,
-        step: &P::Step,
-        start: Start<P>,
-        before: Vec<IterationRecord>,
-    ) -> Result<Accepted<P>, (StepFailure, bool)> {
-        let solved = solve_increment(solver, step, start, self.to.0, self.to.1, self.options);
-        let (unknowns, mut report, at) = solved.map_err(|failure| (failure, false))?;
+        let (unknowns, mut report, at) = match solve_increment(solver, step, start, time, attempt, options) {
+            Ok(solved) => solved,
+            Err(failure) => return Some(Err(failure)),
+        };
         report.iterations.splice(0..0, before);
-        match solver.problem.finish(step, &at) {
+        match problem.finish(step, &at) {
             Ok(history) => {
                 report.holds = true;
-                let HeldMotions { free, share, work } = self.motions.left_free(step, &at);
+                let HeldMotions { free, share, work } = motions.left_free(step, &at);
                 (report.left_free, report.holding, report.holding_work) = (free, share, work);
-                Ok((StepState { unknowns, history }, report, at))
+                return Some(Ok((StepState { unknowns, history }, report, at)));
             }
-            Err(error) => {
-                let touches = at.active_set.iter().any(|&status| status > 0);
-                Err((StepFailure { iterations: report.iterations, ..failure(error, unknowns) }, touches))
+            Err(error @ StateError::Unheld { .. }) => {
+                from.clone_from(&unknowns);
+                unheld = Some(StepFailure { iterations: report.iterations, ..failure(error, unknowns) });
             }
+            Err(error) => return Some(Err(StepFailure { iterations: report.iterations, ..failure(error, unknowns) })),
         }
     }
-
-    /// Lets bodies that touch something move on from `unknowns`, each time held where they have come to and more
-    /// softly, until contact holds them, and solves the step from there; `None` if nothing comes to hold them.
-    fn let_go(
-        &self,
-        solver: &mut Solver<'_, P>,
-        step: &mut P::Step,
-        mut unknowns: Vec<f64>,
-    ) -> Option<Accepted<P>> {
-        let (mut stiffness, mut iterations) = (1.0, Vec::new());
-        for _ in 0..RELEASES {
-            let (holds, mut report, at) = self.held_at(solver, step, unknowns, stiffness).ok()?;
-            iterations.append(&mut report.iterations);
-            unknowns = at.unknowns;
-            if holds {
-                match self.from(solver, step, Start::guess(unknowns.clone()), iterations.clone()) {
-                    Ok(done) => return Some(done),
-                    Err((failure, _)) if failure.is_unheld() => {}
-                    Err(_) => return None,
-                }
-            }
-            stiffness *= SOFTER;
-        }
-        None
-    }
+    unheld.map(Err)
 }
 
 fn failure(error: StateError, iterate: Vec<f64>) -> StepFailure {

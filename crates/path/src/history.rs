@@ -66,7 +66,7 @@ where
         };
         let mut step = problem.begin(previous, &geometry, span, workspace)?;
         if let Some(motions) = problem.free_motions().filter(|_| held) {
-            motions.hold(&mut step, previous, Some(1.0));
+            motions.hold(&mut step, previous, true);
         }
         let at = problem.evaluate(&step, y, None, Iteration::default(), Wanted::Residual, workspace)?;
         let history = problem.finish(&step, &at)?;

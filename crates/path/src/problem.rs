@@ -281,8 +281,8 @@ pub trait DependentUnknowns {
 /// Motions that may be free, such as rigid motions of a body without supports and contact.
 pub trait HoldFreeMotions<P: StepProblem> {
     /// Adds to a step that free motions remain as they are in the previous state; the equations of all
-    /// other motions stay the same. What holds them has this part of its usual stiffness; `None` removes it again.
-    fn hold(&self, step: &mut P::Step, previous: &StepState, stiffness: Option<f64>);
+    /// other motions stay the same. Without `hold`, it removes that again.
+    fn hold(&self, step: &mut P::Step, previous: &StepState, hold: bool);
 
     /// Whether a motion is free at a state of a step, or nearly free.
     fn are_free(&self, step: &P::Step, at: &Evaluated<P>, nearly: bool) -> bool;

@@ -301,8 +301,9 @@ mod tests {
     /// motion and loads continue as before, up to a tenth of their increments.
     #[test]
     fn start_values_go_on_where_motion_and_loads_do() {
-        let starts =
-            |spring: &Spring, values: StartValues| candidates(spring, &line(spring), 2.25.into(), values, None, &Alone).0;
+        let starts = |spring: &Spring, values: StartValues| {
+            candidates(spring, &line(spring), 2.25.into(), values, None, &Alone).0
+        };
         let last = [1.2, -0.6, 0.3, 4.5, -0.5, 2.0];
         let ahead = [1.8, -0.9, 0.45, 6.75, -1.25, 2.0];
         let close = |found: &[Vec<f64>], exact: &[[f64; 6]]| {

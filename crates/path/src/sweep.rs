@@ -252,7 +252,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let from = problem.geometry(&previous.unknowns, Wanted::Derivatives, workspace)?;
         let mut step = problem.begin(previous, &from, span, workspace)?;
         if let Some(motions) = problem.free_motions().filter(|_| here.report.holds) {
-            motions.hold(&mut step, previous, Some(1.0));
+            motions.hold(&mut step, previous, true);
         }
         let (iteration, wanted) = (Iteration::default(), Wanted::Derivatives);
         let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;

@@ -157,7 +157,7 @@ fn what_holds_a_body_besides_contact() {
     assert!(held(tied, 1.0));
     assert!(held("[[dirichlet]]\nset = \"block_ymax\"\n", 1.0));
     assert!(!held("[[dirichlet]]\nset = \"block_ymax\"\ncomponents = [\"y\"]\n", 1.0));
-    let spring = "[[spring]]\nset = \"block_ymax\"\nstiffness = 1\n";
+    let spring = "[[spring]]\nname = \"foot\"\nset = \"block_ymax\"\nstiffness = 1\n";
     assert!(held(spring, 1.0));
     let ended = format!("{tied}active = [0, 0.5]\n");
     assert_eq!([held(&ended, 0.4), held(&ended, 0.8)], [true, false]);

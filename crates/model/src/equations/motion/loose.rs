@@ -199,14 +199,9 @@ impl LooseBodies {
         self.weights(f).map(|(i, weight)| weight * displacement(i)).sum()
     }
 
-    /// Stiffness of the springs in a step. \[F/L\]
-    fn stiffness_in(&self, step: &Step) -> f64 {
-        step.holding * self.stiffness
-    }
-
     /// Force of the spring that holds mean motion f.
     fn holding_force(&self, step: &Step, y: &[f64], f: usize) -> f64 {
-        step.anchor.as_ref().map_or(0.0, |anchor| self.stiffness_in(step) * self.mean(f, |i| y[i] - anchor[i]))
+        step.anchor.as_ref().map_or(0.0, |anchor| self.stiffness * self.mean(f, |i| y[i] - anchor[i]))
     }
 
     /// The mean motions that springs of this rank hold.
@@ -226,12 +221,11 @@ impl ForceTerm for LooseBodies {
     }
 
     fn add_tangent(&self, at: TermState<'_>, matrix: &mut BlockMatrix) {
-        for (step, f) in Self::held(&at) {
-            let stiffness = self.stiffness_in(step);
+        for (_, f) in Self::held(&at) {
             for (i, weight) in self.weights(f) {
                 for (j, other) in self.weights(f) {
                     let mut block = [0.0; 9];
-                    block[3 * (i % 3) + j % 3] = stiffness * weight * other;
+                    block[3 * (i % 3) + j % 3] = self.stiffness * weight * other;
                     matrix.add(i / 3, j / 3, &block);
                 }
             }
@@ -239,8 +233,8 @@ impl ForceTerm for LooseBodies {
     }
 
     fn pull_back_previous(&self, at: TermState<'_>, lambda: &[f64], out: &mut [f64]) {
-        for (step, f) in Self::held(&at) {
-            let along = self.stiffness_in(step) * self.mean(f, |i| lambda[i]);
+        for (_, f) in Self::held(&at) {
+            let along = self.stiffness * self.mean(f, |i| lambda[i]);
             self.weights(f).for_each(|(i, weight)| out[i] -= along * weight);
         }
     }
@@ -402,7 +396,7 @@ impl ContactModel {
     /// Work that the springs take in the step, in which they move under their force at its end: they are
     /// attached again before the next step. \[F L\]
     pub(in crate::equations) fn holding_work(&self, step: &Step, at: &Evaluated<Design>) -> f64 {
-        let work = |&f: &usize| self.loose.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness_in(step);
+        let work = |&f: &usize| self.loose.holding_force(step, &at.unknowns, f).powi(2) / self.loose.stiffness;
         at.state.free.held.iter().map(work).sum()
     }
 

@@ -78,8 +78,6 @@ pub struct Step {
     pub(in crate::equations) rotations: Vec<Vector3<f64>>,
     /// Displacements before the step, if it holds free motions.
     pub(in crate::equations) anchor: Option<Vec<f64>>,
-    /// Stiffness of the springs that hold them, relative to κ.
-    pub(in crate::equations) holding: f64,
 }
 
 impl Step {
@@ -107,7 +105,6 @@ impl Step {
             demands: Vec::new(),
             rotations: Vec::new(),
             anchor: None,
-            holding: 1.0,
         }
     }
 

@@ -291,9 +291,8 @@ impl StepProblem for Design {
 }
 
 impl HoldFreeMotions<Self> for Design {
-    fn hold(&self, step: &mut Step, previous: &StepState, stiffness: Option<f64>) {
-        step.anchor = stiffness.map(|_| previous.unknowns[..self.model.displacement_count()].to_vec());
-        step.holding = stiffness.unwrap_or(1.0);
+    fn hold(&self, step: &mut Step, previous: &StepState, hold: bool) {
+        step.anchor = hold.then(|| previous.unknowns[..self.model.displacement_count()].to_vec());
     }
 
     fn are_free(&self, step: &Step, at: &Evaluated<Self>, nearly: bool) -> bool {
