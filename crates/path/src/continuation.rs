@@ -44,7 +44,7 @@ pub(crate) fn solve<P: StepProblem>(
             iterate: at.unknowns.clone(),
             at_start: false,
         })?;
-        start = Start { unknowns, geometry: Some(at.geometry), at_start: false };
+        start = Start::with_geometry(unknowns, at.geometry);
     }
     report.rescued = true;
     newton::solve(solver, step, start, target, newton, Iteration::default(), report)

@@ -54,7 +54,10 @@ pub enum StateError {
         depth: f64,
     },
     /// A load moves a body along a motion that neither supports nor contact restrain.
-    #[error("nothing holds body `{body}` against its load {motion}: no support, and no contact ahead")]
+    #[error(
+        "nothing holds body `{body}` against its load {motion}: {}",
+        if *slides { "no support, no contact ahead, and friction is at its limit" } else { "no support, and no contact ahead" }
+    )]
     Unheld {
         /// Name of the body.
         body: String,
@@ -62,6 +65,8 @@ pub enum StateError {
         motion: String,
         /// An unknown that this motion changes.
         unknown: usize,
+        /// Whether friction acts at nodes that slide.
+        slides: bool,
     },
     /// A residual or an increment is NaN or infinite.
     #[error("{quantity} is not finite")]
@@ -110,6 +115,10 @@ pub enum StepFailureKind {
         /// iterations.
         changing: Vec<u32>,
     },
+    /// The iteration from a prediction left the neighbourhood of that prediction: its residual stalled or grew. The
+    /// last state is a better start.
+    #[error("the iteration would leave the predicted state")]
+    Mispredicted,
     /// The residual grows without bound.
     #[error("the residual diverges")]
     Diverged,

@@ -135,8 +135,8 @@ fn solve<P: StepProblem>(
             Err(error) => return Some(Err(failure(error, from))),
         };
         let start = match moved {
-            Some(unknowns) => Start { unknowns, geometry: None, at_start: false },
-            None if moves == 0 => Start { unknowns: from.clone(), geometry: Some(geometry.clone()), at_start: true },
+            Some(unknowns) => Start::guess(unknowns),
+            None if moves == 0 => Start::of(previous, geometry),
             None => break,
         };
         let mut before = Vec::new();
@@ -151,7 +151,7 @@ fn solve<P: StepProblem>(
             match solved {
                 Ok((_, report, at)) => {
                     before = report.iterations;
-                    Start { unknowns: at.unknowns, geometry: None, at_start: false }
+                    Start::guess(at.unknowns)
                 }
                 Err(failure) => return Some(Err(failure)),
             }

@@ -277,12 +277,14 @@ pub fn march<P: StepProblem>(
                     attempts.push((target, failure.kind.clone()));
                     if tried.last().is_none_or(|last| last.time != target) {
                         // the step could not begin
-                        let kind = failure.kind.clone();
-                        tried.push(FailedAttempt { time: target, rung: Rung::LastState, kind, iterations: 0 });
+                        let (kind, iterations) = (failure.kind.clone(), failure.iterations.len());
+                        tried.push(FailedAttempt { time: target, rung: Rung::LastState, kind, iterations });
                     }
                     failed = true;
                     increment = 0.5 * span.duration();
-                    let prescribed = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
+                    // a body that contact has held may lose that in a part of the step
+                    let touched = path.states.last().is_some_and(|last| last.active_set.iter().any(|&s| s > 0));
+                    let prescribed = failure.is_final() && !(failure.is_unheld() && touched);
                     let exhausted =
                         options.bounds_cost && is_exhausted(&tried, progress, options.newton.max_iterations);
                     if increment < smallest || prescribed || exhausted {
@@ -344,7 +346,8 @@ impl Increment<'_> {
             iterate: previous.unknowns.clone(),
             at_start: true,
         };
-        let starts = start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
+        let (starts, extrapolates) =
+            start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
         let mut starts = starts.into_iter().peekable();
         let mut attempt = Attempt::Setting(0);
         let mut before_rescue = None;
@@ -367,12 +370,9 @@ impl Increment<'_> {
                 None => {
                     let (rung, start) = match starts.next() {
                         Some(unknowns) if starts.peek().is_some() => {
-                            (Rung::of(attempt, true), Start { unknowns, geometry: None, at_start: false })
+                            (Rung::of(attempt, true), Start { extrapolates, ..Start::guess(unknowns) })
                         }
-                        _ => (
-                            Rung::of(attempt, false),
-                            Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },
-                        ),
+                        _ => (Rung::of(attempt, false), Start::of(previous, from)),
                     };
                     let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
                     let accepted = solved.and_then(|(unknowns, report, at)| match problem.finish(&begun, &at) {

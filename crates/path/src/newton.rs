@@ -7,7 +7,7 @@ use crate::failure::{StateError, StepFailure, StepFailureKind};
 use crate::iterations::{IterationRecord, JUDGED, StepReport, still_falls};
 use crate::problem::{Evaluated, Iteration, Scales, StepProblem, Wanted};
 use crate::solver::Solver;
-use crate::unknowns::Held;
+use crate::unknowns::{Held, StepState};
 use convergence::{ActiveSets, Progress, converged, foreseen};
 pub use settings::{NewtonOptions, Tolerance, Tolerances};
 use slipstick_status::ContactStatus;
@@ -46,18 +46,36 @@ pub(crate) struct Start<P: StepProblem> {
     pub geometry: Option<P::Geometry>,
     /// Whether the step begins here.
     pub at_start: bool,
+    /// Whether this extrapolates the path, so that a state far from it may belong to another branch.
+    pub extrapolates: bool,
+}
+
+impl<P: StepProblem> Start<P> {
+    /// A guess whose geometry is not known.
+    pub fn guess(unknowns: Vec<f64>) -> Self {
+        Self { unknowns, geometry: None, at_start: false, extrapolates: false }
+    }
+
+    /// Guessed unknowns, whose displacements have this geometry.
+    pub fn with_geometry(unknowns: Vec<f64>, geometry: P::Geometry) -> Self {
+        Self { geometry: Some(geometry), ..Self::guess(unknowns) }
+    }
+
+    /// The state at which the step begins.
+    pub fn of(previous: &StepState, geometry: &P::Geometry) -> Self {
+        Self { at_start: true, ..Self::with_geometry(previous.unknowns.clone(), geometry.clone()) }
+    }
 }
 
 impl<P: StepProblem> Clone for Start<P> {
     fn clone(&self) -> Self {
-        let Self { unknowns, geometry, at_start } = self;
-        Self { unknowns: unknowns.clone(), geometry: geometry.clone(), at_start: *at_start }
+        Self { unknowns: self.unknowns.clone(), geometry: self.geometry.clone(), ..*self }
     }
 }
 
 impl<P: StepProblem> From<Evaluated<P>> for Start<P> {
     fn from(at: Evaluated<P>) -> Self {
-        Self { unknowns: at.unknowns, geometry: Some(at.geometry), at_start: false }
+        Self::with_geometry(at.unknowns, at.geometry)
     }
 }
 
@@ -162,6 +180,9 @@ impl<P: StepProblem> Run<'_, '_, P> {
             self.records.push(record);
             if converged(&record, foreseen, scales, &self.options.tolerances) {
                 return Ok((at, None));
+            }
+            if start.extrapolates && self.progress.damped {
+                return Err(StepFailureKind::Mispredicted);
             }
             let progress = &mut self.progress;
             // without stress, the scale of forces says nothing about the round-off of the residual

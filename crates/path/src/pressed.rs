@@ -201,7 +201,7 @@ fn a_growing_penalty_ends_at_the_multiplier() {
     let workspace = &mut BlockMatrix::new(Arc::new(BlockPattern::from_rows(&[vec![0, 1], vec![0, 1]])));
     let mut linear = LinearSystem::new(SolverChoice::Auto);
     let mut solver = Solver { problem: &problem, linear: &mut linear, workspace };
-    let start = || Start::<Pressed> { unknowns: vec![0.0; 6], geometry: None, at_start: true };
+    let start = || Start::<Pressed> { at_start: true, ..Start::guess(vec![0.0; 6]) };
     let newton = MarchOptions::default().newton;
     let (y, report, _) = solve_increment(&mut solver, &0.7, start(), 0.7.into(), Attempt::Penalty(0), &newton).unwrap();
     assert!(y[0].abs() < 1e-12 && (y[3] - 1.4).abs() < 1e-12, "{y:?}");

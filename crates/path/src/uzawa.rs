@@ -55,7 +55,7 @@ pub(crate) fn solve<P: StepProblem>(
         return Ok((y, at));
     }
     report.rescued = true;
-    let start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
+    let start = Start::with_geometry(y, at.geometry);
     let at = newton::solve(solver, step, start, target, newton, Iteration { attempt, ..Iteration::default() }, report)?;
     Ok((at.unknowns.clone(), at))
 }
@@ -138,11 +138,11 @@ impl<P: StepProblem> Outer<'_, '_, P> {
                 // tolerances: one more full solve
                 mixing.clear();
                 finish = true;
-                start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
+                start = Start::with_geometry(y, at.geometry);
                 continue;
             }
             if uzawa.memory > 0 && iteration.is_power_of_two() {
-                let trial = Start { unknowns: y.clone(), geometry: Some(at.geometry.clone()), at_start: false };
+                let trial = Start::with_geometry(y.clone(), at.geometry.clone());
                 if let Some(at) = self.second_order(trial, report) {
                     return Ok((at.unknowns.clone(), at));
                 }
@@ -153,7 +153,7 @@ impl<P: StepProblem> Outer<'_, '_, P> {
             for ((y, mixed), held) in y[split..].iter_mut().zip(mixed).zip(held) {
                 *y = if *held { mixed } else { *y };
             }
-            start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
+            start = Start::with_geometry(y, at.geometry);
         }
         Err(StepFailure {
             kind: StepFailureKind::Uzawa { iterations, violation, tolerance: uzawa.tolerance },

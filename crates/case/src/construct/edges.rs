@@ -21,7 +21,7 @@ const PERPENDICULAR: f64 = 0.03;
 ///    15°, or at 10° if those of the master are larger.
 /// 3. Curved surfaces that are inclined to each other have the master's at edges of the slave's body, and dual shapes.
 /// 4. Surfaces that lie on each other in the mesh have averaged normals, unless the slave's edges dig in: its body is
-///    stiffer than the master's, or supports drive nodes of the slave surface along its normal.
+///    stiffer than the master's, or rigid, or supports drive nodes of the slave surface along its normal.
 /// 5. A slave surface has the master's where it ends at an edge or has a sharp kink, if one of the two is flat there.
 ///
 /// `points`: positions of the contact surfaces' corners.
@@ -118,20 +118,19 @@ fn has_larger_master(interface: &ContactInterface, points: &[[f64; 3]]) -> bool 
     size(master, slave) > SIMILAR * size(slave, master)
 }
 
-/// Ratio of the moduli of deformable bodies above which the edges of the stiffer one dig into the other one.
+/// Ratio of the moduli of two bodies above which the edges of the stiffer one dig into the other one.
 const STIFFER: f64 = 2.5;
 
-/// Whether the body of the slave is stiffer than that of the master by more than [`STIFFER`]; not for rigid ones.
+/// Whether edges of the slave dig into the master because one of its bodies is stiffer than one of the master's by more
+/// than the factor [`STIFFER`]. A rigid body is stiffer than every deformable one.
 fn has_stiffer_slave(interface: &ContactInterface, bodies: &[file::Body], mesh: &Mesh) -> bool {
-    let modulus = |facets: &[FacetNodes]| {
-        let node = *facets.first()?.first()? as usize;
-        let body = bodies.get(mesh.bodies.iter().position(|body| body.nodes.contains(&node))?)?;
-        body.rigid.is_none().then(|| body.material.youngs_modulus())
+    let modulus = |b: usize| match bodies.get(b) {
+        Some(body) if body.rigid.is_none() => body.material.youngs_modulus(),
+        _ => f64::INFINITY,
     };
-    match (modulus(interface.slave_facets()), modulus(interface.master_facets())) {
-        (Some(slave), Some(master)) => slave > STIFFER * master,
-        _ => false,
-    }
+    let moduli = |facets: &[FacetNodes]| bodies_of(facets, mesh).into_iter().map(modulus).collect::<Vec<f64>>();
+    let softest = moduli(interface.master_facets()).into_iter().fold(f64::INFINITY, f64::min);
+    moduli(interface.slave_facets()).into_iter().any(|slave| slave > STIFFER * softest)
 }
 
 /// Whether both sides of a pair are curved, and the slave ends at an edge of its body on an inclined master

@@ -2,7 +2,6 @@
 
 use super::places::AXES;
 use nalgebra::{Matrix3, Vector3};
-use slipstick_case::check::free_motions;
 use slipstick_mesh::Mesh;
 use slipstick_model::problem::Problem;
 use slipstick_path::{MarchFailure, PathState};
@@ -37,11 +36,7 @@ pub(super) fn loosened(failure: &MarchFailure, problem: &Problem) -> Vec<String>
     let earlier = failure.step.checked_sub(BEFORE + 1).filter(|&step| step > 0);
     let from = states.iter().position(|state| earlier.is_some() && state.completes == earlier);
     let Some([first, second, .., before, last]) = from.map(|from| &states[from..]) else { return Vec::new() };
-    let fixed = model.prescribed().fixed();
-    let bodies = mesh.bodies.iter().filter(|body| {
-        let (moves, turns) = free_motions(mesh, body.nodes.clone(), fixed);
-        moves.contains(&true) || turns.contains(&true)
-    });
+    let bodies = mesh.bodies.iter().filter(|body| !model.is_held_without_contact(&body.name, last.time));
     let sentence = |body: &slipstick_mesh::Body| {
         let rate = |from: &PathState, to: &PathState| {
             let motion = Motion::between(mesh, body.nodes.clone(), &from.state.unknowns, &to.state.unknowns);

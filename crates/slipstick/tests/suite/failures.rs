@@ -145,6 +145,20 @@ fn a_mechanism() {
     );
 }
 
+/// By hand: a tie holds a block as supports do, contact does not.
+#[test]
+fn what_holds_a_body_besides_contact() {
+    let held = |more: &str| {
+        let problem = problem(&block_and_slab(0.0, more));
+        problem.analysis.model().is_held_without_contact("block", 1.0.into())
+    };
+    let tied = "[[contact]]\nslave = \"block_ymin\"\nmaster = \"slab_ymax\"\ntied = true\n";
+    assert!(!held(&pair(0.3, LAGRANGE)));
+    assert!(held(tied));
+    assert!(held("[[dirichlet]]\nset = \"block_ymax\"\n"));
+    assert!(!held("[[dirichlet]]\nset = \"block_ymax\"\ncomponents = [\"y\"]\n"));
+}
+
 /// Closed contact without friction holds a body only along its normal. Nothing moves the body along the
 /// surface, so it stays where it is; a force would.
 #[test]

@@ -43,6 +43,7 @@ mod pressures;
 mod quantities;
 mod quantity_gradients;
 mod rigid;
+mod rolling;
 mod rounding;
 mod run;
 mod scenarios;

@@ -429,7 +429,12 @@ impl ContactModel {
         let (turns, body) = (shift.norm() < 1e-3 * turn.norm(), &self.loose.bodies[body]);
         let along = if turns { turn.iamax() } else { shift.iamax() };
         let unknown = 3 * body.anchors[usize::from(body.rigid && turns)] as usize + along;
-        Err(StateError::Unheld { body: body.name.clone(), motion, unknown })
+        let slides = at.state.nodes_here().any(|(_, _, node)| {
+            let traction = node.law.value();
+            node.law.status() == Status::Slip && traction[1].hypot(traction[2]) > self.floors.multiplier
+        });
+        let slides = self.share.largest(f64::from(u8::from(slides))) > 0.0;
+        Err(StateError::Unheld { body: body.name.clone(), motion, unknown, slides })
     }
 
     /// The motions of each loose body that are free at a state, in words: `x and rotation about y of body

@@ -3,7 +3,9 @@
 use crate::equations::ContactModel;
 use crate::equations::loose::{add_condition, free_of};
 use crate::equations::prescribed::Temporary;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
+use slipstick_contact::kinematics::NodeKinematics;
+use slipstick_path::LoadTime;
 
 /// Share of a free motion below which a body does not take part in it.
 const APART: f64 = 1e-6;
@@ -45,15 +47,32 @@ impl ContactModel {
         self.dependent.linear.rows().iter().filter(counts).map(row).collect()
     }
 
-    /// Whether supports, springs and equations prevent all rigid motions of a body at rest, without contact.
-    pub fn is_held_without_contact(&self, name: &str) -> bool {
+    /// The rates at which motions of the bodies violate the ties that hold at a time.
+    fn restrained_by_ties(&self, modes: &[Vec<f64>], time: LoadTime) -> Vec<Vec<f64>> {
+        let tied = self.interfaces.iter().filter(|pair| pair.is_active(time));
+        let at_points: Vec<_> = modes.iter().map(|mode| self.contact_vector(mode)).collect();
+        let rows = tied.filter_map(|pair| pair.bond.as_deref()).flatten().filter(|row| row.area > 0.0);
+        let conditions = rows.flat_map(|row| (0..3).map(move |b| (row, row.frame.vector(b))));
+        let rate = |(row, direction): (&NodeKinematics, Vector3<f64>), mode: &[f64]| {
+            let terms = row.support.iter().zip(&row.coefficient);
+            let at = |node: u32| Vector3::from_column_slice(&mode[3 * node as usize..][..3]);
+            terms.map(|(&node, b)| b * direction.dot(&at(node))).sum::<f64>() / row.area
+        };
+        conditions.map(|condition| at_points.iter().map(|mode| rate(condition, mode)).collect()).collect()
+    }
+
+    /// Whether supports, springs, equations and ties that act at a time prevent all rigid motions of a body at rest,
+    /// without contact.
+    pub fn is_held_without_contact(&self, name: &str, time: LoadTime) -> bool {
         let Some(body) = self.loose.bodies.iter().position(|body| body.name == name) else { return true };
         let y = self.rest().unknowns;
         let modes = self.rigid_motions(&y);
         let mut gram = DMatrix::zeros(modes.len(), modes.len());
-        let from_rest = |support: &&Temporary| self.prescribed.motion_of(support).acts_at(0.0);
-        let held = self.prescribed.temporary().iter().filter(from_rest).map(|support| support.unknown as usize);
-        self.restraints(&y, &modes, held).iter().for_each(|row| add_condition(&mut gram, row));
+        let acts = |support: &&Temporary| self.prescribed.motion_of(support).acts_at(time.t);
+        let held = self.prescribed.temporary().iter().filter(acts).map(|support| support.unknown as usize);
+        let mut rows = self.restraints(&y, &modes, held);
+        rows.extend(self.restrained_by_ties(&modes, time));
+        rows.iter().for_each(|row| add_condition(&mut gram, row));
         free_of(gram, |_| false).rows(6 * body, 6).norm() < APART
     }
 }

@@ -141,6 +141,77 @@ fn edges_that_dig_in_follow_the_master_by_default() {
     assert_eq!([ring(13, 6), ring(13, 30), ring(9, 30)], [true, false, true]);
 }
 
+/// A rigid punch with sharp edges, 1 wide, lies on an elastic layer. Its edges dig in whether a motion or a force drives
+/// it: pressed by the force that the motion needs, it comes to the same place, where its edges are those of a slave
+/// surface with all three faces. Frictionless contact takes a tenth of the work that it takes with averaged normals.
+#[test]
+fn a_rigid_punch_digs_in_however_it_is_driven() {
+    let punch = |slave: &str, normals: &str, force: Option<f64>| {
+        let drive = match force {
+            None => "[[dirichlet]]\nset = 'up'\nmotion = [{ t = 1, u = [0, -0.1, 0] }]\n".into(),
+            Some(force) => format!(
+                "[[dirichlet]]\nset = 'up'\ncomponents = ['x', 'z', 'rx', 'ry', 'rz']\n\
+                 [[load]]\nsurface = 'up'\nforce = [0, {:?}, 0]\n",
+                -force
+            ),
+        };
+        let normals = if normals.is_empty() { String::new() } else { format!("normals = '{normals}'\n") };
+        let text = format!(
+            "[[body]]\nname = 'low'\nbox = {{ min = [-2, -1, 0], max = [2, 0, 0.5], elements = [16, 4, 1] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000, poisson_ratio = 0.3 }} }}\n\
+             [[body]]\nname = 'up'\nbox = {{ min = [-0.5, 0, 0], max = [0.5, 0.5, 0.5], elements = [4, 2, 1] }}\nrigid = {{}}\n\
+             [[surface]]\nname = 'faces'\nof = ['up_ymin', 'up_xmin', 'up_xmax']\n\
+             [[contact]]\nslave = '{slave}'\nmaster = 'low_ymax'\nfriction = 0.0\nsides = 'as_given'\n{normals}\
+             [[dirichlet]]\nset = 'low_ymin'\n\
+             [[dirichlet]]\nset = 'low_zmin'\ncomponents = ['z']\n[[dirichlet]]\nset = 'low_zmax'\ncomponents = ['z']\n\
+             {drive}[load_path]\nsteps = 10\ntolerance = {{ relative = 1e-12 }}\n"
+        );
+        let solved = solve(&text, &[]);
+        let found = quantities(&solved.problem, &solved.forward.path);
+        let last = |name: &str| *found.get(name).expect(name).last().expect("a row");
+        [last("reaction_low_ymin_y"), last("displacement_up_y"), (last("contact_work") / last("external_work")).abs()]
+    };
+    let moved = punch("up_ymin", "", None);
+    let loaded = punch("up_ymin", "", Some(moved[0]));
+    let [faces, averaged] = [punch("faces", "", None), punch("up_ymin", "averaged", None)];
+    println!("{moved:?} {loaded:?} {faces:?} {averaged:?}");
+    assert!((loaded[1] / -0.1 - 1.0).abs() < 1e-8, "{loaded:?}");
+    assert!((faces[0] / moved[0] - 1.0).abs() < 1e-8, "{faces:?} {moved:?}");
+    assert!(moved[2] < 2e-4 && averaged[2] > 5e-4, "{moved:?} {averaged:?}");
+    let away = punch("up_ymin", "averaged", Some(moved[0]));
+    assert!((away[1] / -0.1 - 1.0).abs() > 1e-4, "averaged normals would be another model: {away:?}");
+}
+
+/// A slave surface of two blocks: its edges dig in if any of the two is much stiffer than the slab, whichever comes first.
+#[test]
+fn any_stiff_body_of_a_slave_digs_in() {
+    let followers = |moduli: [f64; 2]| {
+        let block = |name: &str, from: f64, modulus: f64| {
+            format!(
+                "[[body]]\nname = '{name}'\n\
+                 box = {{ min = [{from:?}, 0, -0.5], max = [{:?}, 0.5, 0.5], elements = [2, 1, 2] }}\n\
+                 material = {{ neo_hooke = {{ youngs_modulus = {modulus:?}, poisson_ratio = 0.3 }} }}\n\
+                 [[dirichlet]]\nset = '{name}_ymax'\nmotion = [{{ t = 1, u = [0, -0.04, 0] }}]\n",
+                from + 0.6
+            )
+        };
+        let text = format!(
+            "{}{}[[body]]\nname = 'slab'\nbox = {{ min = [-2, -1, -1], max = [2, 0, 1], elements = [8, 2, 4] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000, poisson_ratio = 0.3 }} }}\n\
+             [[surface]]\nname = 'feet'\nof = ['one_ymin', 'two_ymin']\n\
+             [[contact]]\nslave = 'feet'\nmaster = 'slab_ymax'\nfriction = 0.1\nsides = 'as_given'\n\
+             [[dirichlet]]\nset = 'slab_ymin'\n[load_path]\nsteps = 2\n",
+            block("one", -1.0, moduli[0]),
+            block("two", 0.4, moduli[1]),
+        );
+        let problem = problem_with(&text, &[]);
+        let nodes = problem.analysis.model().interfaces()[0].interface.slave_nodes();
+        nodes.iter().filter(|slave| slave.follows_master()).count()
+    };
+    // all but the middle of the 3 × 3 nodes of each foot
+    assert_eq!([[1e3, 1e3], [1e3, 1e5], [1e5, 1e3]].map(followers), [0, 16, 16]);
+}
+
 /// A block whose bottom alone is the slave is pressed onto a slab and dragged: all nodes of the bottom
 /// lie on edges of the block, and their normals depend on both bodies.
 #[test]
