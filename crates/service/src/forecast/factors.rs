@@ -10,7 +10,7 @@ use slipstick::path::{Held, Iteration, StateError, StepProblem, Wanted};
 
 use super::peak::{Factors, ON_GPU};
 
-/// Predictions for the factorization of the first tangent.
+/// Predictions for the largest factorization along the load path.
 pub(super) struct Factorization {
     /// Free unknowns.
     pub unknowns: usize,
@@ -18,11 +18,11 @@ pub(super) struct Factorization {
     pub bytes: f64,
     /// The same in the mean over the load path, at most. \[bytes\]
     pub kept_bytes: f64,
-    /// Floating-point operations.
+    /// Floating-point operations of the first one.
     pub operations: f64,
     /// Memory of the tangent. \[bytes\]
     pub matrix_bytes: f64,
-    /// Memory of the mortar rows. \[bytes\]
+    /// Memory of the mortar rows with their derivatives. \[bytes\]
     pub contact_bytes: f64,
     /// Whether the factors are a preconditioner.
     pub iterative: bool,
@@ -36,11 +36,11 @@ const POSES: usize = 4;
 /// Predicts the factorizations of the load path from the patterns of tangents.
 ///
 /// Contact spreads along the path, and each slave node in contact couples the nodes of two bodies. So
-/// factors that are kept are those of later pseudo-times, with each body moved, undeformed, by the mean
-/// of its prescribed displacements, and slave bodies back by half of the largest overlap: according to
-/// Hertz, paraboloids that are pressed together touch in half of the area in which they would overlap.
-/// Bodies that bend touch in less, so this is a bound. Without `spreads`, kept factors are those of the
-/// first tangent.
+/// factors, tangents and mortar rows are those of later pseudo-times, with each body moved, undeformed,
+/// by the mean of its prescribed displacements, and slave bodies back by half of the largest overlap:
+/// according to Hertz, paraboloids that are pressed together touch in half of the area in which they
+/// would overlap. Bodies that bend touch in less, so this is a bound. Without `spreads`, all of them are
+/// those of the first tangent.
 ///
 /// # Errors
 /// If the reference configuration cannot be evaluated.
@@ -63,9 +63,15 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem, spreads: bool) -
         return Ok(first);
     };
     let fullest = pressed(problem, fullest)?;
-    let growth = sized(case, problem, &fullest).bytes - first.bytes;
+    let last = sized(case, problem, &fullest);
     let mean = later.iter().map(|(of, _)| *of as f64).sum::<f64>() / (later.len() * grown) as f64;
-    Ok(Factorization { kept_bytes: first.bytes + mean * growth.max(0.0), ..first })
+    Ok(Factorization {
+        bytes: last.bytes.max(first.bytes),
+        kept_bytes: first.bytes + mean * (last.bytes - first.bytes).max(0.0),
+        matrix_bytes: last.matrix_bytes.max(first.matrix_bytes),
+        contact_bytes: last.contact_bytes.max(first.contact_bytes),
+        ..first
+    })
 }
 
 /// The tangent at these unknowns, with slave bodies moved back by half of their overlap.

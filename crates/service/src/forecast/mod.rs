@@ -19,7 +19,7 @@ use factors::{Factorization, factorization};
 pub struct Forecast {
     /// Free unknowns of a step.
     pub unknowns: usize,
-    /// Predicted memory of one factorization. \[bytes\]
+    /// Predicted memory of the largest factorization. \[bytes\]
     pub factor_bytes: f64,
     /// Whether this memory is that of a GPU, which `peak_bytes` and `kept_bytes` do not contain.
     pub factors_on_gpu: bool,
@@ -32,7 +32,7 @@ pub struct Forecast {
     /// The part of `peak_bytes` for factors kept for the gradient, at most: contact spreads as far as
     /// where the bodies are pressed together undeformed. \[bytes\]
     pub kept_bytes: f64,
-    /// Floating-point operations of one factorization.
+    /// Floating-point operations of the first factorization.
     pub factor_operations: f64,
     /// Whether the factors are those of a preconditioner, with which solves iterate.
     pub iterative: bool,
@@ -42,14 +42,13 @@ pub struct Forecast {
 
 /// Forecasts what a run of a built problem needs on so many ranks.
 ///
-/// On several ranks, each knows only its part of the contact. They predict kept factors from the first
-/// tangent: what is predicted from later contact takes evaluations of all ranks at once, and how many
+/// On several ranks, each knows only its part of the contact. They predict from the first tangent:
+/// what is predicted from later contact takes evaluations of all ranks at once, and how many
 /// depends on the contact that is found.
 ///
 /// # Errors
 /// If the reference configuration cannot be evaluated.
 pub fn forecast(case: &Case, problem: &mut Problem, ranks: usize) -> Result<Forecast, StateError> {
-    let keeps = ranks == 1 && problem.analysis.objective.is_some() && case.adjoint.memory.0 > 0;
     let Factorization {
         unknowns,
         bytes: factor_bytes,
@@ -59,7 +58,7 @@ pub fn forecast(case: &Case, problem: &mut Problem, ranks: usize) -> Result<Fore
         contact_bytes,
         iterative,
         on_ranks,
-    } = factorization(case, problem, keeps)?;
+    } = factorization(case, problem, ranks == 1)?;
     let contact_zone = on_ranks.contact_zone && case.solver.linear == LinearSolverChoice::Petsc;
     // the factors of a contact zone are not reused
     let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, each_kept) };

@@ -19,7 +19,7 @@ pub(super) struct Systems {
     pub on_ranks: Factors,
     /// Memory of the tangent, by blocks and by entries. \[bytes\]
     pub matrix: f64,
-    /// Memory of the mortar rows with their derivatives, at the start. \[bytes\]
+    /// Memory of the mortar rows with their derivatives. \[bytes\]
     pub contact: f64,
     /// Load steps that keep their factors for the gradient.
     pub kept: usize,
@@ -73,10 +73,9 @@ const MATRICES: f64 = 1.5;
 /// The same on ranks, whose factors are those of MUMPS or of a contact zone. Measured.
 const MATRICES_ON_RANKS: f64 = 2.5;
 
-/// Memory of contact relative to that of the mortar rows at the start: rows of the previous and the
-/// current state and of the sweep, facets with their derivatives, and more overlap during the path.
-/// Measured.
-const CONTACT: f64 = 13.0;
+/// Memory of contact relative to that of the most mortar rows along the path: rows of the previous and
+/// the current state and of the sweep, and facets with their derivatives. Measured.
+const CONTACT: f64 = 7.0;
 
 /// Peak memory of a run, and its reduction without kept factors. \[bytes\]
 ///
