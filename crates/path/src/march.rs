@@ -283,7 +283,7 @@ pub fn march<P: StepProblem>(
                     failed = true;
                     increment = 0.5 * span.duration();
                     // a body that contact has held may lose that in a part of the step
-                    let touched = path.states.last().is_some_and(|last| last.active_set.iter().any(|&s| s > 0));
+                    let touched = path.states.last().is_some_and(|last| last.active_set.iter().any(|s| s.is_closed()));
                     let prescribed = failure.is_final() && !(failure.is_unheld() && touched);
                     let exhausted =
                         options.bounds_cost && is_exhausted(&tried, progress, options.newton.max_iterations);
