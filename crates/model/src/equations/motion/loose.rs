@@ -431,7 +431,7 @@ impl ContactModel {
         let unknown = 3 * body.anchors[usize::from(body.rigid && turns)] as usize + along;
         let slides = at.state.nodes_here().any(|(_, _, node)| {
             let traction = node.law.value();
-            node.law.status() == Status::Slip && traction[1].hypot(traction[2]) > self.floors.multiplier
+            node.law.status() == ContactStatus::Slip && traction[1].hypot(traction[2]) > self.floors.multiplier
         });
         let slides = self.share.largest(f64::from(u8::from(slides))) > 0.0;
         Err(StateError::Unheld { body: body.name.clone(), motion, unknown, slides })
