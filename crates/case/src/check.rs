@@ -216,7 +216,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     let held_by_ties = held_by_ties(case, &problem.mesh, &bodies, &fixed);
     let model = problem.analysis.model();
     let further = !(model.springs().is_empty() && model.prescribed().linear().is_empty());
-    let held = |name: &str| further && model.is_held_without_contact(name, LoadTime::default());
+    let rest = model.rest().unknowns;
+    let held = |name: &str| further && model.is_held_without_contact(name, &rest, LoadTime::default());
     for (b, body) in bodies.iter().enumerate() {
         if body.free_motions > 0 && !held_by_ties[b] && !held(&body.name) {
             notices.push(Notice {

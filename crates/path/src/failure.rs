@@ -82,7 +82,7 @@ pub enum StateError {
 }
 
 impl StateError {
-    /// Whether the prescribed data are at fault, so that no other attempt at the same load step can
+    /// Whether the prescribed data are at fault, so that no other attempt at the same increment can
     /// succeed.
     pub fn is_prescribed(&self) -> bool {
         matches!(self, Self::PrescribedPenetration { .. } | Self::Unheld { .. })

@@ -106,7 +106,8 @@ impl StepFailure {
         matches!(self.kind, StepFailureKind::State(StateError::Unheld { .. }))
     }
 
-    /// Whether no other attempt, also at a smaller increment, can succeed.
+    /// Whether no other attempt can succeed, also at a smaller increment unless something was in contact
+    /// before the step.
     pub(crate) fn is_final(&self) -> bool {
         match &self.kind {
             StepFailureKind::State(state) => state.is_prescribed(),

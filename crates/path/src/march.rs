@@ -282,7 +282,7 @@ pub fn march<P: StepProblem>(
                     }
                     failed = true;
                     increment = 0.5 * span.duration();
-                    // a body that contact has held may lose that in a part of the step
+                    // a body may lose the contact that has held it within a step
                     let touched = path.states.last().is_some_and(|last| last.active_set.iter().any(|s| s.is_closed()));
                     let prescribed = failure.is_final() && !(failure.is_unheld() && touched);
                     let exhausted =
@@ -387,7 +387,11 @@ impl Increment<'_> {
             };
             let failure = match accepted {
                 Ok(done) => return Ok(done),
-                Err(failure) if failure.is_unheld() => return Err(failure),
+                Err(failure) if failure.is_unheld() => {
+                    let (kind, iterations) = (failure.kind.clone(), failure.iterations.len());
+                    tried.push(FailedAttempt { time, rung, kind, iterations });
+                    return Err(failure);
+                }
                 Err(failure) => failure,
             };
             if failure.kind == StepFailureKind::Interrupted {

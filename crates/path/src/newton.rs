@@ -181,9 +181,6 @@ impl<P: StepProblem> Run<'_, '_, P> {
             if converged(&record, foreseen, scales, &self.options.tolerances) {
                 return Ok((at, None));
             }
-            if start.extrapolates && self.progress.damped {
-                return Err(StepFailureKind::Mispredicted);
-            }
             let progress = &mut self.progress;
             // without stress, the scale of forces says nothing about the round-off of the residual
             let rounded = size <= ROUNDED || record.residual <= f64::EPSILON * scales.rigidity;
@@ -191,6 +188,9 @@ impl<P: StepProblem> Run<'_, '_, P> {
                 return Ok((at, Some(size)));
             }
             progress.add(size);
+            if start.extrapolates && progress.damped {
+                return Err(StepFailureKind::Mispredicted);
+            }
             last_size = size;
             forcing = self.options.forcing(size, scales).into();
             if iteration == 1 {

@@ -47,7 +47,7 @@ pub(super) fn with_normals(
     let all_touched =
         asked || interface.is_coarse(x) || (interface.has_kinks(x) && has_larger_master(&interface, points));
     let both_curved = interface.heights().iter().all(|side| side.iter().any(Option::is_some));
-    let seated = !has_stiffer_slave(&interface, bodies, mesh)
+    let seated = !has_stiffer_slave(&interface, bodies, mesh, points)
         && interface.is_seated(x, |node, along| held.is_driven(node, along));
     if !all_touched && !both_curved && seated {
         return interface;
@@ -121,16 +121,18 @@ fn has_larger_master(interface: &ContactInterface, points: &[[f64; 3]]) -> bool 
 /// Ratio of the moduli of two bodies above which the edges of the stiffer one dig into the other one.
 const STIFFER: f64 = 2.5;
 
-/// Whether edges of the slave dig into the master because one of its bodies is stiffer than one of the master's by more
-/// than the factor [`STIFFER`]. A rigid body is stiffer than every deformable one.
-fn has_stiffer_slave(interface: &ContactInterface, bodies: &[file::Body], mesh: &Mesh) -> bool {
-    let modulus = |b: usize| match bodies.get(b) {
-        Some(body) if body.rigid.is_none() => body.material.youngs_modulus(),
-        _ => f64::INFINITY,
+/// Whether edges of the slave dig into the master because, where the two are close, one of its bodies is
+/// stiffer than one of the master's by more than the factor [`STIFFER`]. A rigid body is stiffer than
+/// every deformable one.
+fn has_stiffer_slave(interface: &ContactInterface, bodies: &[file::Body], mesh: &Mesh, points: &[[f64; 3]]) -> bool {
+    let (slave, master) = (interface.slave_facets(), interface.master_facets());
+    let modulus = |body: &file::Body| if body.rigid.is_some() { f64::INFINITY } else { body.material.youngs_modulus() };
+    let moduli = |of: &[FacetNodes], other: &[FacetNodes]| -> Vec<f64> {
+        let bodies_there = bodies_of(&sides::close_to(of, other, points), mesh);
+        bodies_there.into_iter().filter_map(|b| bodies.get(b)).map(modulus).collect()
     };
-    let moduli = |facets: &[FacetNodes]| bodies_of(facets, mesh).into_iter().map(modulus).collect::<Vec<f64>>();
-    let softest = moduli(interface.master_facets()).into_iter().fold(f64::INFINITY, f64::min);
-    moduli(interface.slave_facets()).into_iter().any(|slave| slave > STIFFER * softest)
+    let softest = moduli(master, slave).into_iter().fold(f64::INFINITY, f64::min);
+    moduli(slave, master).into_iter().any(|slave| slave > STIFFER * softest)
 }
 
 /// Whether both sides of a pair are curved, and the slave ends at an edge of its body on an inclined master

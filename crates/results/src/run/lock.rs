@@ -54,7 +54,8 @@ impl Lock {
 
     /// Whether a process has the lock of a directory; false where this cannot be known.
     pub fn is_taken(directory: &Path) -> bool {
-        let file = File::options().append(true).open(directory.join(NAME));
+        // a shared lock takes a file that is open for reading where locks are emulated (NFS)
+        let file = File::options().read(true).append(true).open(directory.join(NAME));
         // those who only look share it
         file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }

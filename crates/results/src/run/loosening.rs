@@ -4,7 +4,7 @@ use super::places::AXES;
 use nalgebra::{Matrix3, Vector3};
 use slipstick_mesh::Mesh;
 use slipstick_model::problem::Problem;
-use slipstick_path::{MarchFailure, PathState};
+use slipstick_path::{LoadTime, MarchFailure, PathState};
 
 /// Share of the square of a body's motion that is a rigid motion if the body comes loose.
 const RIGID: f64 = 0.8;
@@ -36,7 +36,9 @@ pub(super) fn loosened(failure: &MarchFailure, problem: &Problem) -> Vec<String>
     let earlier = failure.step.checked_sub(BEFORE + 1).filter(|&step| step > 0);
     let from = states.iter().position(|state| earlier.is_some() && state.completes == earlier);
     let Some([first, second, .., before, last]) = from.map(|from| &states[from..]) else { return Vec::new() };
-    let bodies = mesh.bodies.iter().filter(|body| !model.is_held_without_contact(&body.name, last.time));
+    let end = LoadTime { t: failure.increment.to, ..last.time };
+    let held = |body: &slipstick_mesh::Body| model.is_held_without_contact(&body.name, &last.state.unknowns, end);
+    let bodies = mesh.bodies.iter().filter(|body| !held(body));
     let sentence = |body: &slipstick_mesh::Body| {
         let rate = |from: &PathState, to: &PathState| {
             let motion = Motion::between(mesh, body.nodes.clone(), &from.state.unknowns, &to.state.unknowns);

@@ -20,10 +20,12 @@ pub(super) struct Factorization {
     pub kept_bytes: f64,
     /// Floating-point operations of the first one.
     pub operations: f64,
-    /// Memory of the tangent. \[bytes\]
+    /// Memory of the first tangent. \[bytes\]
     pub matrix_bytes: f64,
     /// Memory of the mortar rows with their derivatives. \[bytes\]
     pub contact_bytes: f64,
+    /// Whether later poses have more contact than the start.
+    pub spreads: bool,
     /// Whether the factors are a preconditioner.
     pub iterative: bool,
     /// What ranks factorize.
@@ -31,30 +33,30 @@ pub(super) struct Factorization {
 }
 
 /// Poses along the load path at which contact is sought, at most.
-const POSES: usize = 4;
+pub(super) const POSES: usize = 4;
 
 /// Predicts the factorizations of the load path from the patterns of tangents.
 ///
 /// Contact spreads along the path, and each slave node in contact couples the nodes of two bodies. So
-/// factors, tangents and mortar rows are those of later pseudo-times, with each body moved, undeformed,
-/// by the mean of its prescribed displacements, and slave bodies back by half of the largest overlap:
-/// according to Hertz, paraboloids that are pressed together touch in half of the area in which they
-/// would overlap. Bodies that bend touch in less, so this is a bound. Without `spreads`, all of them are
-/// those of the first tangent.
+/// factors and mortar rows are those of later pseudo-times, with each body moved, undeformed, by the
+/// mean of its prescribed displacements, and slave bodies back by half of the largest overlap: according
+/// to Hertz, paraboloids that are pressed together touch in half of the area in which they would overlap.
+/// Bodies that bend touch in less, so this is a bound. Contact is sought at this many `poses`, which are
+/// equally spaced in pseudo-time; without any, the first tangent is taken.
 ///
 /// # Errors
 /// If the reference configuration cannot be evaluated.
-pub(super) fn factorization(case: &Case, problem: &mut Problem, spreads: bool) -> Result<Factorization, StateError> {
+pub(super) fn factorization(case: &Case, problem: &mut Problem, poses: usize) -> Result<Factorization, StateError> {
     let rest = problem.analysis.model().rest().unknowns;
     let start = tangent(problem, &rest)?;
     let first = sized(case, problem, &start);
-    if !spreads || case.contacts.is_empty() {
+    if poses == 0 || case.contacts.is_empty() {
         return Ok(first);
     }
     // one tangent at a time, as in a run
     let least = start.entries();
     drop(start);
-    let count = case.steps().min(POSES);
+    let count = case.steps().min(poses);
     let poses: Vec<Vec<f64>> = (1..=count).map(|k| pose(problem, &rest, k as f64 / count as f64)).collect();
     // undeformed bodies may overlap too far for an evaluation
     let entries = |y: &Vec<f64>| Some((pressed(problem, y).ok()?.entries().saturating_sub(least), y.clone()));
@@ -68,8 +70,8 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem, spreads: bool) -
     Ok(Factorization {
         bytes: last.bytes.max(first.bytes),
         kept_bytes: first.bytes + mean * (last.bytes - first.bytes).max(0.0),
-        matrix_bytes: last.matrix_bytes.max(first.matrix_bytes),
         contact_bytes: last.contact_bytes.max(first.contact_bytes),
+        spreads: true,
         ..first
     })
 }
@@ -174,6 +176,7 @@ fn sized(case: &Case, problem: &Problem, tangent: &Tangent) -> Factorization {
         operations,
         matrix_bytes: 72.0 * *blocks as f64 + 12.0 * pattern.entries() as f64,
         contact_bytes: *contact_bytes,
+        spreads: false,
         iterative,
         on_ranks,
     };

@@ -49,6 +49,12 @@ pub struct Forecast {
 /// # Errors
 /// If the reference configuration cannot be evaluated.
 pub fn forecast(case: &Case, problem: &mut Problem, ranks: usize) -> Result<Forecast, StateError> {
+    let keeps = problem.analysis.objective.is_some() && case.adjoint.memory.0 > 0;
+    let poses = match (ranks, keeps) {
+        (1, true) => factors::POSES,
+        (1, false) => 1,
+        _ => 0,
+    };
     let Factorization {
         unknowns,
         bytes: factor_bytes,
@@ -56,9 +62,10 @@ pub fn forecast(case: &Case, problem: &mut Problem, ranks: usize) -> Result<Fore
         operations: factor_operations,
         matrix_bytes,
         contact_bytes,
+        spreads,
         iterative,
         on_ranks,
-    } = factorization(case, problem, ranks == 1)?;
+    } = factorization(case, problem, poses)?;
     let contact_zone = on_ranks.contact_zone && case.solver.linear == LinearSolverChoice::Petsc;
     // the factors of a contact zone are not reused
     let steps_with_factors = if contact_zone { 0 } else { steps_with_factors(case, problem, each_kept) };
@@ -67,7 +74,15 @@ pub fn forecast(case: &Case, problem: &mut Problem, ranks: usize) -> Result<Fore
     let working = if iterative { peak::iterations(unknowns) } else { peak::FRONTS * factors };
     let (matrix, kept) = (matrix_bytes, steps_with_factors);
     let each_kept = if factors_on_gpu { 0.0 } else { each_kept };
-    let systems = peak::Systems { factors, each_kept, working, on_ranks, matrix, contact: contact_bytes, kept };
+    let systems = peak::Systems {
+        factors,
+        each_kept,
+        working,
+        on_ranks,
+        matrix,
+        contact: peak::contact(contact_bytes, spreads),
+        kept,
+    };
     let (peak_bytes, kept_bytes) = peak::peak(case, problem, &systems);
     let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     Ok(Forecast {

@@ -19,7 +19,7 @@ pub(super) struct Systems {
     pub on_ranks: Factors,
     /// Memory of the tangent, by blocks and by entries. \[bytes\]
     pub matrix: f64,
-    /// Memory of the mortar rows with their derivatives. \[bytes\]
+    /// Memory of [`contact`]. \[bytes\]
     pub contact: f64,
     /// Load steps that keep their factors for the gradient.
     pub kept: usize,
@@ -73,9 +73,13 @@ const MATRICES: f64 = 1.5;
 /// The same on ranks, whose factors are those of MUMPS or of a contact zone. Measured.
 const MATRICES_ON_RANKS: f64 = 2.5;
 
-/// Memory of contact relative to that of the most mortar rows along the path: rows of the previous and
-/// the current state and of the sweep, and facets with their derivatives. Measured.
-const CONTACT: f64 = 7.0;
+/// Memory of contact: rows of the previous and the current state and of the sweep, and facets with their
+/// derivatives. `rows` is the memory of the mortar rows where there are most of them, if contact
+/// [`spreads`](super::factors::Factorization::spreads), and otherwise that at the start, in which case
+/// more overlap during the path is included. Both factors are measured. \[bytes\]
+pub(super) fn contact(rows: f64, spreads: bool) -> f64 {
+    rows * if spreads { 9.0 } else { 13.0 }
+}
 
 /// Peak memory of a run, and its reduction without kept factors. \[bytes\]
 ///
@@ -98,7 +102,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + THREAD * (rayon::current_num_threads() - 1) as f64
         + libraries
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
-        + (MATRICES * matrix + CONTACT * contact) * at_once.max(realisations as f64)
+        + (MATRICES * matrix + contact) * at_once.max(realisations as f64)
         + states(case, problem)
         + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem)

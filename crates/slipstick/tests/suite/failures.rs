@@ -145,18 +145,22 @@ fn a_mechanism() {
     );
 }
 
-/// By hand: a tie holds a block as supports do, contact does not.
+/// By hand: a tie holds a block as supports do, and so does a spring in each direction at four corners;
+/// contact does not, nor a support that has ended.
 #[test]
 fn what_holds_a_body_besides_contact() {
     let held = |more: &str| {
         let problem = problem(&block_and_slab(0.0, more));
-        problem.analysis.model().is_held_without_contact("block", 1.0.into())
+        let model = problem.analysis.model();
+        model.is_held_without_contact("block", &model.rest().unknowns, 1.0.into())
     };
     let tied = "[[contact]]\nslave = \"block_ymin\"\nmaster = \"slab_ymax\"\ntied = true\n";
     assert!(!held(&pair(0.3, LAGRANGE)));
     assert!(held(tied));
     assert!(held("[[dirichlet]]\nset = \"block_ymax\"\n"));
     assert!(!held("[[dirichlet]]\nset = \"block_ymax\"\ncomponents = [\"y\"]\n"));
+    assert!(!held("[[dirichlet]]\nset = \"block_ymax\"\nmotion = [{ t = 0.5, u = [0, 0, 0] }]\nuntil = 0.5\n"));
+    assert!(held("[[spring]]\nname = \"bed\"\nset = \"block_ymax\"\nstiffness = 10\n"));
 }
 
 /// Closed contact without friction holds a body only along its normal. Nothing moves the body along the

@@ -61,16 +61,15 @@ impl ContactModel {
         conditions.map(|condition| at_points.iter().map(|mode| rate(condition, mode)).collect()).collect()
     }
 
-    /// Whether supports, springs, equations and ties that act at a time prevent all rigid motions of a body at rest,
-    /// without contact.
-    pub fn is_held_without_contact(&self, name: &str, time: LoadTime) -> bool {
+    /// Whether supports, springs, equations and ties that act at a time prevent all rigid motions of a body from
+    /// unknowns of a step, without contact.
+    pub fn is_held_without_contact(&self, name: &str, y: &[f64], time: LoadTime) -> bool {
         let Some(body) = self.loose.bodies.iter().position(|body| body.name == name) else { return true };
-        let y = self.rest().unknowns;
-        let modes = self.rigid_motions(&y);
+        let modes = self.rigid_motions(y);
         let mut gram = DMatrix::zeros(modes.len(), modes.len());
         let acts = |support: &&Temporary| self.prescribed.motion_of(support).acts_at(time.t);
         let held = self.prescribed.temporary().iter().filter(acts).map(|support| support.unknown as usize);
-        let mut rows = self.restraints(&y, &modes, held);
+        let mut rows = self.restraints(y, &modes, held);
         rows.extend(self.restrained_by_ties(&modes, time));
         rows.iter().for_each(|row| add_condition(&mut gram, row));
         free_of(gram, |_| false).rows(6 * body, 6).norm() < APART
