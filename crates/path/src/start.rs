@@ -1,7 +1,7 @@
 //! Initial guesses for Newton's method that predict beyond the last state.
 //!
-//! An initial guess affects the iterations, not the solution. All guesses are tried before the
-//! increment is cut back.
+//! An initial guess affects the iterations, not the solution; where there are several equilibria,
+//! it can select one. All guesses are tried before the increment is cut back.
 
 use crate::divided::on_first;
 use crate::problem::StepProblem;

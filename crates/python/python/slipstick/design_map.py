@@ -105,9 +105,10 @@ class MappedPullBack:
 class MappedProblem:
     """A problem as a function of the variables of a map; made by :meth:`Problem.with_map`.
 
-    It has the methods `solve`, `evaluate`, `value_and_gradient`, `vjp` and `volume_fraction` of a
-    :class:`Problem`; here they take variables instead of densities. ``slipstick.jax`` and
-    ``slipstick.torch`` accept it, too.
+    It has the methods `solve`, `evaluate`, `value_and_gradient`, `vjp`, `volume_fraction` and
+    `with_parameters` of a :class:`Problem`, and its attributes `quantities`, `steps` and
+    `parameters`; densities are replaced by variables. ``slipstick.jax`` and ``slipstick.torch``
+    accept it, too.
 
     Attributes
     ----------

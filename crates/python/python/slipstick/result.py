@@ -39,7 +39,8 @@ class Iteration:
     Attributes
     ----------
     iteration, objective, volume_fraction, change, optimality, violation, discreteness, seconds
-        Columns of the program's ``history.csv``; ``None`` where they are empty.
+        Columns of the program's ``history.csv``; ``None`` where they are empty. ``seconds`` is
+        ``None`` in a history read from disk.
     parts : list of dict
         Value and multiplier of each function whose largest is the objective: worst of load cases,
         or of an eroded, the nominal and a dilated design. Empty if there is only one.
