@@ -225,6 +225,22 @@ def pick_faces(browser: Browser, pictures: Path) -> None:
     browser.until("!element('pick-write').disabled || element('pick-count').className === 'error'")
     if browser.value("element('pick-count').className") != "error":
         before = browser.value("source.value")
+        # what is typed while the tables are tried is kept, and the tables are not written
+        browser.value("""{
+          const fetched = window.fetch;
+          window.fetch = async (path, ...given) => {
+            const answer = await fetched(path, ...given);
+            if (path.includes('sure=true')) { window.fetch = fetched; source.value += '# typed'; }
+            return answer;
+          };
+        }""")
+        browser.value("element('pick-write').focus()")
+        browser.key("Enter")
+        browser.until("element('failure').textContent.includes('changed meanwhile')")
+        assert browser.value("source.value") == f"{before}# typed"
+        browser.value(f"source.value = {json.dumps(before)}")
+        browser.value("element('pick-use').dispatchEvent(new Event('change'))")
+        browser.until("!element('pick-write').disabled")
         browser.value("element('pick-write').focus()")
         browser.key("Enter")
         browser.until("changed() && source.value.includes('pressure = 1')")
@@ -242,7 +258,7 @@ def fill_a_form(
     browser: Browser, text: str, type_text: Callable[[str], None], pictures: Path
 ) -> None:
     """A field changes its value in the text; a wrong one has the program's message beside it."""
-    field = "element('field contact[0].friction')"
+    field = "element('field-contact[0].friction')"
     browser.value("element('form-switch').focus()")
     browser.key("Enter")
     browser.until("element('form-of').options.length > 3")
@@ -265,10 +281,33 @@ def fill_a_form(
     browser.size(800, 1000)
     browser.picture(pictures / "3b_form_800.png")
     browser.size(1400, 900)
+    # what is being typed stays when the fields are made anew
+    browser.value(f"{field}.focus(), {field}.select()")
+    browser.send("Input.insertText", text="0.7")
+    browser.value("{ form(); 1 }")
+    time.sleep(1.0)
+    assert browser.value(f"{field}.value === '0.7' && document.activeElement === {field}")
+    browser.key("Enter")
+    browser.until("source.value.includes('friction = 0.7')")
+    fill(before)
+    browser.until(f"source.value === {json.dumps(text)}")
+    # a list over several lines keeps them
+    rows = "min = [\n  -1.5,\n  -1.0, -1.5]"
+    type_text(text.replace("min = [-1.5, -1.0, -1.5]", rows))
+    box = "element('field-body[0].box.min')"
+    browser.value("element('form-of').value = 'body[0]'")
+    browser.value("element('form-of').dispatchEvent(new Event('change'))")
+    browser.until(f"{box} && {box}.tagName === 'TEXTAREA'")
+    browser.value(f"{box}.focus(), {box}.select()")
+    browser.send("Input.insertText", text=rows[6:].replace("-1.0", "-1.25"))
+    browser.value("element('form-of').focus()")
+    browser.until(f"source.value.includes({json.dumps(rows.replace('-1.0', '-1.25'))})")
+    type_text(text)
+    browser.until("!changed()")
     # a new table has the keys that it needs
     browser.value("element('form-add').value = '[[contact]]'")
     browser.value("element('form-add').dispatchEvent(new Event('change'))")
-    browser.until("document.activeElement.id === 'field contact[1].master'")
+    browser.until("document.activeElement.id === 'field-contact[1].master'")
     browser.send("Input.insertText", text="plate_ymin")
     browser.key("Enter")
     browser.until("""source.value.endsWith('[[contact]]\\nmaster = "plate_ymin"\\n')""")

@@ -111,7 +111,7 @@ pub fn pick(mesh: &Mesh, facets: &[Facet], name: &str, degrees: &[f64]) -> Resul
         .flat_map(|(body, group)| parts(mesh, group, degrees).into_iter().map(move |part| (*body, part)))
         .collect();
     if parts.len() > MOST_PARTS {
-        let message = format!("the picked faces have {} separate parts", parts.len());
+        let message = format!("the picked faces have more than {MOST_PARTS} separate parts");
         return Err(NotSelectable { message, help: format!("pick at most {MOST_PARTS}, or a larger angle") });
     }
     let (mut tables, mut of) = (Vec::new(), Vec::new());
@@ -327,9 +327,9 @@ impl SurfaceSet {
     /// The table as text of a case file.
     pub fn toml(&self) -> String {
         let list = |x: &[f64; 3]| format!("[{}, {}, {}]", x[0], x[1], x[2]);
-        let quoted = |name: &String| format!("\"{name}\"");
+        let quoted = |name: &String| toml_edit::Value::from(name).to_string();
         let within = |tolerance: Option<f64>| tolerance.map_or(String::new(), |t| format!(", tolerance = {t}"));
-        let mut text = format!("[[surface]]\nname = \"{}\"\n", self.name);
+        let mut text = format!("[[surface]]\nname = {}\n", quoted(&self.name));
         let mut line = |key: &str, value: String| {
             let _ = writeln!(text, "{key} = {value}");
         };

@@ -5,13 +5,13 @@
 //! | `GET /`, `/ui.js`, `/ui.css` | the page |
 //! | `GET /folder` | cases and runs of the folder, and which to open |
 //! | `GET /case?case=`, `?run=` | the text of a case, or of the case of a run |
-//! | `POST /check?case=` | diagnostics and outline of an edited text |
+//! | `POST /check?case=` | diagnostics and outline of an edited text, and its stamp |
 //! | `POST /save?case=&stamp=` | replaces the file, unless it is not the one that was read |
 //! | `GET /model?case=` | the model of the text that was checked last, as a view |
 //! | `GET /schema` | the schema of cases |
 //! | `POST /values` | values of a text with their places |
 //! | `POST /edit?path=&value=` | a text with one value changed |
-//! | `POST /pick?case=&name=&use=&degrees=&sure=` | the tables that select faces of the model |
+//! | `POST /pick?case=&stamp=&name=&use=&degrees=&sure=` | the tables that select faces of the model, if it is that of the text with this stamp |
 //! | `POST /start?command=&case=&run=&kind=&force=` | starts a command |
 //! | `POST /stop` | stops it |
 //! | `GET /state?run=&log=` | the command, and tables and log of a run; with `log=job`, the log of the command |
@@ -121,7 +121,7 @@ impl Server {
         let (name, text) = (request.head.asked("case"), text(request)?);
         let path = self.folder.case(name)?;
         self.models.keep(name, text);
-        let answer = match edited(&path, text).map_err(|error| error.at(&path)) {
+        let mut answer = match edited(&path, text).map_err(|error| error.at(&path)) {
             Ok(resolved) => {
                 let warnings: Vec<Value> = resolved.warnings.iter().map(object).collect();
                 json!({ "diagnostics": warnings, "outline": outline(&resolved), "runs": runs(&resolved) })
@@ -129,6 +129,7 @@ impl Server {
             Err(Failure::Case(errors)) => json!({ "diagnostics": errors.iter().map(object).collect::<Vec<_>>() }),
             Err(other) => return Err(other),
         };
+        answer["stamp"] = sha256(text).into();
         Ok(Response::json(&answer))
     }
 
@@ -168,9 +169,8 @@ impl Server {
             let message = format!("{name:?} is not a name of a surface");
             return Err(Failure::input(message, "use letters, digits, `_` and `-`"));
         }
-        self.models
-            .pick(&path, &Wanted { case, name, purpose, degrees, sure, points })
-            .map(|found| Response::json(&found))
+        let wanted = Wanted { case, stamp: head.asked("stamp"), name, purpose, degrees, sure, points };
+        self.models.pick(&path, &wanted).map(|found| Response::json(&found))
     }
 
     fn start(&self, request: &Request) -> Outcome<Response> {

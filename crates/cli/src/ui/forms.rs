@@ -7,13 +7,15 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The values of a text: `[{ path, kind, text, from, to }]`, tables before their entries. `from` and `to` are line
-/// and column, as in diagnostics. `null` if the text is not TOML.
+/// and column, as in diagnostics. `null` if the text is not TOML. Values of keys that need quotes are left out.
 pub fn values(text: &str) -> Value {
     let Ok(root) = DeTable::parse(text) else { return Value::Null };
     let places = Places::of(text);
     let mut all = Vec::new();
     for (key, value) in root.get_ref() {
-        gather(text, &places, key.get_ref(), value, &mut all);
+        if is_bare(key.get_ref()) {
+            gather(text, &places, key.get_ref(), value, &mut all);
+        }
     }
     all.into()
 }
@@ -33,9 +35,8 @@ fn gather(text: &str, places: &Places, path: &str, value: &Spanned<DeValue<'_>>,
     all.push(json!({ "path": path, "kind": kind, "text": shown, "from": from, "to": to }));
     match value.get_ref() {
         DeValue::Table(entries) => {
-            entries
-                .iter()
-                .for_each(|(key, value)| gather(text, places, &format!("{path}.{}", key.get_ref()), value, all));
+            let bare = entries.iter().filter(|(key, _)| is_bare(key.get_ref()));
+            bare.for_each(|(key, value)| gather(text, places, &format!("{path}.{}", key.get_ref()), value, all));
         }
         DeValue::Array(entries) => {
             let tables = entries.iter().enumerate().filter(|(_, entry)| entry.get_ref().is_table());
@@ -43,6 +44,11 @@ fn gather(text: &str, places: &Places, path: &str, value: &Spanned<DeValue<'_>>,
         }
         _ => {}
     }
+}
+
+/// Whether a key needs no quotes; others, as `"a.b"`, would make wrong paths.
+fn is_bare(key: &str) -> bool {
+    !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
 }
 
 /// The starts of the lines.
@@ -98,6 +104,9 @@ mod tests {
             (Some("[1, 1, 1]"), Some("table"))
         );
         assert!(values("a = ").is_null());
+        let quoted = values("\"a.b\" = 1\nc = { \"d e\" = 2, f = 3 }\n");
+        let paths: Vec<_> = quoted.as_array().expect("a list").iter().map(|of| &of["path"]).collect();
+        assert_eq!(paths, ["c", "c.f"]);
     }
 
     #[test]
@@ -108,6 +117,9 @@ mod tests {
         assert_eq!(added, TEXT.replace("friction = 0.30\n", "friction = 0.30\ntied = true\n"));
         let inner = with_value(TEXT, "body[0].box.max", "[1, 1, 2]").expect("changed");
         assert_eq!(inner, TEXT.replace("[1, 1, 1]", "[1, 1, 2]"));
+        let rows = "a = [ # both\n  1, # one\n  2,\n]\nb = 3\n";
+        let list = values(rows)[0]["text"].as_str().expect("text").replace("2,", "4,");
+        assert_eq!(with_value(rows, "a", &list).expect("changed"), rows.replace("2,", "4,"));
         for (path, value) in [("contact[7].friction", "1"), ("contact[0].friction", "1 = 2"), ("", "1"), ("a", "\"")] {
             assert!(with_value(TEXT, path, value).is_err(), "{path}");
         }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use slipstick::build::build_mesh;
 use slipstick::build::pick::{Picked, facets_of_faces, pick};
-use slipstick::case::{Case, Resolved};
+use slipstick::case::{Case, Resolved, sha256};
 use slipstick::mesh::{Facet, Mesh, Surface};
 use slipstick::report::{PageOptions, model_nodes, model_page};
 use slipstick::words::counted;
@@ -17,6 +17,7 @@ use slipstick_service::failure::{Failure, Outcome};
 use slipstick_service::forecast::bytes_to_build;
 use slipstick_service::memory::{Budget, bytes};
 use slipstick_service::read::edited;
+use toml::de::DeTable;
 
 use super::api::{lock, raw_text};
 use super::http::Response;
@@ -45,6 +46,8 @@ pub struct Built {
 pub struct Wanted<'a> {
     /// The case.
     pub case: &'a str,
+    /// The hash of the text whose model the page shows.
+    pub stamp: &'a str,
     /// The name for the surface.
     pub name: &'a str,
     /// What the surface is used for: nothing, `support`, `pressure` or `force`.
@@ -115,12 +118,13 @@ impl Models {
     /// [`Failure::Input`] if no table selects exactly these faces, or the model is that of another text.
     pub fn pick(&self, path: &Path, wanted: &Wanted<'_>) -> Outcome<Value> {
         let building = lock(&self.building);
-        let draft = lock(&self.drafts).get(wanted.case).cloned();
-        let of_draft =
-            |built: &&Built| built.name == wanted.case && draft.as_ref().is_none_or(|text| *text == built.text);
-        let Some(Built { text, case, mesh, .. }) = building.as_ref().filter(of_draft) else {
-            return Err(Failure::input("the model is not that of the text", "wait until it is shown, and pick again"));
+        let again = "press \u{201c}Model\u{201d} to load it again, and pick again";
+        let Some(Built { text, case, mesh, .. }) = building.as_ref().filter(|built| built.name == wanted.case) else {
+            return Err(Failure::input("the model is no longer in memory", again));
         };
+        if sha256(text) != wanted.stamp {
+            return Err(Failure::input("the model is not that of the text", again));
+        }
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("inp")) {
             let cure = format!("use a case file with the line `deck = \"{}\"`, and pick there", wanted.case);
             return Err(Failure::input("a deck has no [[surface]] tables", cure));
@@ -129,7 +133,9 @@ impl Models {
         let Picked { tables, surface } = pick(mesh, &facets, wanted.name, &[wanted.degrees])
             .map_err(|error| Failure::input(error.message.clone(), error.help))?;
         let mut added: Vec<String> = tables.iter().map(|table| table.toml()).collect();
-        if wanted.sure && !tables.is_empty() {
+        added.extend(purpose(wanted.purpose, &surface)?);
+        can_follow(text, &added)?;
+        if wanted.sure && !added.is_empty() {
             let (_, tried) = meshed(path, &joined(text, &added))?;
             let same = tried
                 .surfaces
@@ -140,7 +146,6 @@ impl Models {
                 return Err(Failure::input("in the case, the tables select other faces", cure));
             }
         }
-        added.extend(purpose(wanted.purpose, &surface)?);
         let area = mesh.surface_area(&Surface { facets: facets.clone() });
         Ok(json!({
             "surface": surface, "known": tables.is_empty(), "added": added.join("\n"), "text": joined(text, &added),
@@ -181,13 +186,25 @@ fn keys(surface: &Surface) -> Vec<Vec<u32>> {
 
 /// A table that uses a surface.
 fn purpose(purpose: &str, surface: &str) -> Outcome<Option<String>> {
+    let name = toml::Value::from(surface);
     Ok(Some(match purpose {
         "" => return Ok(None),
-        "support" => format!("[[dirichlet]]\nset = \"{surface}\"\n"),
-        "pressure" => format!("[[load]]\nsurface = \"{surface}\"\npressure = 1.0\n"),
-        "force" => format!("[[load]]\nsurface = \"{surface}\"\nforce = [0.0, -1.0, 0.0]\n"),
+        "support" => format!("[[dirichlet]]\nset = {name}\n"),
+        "pressure" => format!("[[load]]\nsurface = {name}\npressure = 1.0\n"),
+        "force" => format!("[[load]]\nsurface = {name}\nforce = [0.0, -1.0, 0.0]\n"),
         other => return Err(Failure::input(format!("there is no use {other:?}"), "choose one of the list")),
     }))
+}
+
+/// Refuses tables that cannot be added at the end of a text, because it has their list in one line.
+fn can_follow(text: &str, tables: &[String]) -> Outcome {
+    for header in tables.iter().filter_map(|table| table.lines().next()) {
+        if DeTable::parse(&joined(text, &[header.to_owned()])).is_err() {
+            let message = format!("`{}` is an inline list", header.trim_matches(['[', ']']));
+            return Err(Failure::input(message, "add the entry there, or write the list as tables"));
+        }
+    }
+    Ok(())
 }
 
 /// A text with tables at its end.

@@ -109,3 +109,26 @@ fn rounded_designs_keep_their_volume_and_outer_faces() {
     let errors = String::from_utf8_lossy(&ran.stderr);
     assert_eq!(String::from_utf8_lossy(&ran.stdout).trim(), "true", "{errors}");
 }
+
+/// Where there is Node.js: of two faces under the pointer, the one in front is picked, as their planes say. The first
+/// has the depth −x, and its middle is behind the second, which is parallel to the view at the depth z.
+#[test]
+fn a_click_picks_the_face_in_front() {
+    let check = "
+        const pickedAt = (x, z, order) => {
+          const viewer = Object.assign(Object.create(Viewer.prototype), {
+            canvas: { clientWidth: 100, clientHeight: 100 }, yaw: 0, pitch: 0, zoom: 1, radius: 1, centre: [0, 0, 0], shift: [0, 0],
+          });
+          const small = [[-.6, -.1], [-.4, -.1], [-.4, .1], [-.6, .1]].flatMap(corner => [...corner, z]);
+          viewer.shown = { points: [-1, -1, 1, 1, -1, -1, 1, 1, -1, -1, 1, 1, ...small], nodes: [...order, 4, 5, 6, 7], section: null };
+          return viewer.pick(50 + 50 * x, 50);
+        };
+        const square = [0, 1, 2, 3], triangles = [[0, 1, 3, 3], [0, 0, 1, 3], [0, 1, 1, 3], [0, 1, 3, 0]];
+        const found = [square, ...triangles].map(order => [pickedAt(-.5, .2, order), pickedAt(-.5, .7, order), pickedAt(-.2, .7, order)]);
+        console.log(JSON.stringify(found), pickedAt(-.5, .2, [3, 2, 1, 0]));";
+    let script = [include_str!("page/viewer.js"), check].concat();
+    let Ok(ran) = std::process::Command::new("node").args(["-e", &script]).output() else { return };
+    let errors = String::from_utf8_lossy(&ran.stderr);
+    let expected = format!("[{}] 1", ["[0,1,0]"; 5].join(","));
+    assert_eq!(String::from_utf8_lossy(&ran.stdout).trim(), expected, "{errors}");
+}

@@ -1,9 +1,10 @@
 // Two runs side by side: the views have the same direction, state and colours, and curves are in the same charts.
 const second = element("second");
-let other = null, states = [null, null];
+let other = null, states = [null, null], compareTurn = 0;
 element("other").addEventListener("change", attempt(() => compare(element("other").value)));
 async function compare(name) {
-  const state = name ? await ask(`state?${query({ run: name })}`) : null;
+  const turn = ++compareTurn, state = name ? await ask(`state?${query({ run: name })}`) : null;
+  if (turn !== compareTurn) return; // another one was chosen
   other = state && state.run;
   states = [null, null];
   element("other").value = name;
@@ -42,7 +43,7 @@ function compared() {
     const values = new Map();
     for (const [text, keep] of [[run.history, name => name === "iteration" || name === "volume_fraction" || !name.startsWith("multiplier") && rows(run.history).columns.includes(`multiplier_${name}`) || name === "objective"], [run.quantities, name => !["step", "load_case", "friction"].includes(name)]]) {
       const found = rows(text);
-      if (found && found.rows.length) found.columns.forEach((name, k) => { if (keep(name)) values.set(name, (run.objective && run.objective.maximized && name.startsWith("objective") ? -1 : 1) * found.rows[found.rows.length - 1][k]); });
+      if (found && found.rows.length) found.columns.forEach((name, k) => { const value = found.rows[found.rows.length - 1][k]; if (keep(name) && value !== null) values.set(name, sign(run, name) * value); });
     }
     return values;
   };

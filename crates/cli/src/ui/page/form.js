@@ -1,6 +1,6 @@
 // Forms: the fields that the schema has for one table of the text, with the program's messages beside them. A change of
 // a field changes that value in the text, and nothing else.
-let schema = null, formPath = "", places = new Map(), added = new Set(), formTurn = 0;
+let schema = null, formPath = "", places = new Map(), added = new Set(), formTurn = 0, kept = false, editing = Promise.resolve();
 const formShown = () => element("form-switch").getAttribute("aria-pressed") === "true";
 element("form-switch").addEventListener("click", attempt(async () => {
   const on = !formShown();
@@ -48,12 +48,15 @@ async function form() {
   element("form-of").replaceChildren(...tables.map(of => make("option", { value: of.path }, label(of))));
   element("form-of").value = formPath;
   element("form-of").disabled = !tables.length;
-  element("form-state").textContent = tables.length ? "" : now.kind === "inp" ? "Decks have no form." : "The case has no tables yet.";
+  element("form-state").textContent = tables.length ? "" : !now.case ? now.run ? "The case of a run is a record, and has no form." : "Choose a case above." : now.kind === "inp" ? "Decks have no form." : "The case has no tables yet.";
   const lists = Object.entries(schema.properties).map(([key, node]) => [key, plain(node)]).filter(([key, node]) => itemsOf(node) || isTable(node) && !places.has(key));
   element("form-add").replaceChildren(make("option", { value: "" }, "add a table …"), ...lists.map(([key, node]) => make("option", { value: itemsOf(node) ? `[[${key}]]` : `[${key}]`, title: about(node) }, key)));
   element("form-add").disabled = now.kind === "inp" || !now.case;
   const root = plain(schema.properties[formPath.replace(/\[.*/, "")]), node = formPath.includes("[") ? itemsOf(root) || {} : root;
-  const focused = document.activeElement && document.activeElement.closest("#fields") ? document.activeElement.id : "";
+  const active = document.activeElement && document.activeElement.closest("#fields") ? document.activeElement : null, focused = active ? active.id : "";
+  // what is being typed is kept; the fields are made anew when its field is left
+  kept = Boolean(active && active.dataset.text !== undefined && active.value !== active.dataset.text);
+  if (kept) { messages(); return; }
   element("fields").replaceChildren(...formPath ? fieldsOf(formPath, node) : []);
   if (focused && element(focused)) element(focused).focus({ preventScroll: true });
   messages();
@@ -70,8 +73,8 @@ function fieldsOf(path, node) {
   const missing = Object.keys(own).filter(key => !shown.includes(key));
   const parts = shown.map(key => field(`${path}.${key}`, key, plain(own[key] || {}), needed.includes(key)));
   if (missing.length) {
-    const select = make("select", { id: `add ${path}`, "aria-label": `Add a key to ${path}` }, make("option", { value: "" }, "add a key …"), ...missing.sort().map(key => make("option", { value: key, title: about(plain(own[key])) }, key)));
-    select.addEventListener("change", () => { const chosen = `${path}.${select.value}`; added.add(chosen); form().then(() => { const input = element(`field ${chosen}`); if (input) input.focus(); }); });
+    const select = make("select", { id: `add-${path}`, "aria-label": `Add a key to ${path}` }, make("option", { value: "" }, "add a key …"), ...missing.sort().map(key => make("option", { value: key, title: about(plain(own[key])) }, key)));
+    select.addEventListener("change", () => { const chosen = `${path}.${select.value}`; added.add(chosen); form().then(() => { const input = element(`field-${chosen}`); if (input) input.focus(); }); });
     parts.push(make("div", { class: "add" }, select));
   }
   return parts;
@@ -80,25 +83,45 @@ function field(path, key, node, needed) {
   const value = places.get(path), entries = value && value.kind === "list" ? [...places.values()].filter(of => of.kind === "table" && of.path.startsWith(`${path}[`) && !/[.[]/.test(of.path.slice(path.length + 1))) : [];
   if (value && value.kind === "table") return make("fieldset", {}, make("legend", {}, key), ...note(path, about(node)), ...fieldsOf(path, node));
   if (entries.length) return make("fieldset", {}, make("legend", {}, key), ...note(path, about(node)), ...entries.map((of, k) => make("fieldset", {}, make("legend", {}, `${key}[${k}]`), ...fieldsOf(of.path, itemsOf(node) || {}))));
-  const words = choices(node) || (node.type === "boolean" ? ["true", "false"] : null), id = `field ${path}`, text = value ? value.text : "";
-  const input = words ? make("select", { id }, ...[...text && words.map(String).includes(text) ? [] : [text], ...words.map(String)].map(word => make("option", { value: word }, word))) : make("input", { id, spellcheck: "false", autocomplete: "off", placeholder: value ? "" : isTable(node) ? `{ ${Object.keys(properties(node)).slice(0, 3).join(" = …, ")} = … }` : node.type === "array" ? "[ … ]" : node.type || "" });
+  const words = choices(node) || (node.type === "boolean" ? ["true", "false"] : null), id = `field-${path}`, text = value ? value.text : "";
+  const input = words ? make("select", { id }, ...[...text && words.map(String).includes(text) ? [] : [text], ...words.map(String)].map(word => make("option", { value: word }, word))) : make(text.includes("\n") ? "textarea" : "input", { id, spellcheck: "false", autocomplete: "off", placeholder: value ? "" : isTable(node) ? `{ ${Object.keys(properties(node)).slice(0, 3).join(" = …, ")} = … }` : node.type === "array" ? "[ … ]" : node.type || "" });
   input.value = text;
-  input.setAttribute("aria-describedby", `about ${path}`);
+  if (text.includes("\n")) input.rows = Math.min(12, text.split("\n").length);
+  input.dataset.text = input.value;
+  input.setAttribute("aria-describedby", `about-${path}`);
   if (needed) input.setAttribute("aria-required", "true");
   input.addEventListener("change", attempt(async () => {
-    if (input.value === text) return;
+    const { text: before } = input.dataset, entered = input.value;
+    if (entered === before) return;
     const word = value ? value.kind === "string" : node.type === "string" || words && node.type !== "boolean";
-    await edit(path, word ? JSON.stringify(input.value) : input.value.trim());
+    if (!word && !entered.trim()) throw new Error(`The field ${path} is empty: enter a value, or remove the key from the text.`);
+    input.dataset.text = entered;
+    kept = false; // the text that follows makes the fields anew
+    try { await edit(path, word ? JSON.stringify(entered) : entered.trim()); } catch (error) { input.dataset.text = before; throw error; }
   }));
+  input.addEventListener("blur", () => { if (kept) { kept = false; form().catch(fail); } });
   return make("div", { class: "field" }, make("label", { for: id }, key), input, ...note(path, about(node)));
 }
-const note = (path, text) => [make("small", { id: `about ${path}` }, text), make("p", { class: "message", "data-path": path })];
-async function edit(path, value) {
-  const { text } = await ask(`edit?${query({ path, value })}`, { body: source.value }), focused = document.activeElement;
+const note = (path, text) => [make("small", { id: `about-${path}` }, text), make("p", { class: "message", "data-path": path })];
+// One after the other, each in the text that the one before has left.
+function edit(path, value) {
+  const done = editing.then(() => editNow(path, value));
+  editing = done.catch(() => {});
+  return done;
+}
+async function editNow(path, value) {
+  const of = now.case;
+  let sent, text;
+  do {
+    sent = source.value;
+    ({ text } = await ask(`edit?${query({ path, value })}`, { body: sent }));
+    if (now.case !== of) return;
+  } while (source.value !== sent);
+  const focused = document.activeElement;
   added.delete(path);
   replaceText(text);
   if (focused && focused.id) element(focused.id)?.focus({ preventScroll: true });
-  element("form-line").replaceChildren("As an option of a command: ", make("code", {}, `--set '${path}=${value}'`));
+  element("form-line").replaceChildren("As an option of a command: ", make("code", {}, `--set ${shellWord(`${path}=${value}`)}`));
 }
 // Puts each message beside the innermost value at its place, or above the form if the place is elsewhere in the table.
 function messages() {
@@ -115,7 +138,7 @@ function messages() {
     const to = inner || key && notes.find(note => note.dataset.path === key.path), text = `${of.message}${of.help ? `; ${of.help}` : ""}`;
     if (to) {
       to.textContent += `${to.textContent ? " " : ""}${text}`; to.classList.add(of.severity);
-      const input = element(`field ${to.dataset.path}`);
+      const input = element(`field-${to.dataset.path}`);
       if (input && of.severity === "error") input.setAttribute("aria-invalid", "true");
     } else if (inTable(of.line)) rest.push(make("p", { class: of.severity }, text));
   }
@@ -131,9 +154,12 @@ element("form-of").addEventListener("change", attempt(async () => { formPath = e
 element("form-add").addEventListener("change", attempt(async () => {
   const header = element("form-add").value, key = header.replace(/[[\]]/g, "");
   if (!header) return;
+  const own = now.case, text = `${source.value.trimEnd()}\n\n${header}\n`, before = source.value;
+  if (!await ask("values", { body: text })) throw new Error(`\`${key}\` is an inline list; add the entry there, or write the list as tables.`);
+  if (now.case !== own || source.value !== before) throw new Error("The text has changed meanwhile; add the table again.");
   const count = [...places.keys()].filter(path => new RegExp(`^${key}\\[\\d+\\]$`).test(path)).length;
   formPath = header.startsWith("[[") ? `${key}[${count}]` : key;
-  replaceText(`${source.value.trimEnd()}\n\n${header}\n`);
+  replaceText(text);
   clearTimeout(waiting);
   await check();
   const input = element("fields").querySelector("[aria-required]");

@@ -13,6 +13,8 @@ function fail(error) {
   box.hidden = !error;
   box.textContent = !error ? "" : error instanceof TypeError ? "The program does not answer. Is `slipstick ui` still running? Your text is still here." : error.message;
 }
+// A word of a command line, quoted as the server does.
+const shellWord = word => /^[\p{L}\p{N}_.\/,=:-]+$/u.test(word) ? word : /["$`\\!]/.test(word) ? `'${word.replaceAll("'", "'\\''")}'` : `"${word}"`;
 const attempt = work => async (...given) => { try { fail(null); await work(...given); } catch (error) { fail(error); } };
 
 // What is open is in the address, so that it can be loaded again.
@@ -73,8 +75,9 @@ let waiting = null, asked = 0;
 const check = attempt(async () => {
   const turn = ++asked;
   if (!now.case) { comment([]); element("verdict").textContent = ""; await form(); return; }
-  const found = await ask(`check?${query({ case: now.case })}`, { body: source.value });
+  const text = source.value, found = await ask(`check?${query({ case: now.case })}`, { body: text });
   if (turn !== asked) return; // a later text is being checked
+  now.checked = { text, stamp: found.stamp };
   comment(found.diagnostics);
   if (now.kind === "inp" && changed()) element("verdict").textContent = "Decks are checked as saved.";
   if (found.outline) {
@@ -139,11 +142,13 @@ const frame = element("frame");
 frame.addEventListener("load", () => {
   frame.classList.remove("loading");
   frame.dataset.shows = shown;
+  now.model = now.tab === "model" ? coming : null;
+  unpicked();
   if (now.tab === "model" && now.marked) post(frame, { mark: now.marked });
   if (camera && camera.of === cameraKey()) post(frame, { camera: camera.at });
   if (now.tab === "report" && now.wanted) post(frame, { show: now.wanted });
 });
-let shown = "";
+let shown = "", coming = null; // and the text of the model that is being loaded
 function loadIn(one, address) {
   one.classList.add("loading");
   one.contentWindow.location.replace(address ? new URL(address, location.href) : "about:blank");
@@ -156,8 +161,8 @@ function load(address) {
 let version = 0;
 function model() {
   if (now.tab !== "model") return;
-  picks.points = []; element("pick").hidden = true;
-  // the text that was checked last
+  unpicked();
+  coming = now.checked; // the text that was checked last
   load(`model?${query({ case: now.case, run: now.run, version: ++version })}`);
 }
 function choose(tab) {
@@ -171,7 +176,8 @@ function show(tab) {
   choose(tab);
   if (tab === "model") model(); else load(now.run ? `report?${query({ run: now.run, view: Boolean(other), version: ++version })}` : "");
 }
-element("tab-model").addEventListener("click", () => show("model"));
+// pressed again, it checks the text again, whose model another page may have replaced
+element("tab-model").addEventListener("click", () => { if (now.tab === "model" && now.case) check(); else show("model"); });
 element("tab-report").addEventListener("click", () => show("report"));
 element("reload").addEventListener("click", () => show("report"));
 element("tabs").addEventListener("keydown", event => {
@@ -189,7 +195,8 @@ addEventListener("message", ({ data: told, source: from }) => {
   follow(from, told);
   if (from !== frame.contentWindow) return;
   if (told.camera) camera = { of: cameraKey(), at: told.camera };
-  if (Array.isArray(told.picked) && told.picked.every(Number.isInteger) && now.tab === "model") {
+  // while the next model is loaded, the one that is shown is not that of the text
+  if (Array.isArray(told.picked) && told.picked.every(Number.isInteger) && now.tab === "model" && !frame.classList.contains("loading")) {
     picks = { points: told.picked, degrees: Number(told.degrees) };
     clearTimeout(asking);
     asking = setTimeout(pickedText, FRAME_WAIT);
@@ -198,13 +205,24 @@ addEventListener("message", ({ data: told, source: from }) => {
 });
 // A direction of view is kept as long as the same bodies are shown.
 const cameraKey = () => now.tab === "model" ? `${now.case} ${now.case ? "" : now.run}` : `run ${now.run}`;
-const pick = sure => ask(`pick?${query({ case: now.case, name: element("pick-name").value, use: element("pick-use").value, degrees: picks.degrees, sure })}`, { body: JSON.stringify(picks.points) });
+function unpicked() {
+  clearTimeout(asking);
+  pickTurn++;
+  picks.points = [];
+  element("pick").hidden = true;
+}
+const pick = sure => ask(`pick?${query({ case: now.case, stamp: now.model ? now.model.stamp : "", name: element("pick-name").value, use: element("pick-use").value, degrees: picks.degrees, sure })}`, { body: JSON.stringify(picks.points) });
 // Shows the text that selects the picked faces.
 async function pickedText() {
   const turn = ++pickTurn, faces = picks.points.length / 4, text = element("pick-text");
-  element("pick").hidden = !faces || !now.case;
-  if (element("pick").hidden) return;
+  element("pick").hidden = !faces;
+  if (!faces) return;
   element("pick-count").className = "";
+  if (!now.case) {
+    element("pick-count").textContent = "The case of a run is a record, which cannot be changed: choose a case above, and pick there.";
+    element("pick-write").disabled = text.hidden = element("pick-line").hidden = true;
+    return;
+  }
   element("pick-count").textContent = `${faces} face${faces === 1 ? "" : "s"} picked; looking for what selects them …`;
   element("pick-write").disabled = true;
   try {
@@ -214,7 +232,7 @@ async function pickedText() {
     text.textContent = found.added; text.hidden = !found.added;
     element("pick-write").disabled = !found.added;
     element("pick-line").hidden = false;
-    element("pick-line").replaceChildren("Command line: ", make("code", {}, `slipstick check ${now.case}`), " lists all surfaces with area and mean normal.");
+    element("pick-line").replaceChildren("Command line: ", make("code", {}, `slipstick check ${shellWord(now.case)}`), " lists all surfaces with area and mean normal.");
   } catch (error) {
     if (turn !== pickTurn) return;
     element("pick-count").className = "error";
@@ -227,11 +245,11 @@ element("pick").addEventListener("submit", event => { event.preventDefault(); wr
 // The server tries the text once more, in the case, before it is written.
 const write = attempt(async () => {
   element("pick-write").disabled = true;
-  const found = await pick(true);
+  const of = now.model, found = await pick(true);
+  if (!of || now.model !== of || source.value !== of.text) throw new Error("The text has changed meanwhile; pick again.");
   replaceText(found.text);
   now.marked = [[found.surface, 0]];
-  picks.points = [];
-  element("pick").hidden = true;
+  unpicked();
   clearTimeout(waiting);
   await check();
   const line = lines().findLastIndex(text => text.includes(`"${found.surface}"`)) + 1;
@@ -309,7 +327,7 @@ async function look() {
   if (name !== now.run || kind !== now.log) return; // another run was chosen, and is looked at
   const running = Boolean(state.job && state.job.running), first = !now.record && state.run;
   now.job = state.job; now.record = state.run;
-  const of = now.log === "job" ? state.job : null, line = of ? of.line : state.run ? state.run.line.join(" ") : "none yet";
+  const of = now.log === "job" ? state.job : null, line = of ? of.line : state.run ? state.run.line.map(shellWord).join(" ") : "none yet";
   element("line").textContent = line;
   const log = element("log");
   if (state.log !== before.log) {
@@ -343,6 +361,8 @@ function reason(log) {
 const rows = text => { const [head, ...rest] = text.trim().split("\n").map(line => line.split(",")); return text.trim() ? { columns: head, rows: rest.map(row => row.map(cell => cell === "" || Number.isNaN(+cell) ? null : +cell)) } : null; };
 const column = (table, name) => table.rows.map(row => row[table.columns.indexOf(name)] ?? null);
 const words = name => name.replaceAll("_", " ");
+// Tables contain the negative of an objective that is maximized.
+const sign = (run, name) => run.objective && run.objective.maximized && name.startsWith("objective") ? -1 : 1;
 const drawn = run => `${run ? run.name : ""}/${other ? other.name : ""}`;
 function draw(run) {
   const [history, quantities] = [run ? run.history : "", run ? run.quantities : ""];
@@ -350,11 +370,10 @@ function draw(run) {
   element("charts").dataset.run = drawn(run);
   const h = rows(history), q = rows(quantities), figures = [];
   if (h && h.rows.length) {
-    const twin = other && rows(other.history), of = (table, name, x) => { const at = column(table, "iteration"), all = column(table, name); return x.map(n => { const v = all[at.indexOf(n)] ?? null; return v === null ? null : sign(name) * v; }); };
+    const twin = other && rows(other.history), of = (table, name, factor) => { const at = column(table, "iteration"), all = column(table, name); return x.map(n => { const v = all[at.indexOf(n)] ?? null; return v === null ? null : factor * v; }); };
     const x = [...new Set([...column(h, "iteration"), ...twin ? column(twin, "iteration") : []])].sort((a, b) => a - b);
-    const series = name => [[h, run.name], ...twin && twin.columns.includes(name) ? [[twin, other.name]] : []].map(([table, run]) => ({ name: twin ? `${words(name)} of ${run}` : words(name), values: of(table, name, x) }));
+    const series = name => [[h, run], ...twin && twin.columns.includes(name) ? [[twin, other]] : []].map(([table, one]) => ({ name: twin ? `${words(name)} of ${one.name}` : words(name), values: of(table, name, sign(one, name)) }));
     const put = (title, names) => figures.push(chart(title, x, names.filter(name => h.columns.includes(name)).flatMap(series), { pick: n => reveal("designs", n) }));
-    const { maximized } = run.objective || {}, sign = name => maximized && name.startsWith("objective") ? -1 : 1;
     const functions = h.columns.filter(name => h.columns.includes(`multiplier_${name}`)), parts = functions.filter(name => name.startsWith("objective_"));
     put(`Objective${run.objective ? `: ${run.objective.text}` : ""}`, parts.length ? parts : ["objective"]);
     put("Volume fraction", ["volume_fraction"]);
@@ -404,7 +423,7 @@ async function open(name, run) {
   }
   if (turn !== opened) return; // another one is being opened
   clearTimeout(waiting);
-  Object.assign(now, { case: name, step, run, kind: name.split(".").pop(), marked: null, wanted: null, record: null, commands: [], log: now.job && now.job.running && now.job.run === run ? "job" : "run" });
+  Object.assign(now, { case: name, step, run, kind: name.split(".").pop().toLowerCase(), checked: null, model: null, marked: null, wanted: null, record: null, commands: [], log: now.job && now.job.running && now.job.run === run ? "job" : "run" });
   fill("run", [...element("run").options].map(option => option.value).filter(value => value), run, "none");
   element("case").value = name || step;
   if (other) await compare("");

@@ -38,7 +38,7 @@ function picking(viewer, points) {
   }
   const clear = () => { picked.clear(); changed(); };
   const set = make("fieldset", { class: "picking" }), box = make("input", { type: "checkbox" }), value = make("span", { class: "value" }, "30°");
-  const turn = make("input", { type: "range", min: 0, max: 90, step: 1, value: degrees, "aria-valuetext": "30°" }), button = make("button", { type: "button" }, "Clear the picked faces");
+  const turn = make("input", { type: "range", min: 0, max: 89, step: 1, value: degrees, "aria-valuetext": "30°" }), button = make("button", { type: "button" }, "Clear the picked faces");
   const slider = make("label", {}, "Edges end a face beyond", value, turn), help = make("p", { class: "quiet" }, "Click on a face, or press Enter for the face at the cross; with Shift, add or remove it. Picked faces behind others are outlined.");
   const apply = () => { [slider, button, help].forEach(part => { part.hidden = !on; }); viewer.aim(on); };
   box.addEventListener("change", () => { on = box.checked; if (on && !viewer.edges) viewer.edges = true; apply(); if (!on) clear(); });

@@ -229,8 +229,14 @@ class Viewer {
     for (let i = 0; i < nodes.length / 4; i++) {
       const c = [0, 1, 2, 3].map(k => { const n = nodes[4 * i + k], d = [0, 1, 2].map(j => points[3 * n + j] - this.centre[j]); return [0, 3, 6].map(r => t[r] * d[0] + t[r + 1] * d[1] + t[r + 2] * d[2]); });
       const inside = c.every((a, k) => { const b = c[(k + 1) % 4]; return (b[0] - a[0]) * (qy - a[1]) - (b[1] - a[1]) * (qx - a[0]) >= 0; });
-      const z = (c[0][2] + c[1][2] + c[2][2] + c[3][2]) / 4;
-      if (inside && z > depth && normal[0] * qx + normal[1] * qy + normal[2] * z <= limit + 1e-4) { best = i; depth = z; }
+      if (!inside) continue;
+      // the depth of the face below the point: of the plane through its middle, also for triangles
+      const [u, v] = [0, 1].map(k => c[k + 2].map((x, j) => x - c[k][j])), facing = u[0] * v[1] - u[1] * v[0];
+      if (facing <= 0) continue;
+      const mean = [0, 1, 2].map(j => (c[0][j] + c[1][j] + c[2][j] + c[3][j]) / 4), all = c.map(a => a[2]);
+      const plane = mean[2] - ((u[1] * v[2] - u[2] * v[1]) * (qx - mean[0]) + (u[2] * v[0] - u[0] * v[2]) * (qy - mean[1])) / facing;
+      const z = Math.max(Math.min(...all), Math.min(Math.max(...all), plane));
+      if (z > depth && normal[0] * qx + normal[1] * qy + normal[2] * z <= limit + 1e-4) { best = i; depth = z; }
     }
     return best;
   }
