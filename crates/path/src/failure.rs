@@ -115,10 +115,6 @@ pub enum StepFailureKind {
         /// iterations.
         changing: Vec<u32>,
     },
-    /// The iteration from a prediction left the neighbourhood of that prediction: its residual stalled or grew. The
-    /// last state is a better start.
-    #[error("the iteration would leave the predicted state")]
-    Mispredicted,
     /// The residual grows without bound.
     #[error("the residual diverges")]
     Diverged,

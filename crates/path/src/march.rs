@@ -346,13 +346,10 @@ impl Increment<'_> {
             iterate: previous.unknowns.clone(),
             at_start: true,
         };
-        let (starts, extrapolates) =
-            start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
+        let starts = start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
         let mut starts = starts.into_iter().peekable();
         let mut attempt = Attempt::Setting(0);
         let mut before_rescue = None;
-        // an extrapolation that was given up, and one that is damped
-        let (mut given_up, mut damped) = (None, None);
         let mut free = FreeSteps::default();
         loop {
             let from = match geometry.take() {
@@ -364,19 +361,14 @@ impl Increment<'_> {
             };
             let from = geometry.insert(from);
             let mut begun = problem.begin(previous, from, span, solver.workspace).map_err(as_failure)?;
-            let mut extrapolation = None;
             let (rung, accepted) = match free.begin(solver, &mut begun, last, from, (time, attempt), &options.newton) {
                 Some(result) => {
                     while starts.next().is_some() {}
                     (Rung::of(attempt, false), result)
                 }
                 None => {
-                    let (rung, start) = match (damped.take(), starts.next()) {
-                        (Some(unknowns), _) => (Rung::of(attempt, true), Start::guess(unknowns)),
-                        (None, Some(unknowns)) if starts.peek().is_some() => {
-                            extrapolation = Some(unknowns.clone()).filter(|_| extrapolates);
-                            (Rung::of(attempt, true), Start { extrapolates, ..Start::guess(unknowns) })
-                        }
+                    let (rung, start) = match starts.next() {
+                        Some(unknowns) if starts.peek().is_some() => (Rung::of(attempt, true), Start::guess(unknowns)),
                         _ => (Rung::of(attempt, false), Start::of(previous, from)),
                     };
                     let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
@@ -404,12 +396,7 @@ impl Increment<'_> {
             }
             let (kind, iterations) = (failure.kind.clone(), failure.iterations.len());
             tried.push(FailedAttempt { time, rung, kind, iterations });
-            if failure.kind == StepFailureKind::Mispredicted {
-                given_up = extrapolation;
-            } else {
-                damped = given_up.take();
-            }
-            if starts.peek().is_none() && damped.is_none() {
+            if starts.peek().is_none() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
                 let next = next_attempt(problem, attempt, &failure, own, self.rescue);
                 let exhausted =

@@ -46,14 +46,12 @@ pub(crate) struct Start<P: StepProblem> {
     pub geometry: Option<P::Geometry>,
     /// Whether the step begins here.
     pub at_start: bool,
-    /// Whether this extrapolates the path, so that a state far from it may belong to another branch.
-    pub extrapolates: bool,
 }
 
 impl<P: StepProblem> Start<P> {
     /// A guess whose geometry is not known.
     pub fn guess(unknowns: Vec<f64>) -> Self {
-        Self { unknowns, geometry: None, at_start: false, extrapolates: false }
+        Self { unknowns, geometry: None, at_start: false }
     }
 
     /// Guessed unknowns, whose displacements have this geometry.
@@ -188,9 +186,6 @@ impl<P: StepProblem> Run<'_, '_, P> {
                 return Ok((at, Some(size)));
             }
             progress.add(size);
-            if start.extrapolates && progress.damped {
-                return Err(StepFailureKind::Mispredicted);
-            }
             last_size = size;
             forcing = self.options.forcing(size, scales).into();
             if iteration == 1 {

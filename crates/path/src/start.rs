@@ -166,7 +166,7 @@ impl Guide {
 }
 
 /// Initial guesses for the step from the path's last state to `time`, best first; the final guess
-/// is the last state. Also whether the best one extrapolates the path, instead of following a guide.
+/// is the last state.
 pub(crate) fn candidates<P: StepProblem>(
     problem: &P,
     path: &Path,
@@ -174,12 +174,11 @@ pub(crate) fn candidates<P: StepProblem>(
     values: StartValues,
     guide: Option<&Guide>,
     ranks: &dyn Ranks,
-) -> (Vec<Vec<f64>>, bool) {
+) -> Vec<Vec<f64>> {
     let last = path.states.last().expect("holds the start");
     let mut target = last.state.unknowns.clone();
     problem.prescribe(time, &mut target);
     let guided = guide.and_then(|g| g.ahead(&last.state.unknowns, last.time, time, ranks));
-    let extrapolates = guided.is_none();
     let mut ahead = guided.or_else(|| match values {
         StartValues::Previous => None,
         StartValues::Extrapolated => extrapolated(problem, path, time, &target),
@@ -193,7 +192,7 @@ pub(crate) fn candidates<P: StepProblem>(
     }
     // the last state itself is not a prediction
     let ahead = ahead.filter(|ahead| *ahead != last.state.unknowns);
-    (ahead.into_iter().chain([last.state.unknowns.clone()]).collect(), extrapolates)
+    ahead.into_iter().chain([last.state.unknowns.clone()]).collect()
 }
 
 /// Which displacements are prescribed.
@@ -301,9 +300,8 @@ mod tests {
     /// motion and loads continue as before, up to a tenth of their increments.
     #[test]
     fn start_values_go_on_where_motion_and_loads_do() {
-        let starts = |spring: &Spring, values: StartValues| {
-            candidates(spring, &line(spring), 2.25.into(), values, None, &Alone).0
-        };
+        let starts =
+            |spring: &Spring, values: StartValues| candidates(spring, &line(spring), 2.25.into(), values, None, &Alone);
         let last = [1.2, -0.6, 0.3, 4.5, -0.5, 2.0];
         let ahead = [1.8, -0.9, 0.45, 6.75, -1.25, 2.0];
         let close = |found: &[Vec<f64>], exact: &[[f64; 6]]| {
@@ -333,12 +331,12 @@ mod tests {
         for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
             let mut turned = line(&spring);
             turned.states[0].state.unknowns[0] = before;
-            let (found, _) = candidates(&spring, &turned, 2.25.into(), StartValues::Extrapolated, None, &Alone);
+            let found = candidates(&spring, &turned, 2.25.into(), StartValues::Extrapolated, None, &Alone);
             close(&found, &[ahead, last][usize::from(!steady)..]);
         }
         let mut anew = line(&spring);
         anew.states[1].rest = true;
-        close(&candidates(&spring, &anew, 2.25.into(), StartValues::Extrapolated, None, &Alone).0, &[last]);
+        close(&candidates(&spring, &anew, 2.25.into(), StartValues::Extrapolated, None, &Alone), &[last]);
     }
 
     /// For a linear spring, steps that start on the line through the last two states start at the

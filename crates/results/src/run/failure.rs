@@ -362,7 +362,6 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
             &[steps, cuts, MORE_ITERATIONS, support]
         }
         StepFailureKind::TooManyIterations { .. } => &[sides, steps, cuts, active_set],
-        StepFailureKind::Mispredicted => &[],
         StepFailureKind::Diverged => &[steps, cuts, support],
         StepFailureKind::Cycling { .. } => &[sides, steps, cuts, active_set],
         StepFailureKind::Uzawa { .. } => &[
