@@ -184,12 +184,13 @@ fn either(table: &mut Value, key: &str, instead: &str) {
     table["anyOf"] = json!([{ "required": [key] }, { "required": [instead] }]);
 }
 
-/// Descriptions as plain text: the first paragraph, without rustdoc markup and line breaks.
+/// Descriptions as plain text: the first paragraph, without rustdoc markup, line breaks and Rust's `None`.
 fn one_line(object: &mut Map<String, Value>) {
     if let Some(Value::String(text)) = object.get_mut("description") {
         let first = text.split("\n\n").next().unwrap_or_default();
         let line = first.split_whitespace().collect::<Vec<_>>().join(" ");
-        *text = line.replace("[`", "`").replace("`]", "`").replace("\\[", "[").replace("\\]", "]");
+        let plain = line.replace("[`", "`").replace("`]", "`").replace("\\[", "[").replace("\\]", "]");
+        *text = plain.replace("`None`:", "without it:");
     }
 }
 

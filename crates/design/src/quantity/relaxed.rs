@@ -5,7 +5,7 @@ use super::smooth::p_norm;
 use super::{QuantityError, StateView};
 use std::ops::Range;
 
-/// Entries per element in lists over Gauss points, such as [`StateView::stress`].
+/// Entries per element in lists over Gauss points, such as [`ElementData::stress`](super::ElementData::stress).
 pub const STRESS_POINTS: usize = 8;
 
 /// q.

@@ -38,12 +38,11 @@ pub struct Contact {
     /// Pseudo-times from and to which the surfaces interact.
     #[serde(skip_serializing_if = "Contact::always")]
     pub active: [f64; 2],
-    /// Shape functions of the multipliers; `None`: standard ones, or the mean of standard and dual
-    /// ones where the slave is a curved surface of few facets
-    /// ([`ContactInterface::is_coarse`](slipstick_contact::ContactInterface::is_coarse)).
+    /// Shape functions of the multipliers; `None`: standard ones, the mean of standard and dual ones
+    /// where the slave is a curved surface of few facets, and dual ones at tapers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub multiplier_shape: Option<MultiplierShape>,
-    /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
+    /// Integration points on each triangle of a mortar segment: 1, 3, 6, 7 or 12.
     pub cell_rule: usize,
     /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the
     /// motion of a step.

@@ -26,7 +26,7 @@ pub struct Equation {
 pub struct EquationTerm {
     /// Surface, node set, `[[point]]`, or rigid body: its reference point.
     pub set: String,
-    /// The component of the displacement; `None` in all terms: an equation for each of the three.
+    /// The component of the displacement; `None`: in all terms, for an equation for each of the three.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub component: Option<TermComponent>,
     /// a.

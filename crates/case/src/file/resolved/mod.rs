@@ -96,7 +96,7 @@ pub struct Case {
     pub temperatures: Vec<Temperature>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
-    /// The design; `None` if the case is only for a forward analysis.
+    /// The design; `None`: the case is only for a forward analysis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<Design>,
     /// Quantities that the case names.

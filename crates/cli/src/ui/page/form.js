@@ -30,7 +30,7 @@ const required = node => [...node.required || [], ...(node.allOf || []).map(plai
 const isTable = node => Object.keys(properties(node)).length > 0 && !choices(node);
 const itemsOf = node => node.items ? plain(node.items) : alternatives(node).map(itemsOf).find(one => one) || null;
 // Without words that only the program's source explains.
-const about = node => (node.description || "").replace(/ ?Paper: [^.]*\./g, "").replace(/\(slipstick[^)]*\)/g, "").replaceAll("`None`", "without it").trim();
+const about = node => (node.description || "").replace(/ ?Paper: [^.]*\./g, "").trim();
 
 // Reads the places of all values anew, and shows the table that was chosen, or the one at the cursor.
 async function form() {
