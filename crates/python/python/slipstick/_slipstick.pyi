@@ -12,7 +12,7 @@ _Floats = NDArray[np.float64]
 _Numbers = NDArray[np.int64]
 _Progress = Callable[[int, int, list[int]], None] | None
 _Steps = list[int] | None
-_Definition = tuple[Any, str, tuple[int, int], tuple[bool, ...], bool]
+_Definition = tuple[Any, str, tuple[int, int], list[str], bool]
 _Own = (
     tuple[
         list[_Definition],
