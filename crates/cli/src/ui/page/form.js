@@ -32,7 +32,7 @@ const itemsOf = node => node.items ? plain(node.items) : alternatives(node).map(
 // Without words that only the program's source explains.
 const about = node => (node.description || "").replace(/ ?Paper: [^.]*\./g, "").trim();
 
-// Reads the places of all values anew, and shows the table that was chosen, or the one at the cursor.
+// Reads the places of all values again, and shows the table that was chosen, or the one at the cursor.
 async function form() {
   if (!formShown()) return;
   const turn = ++formTurn;
@@ -54,7 +54,7 @@ async function form() {
   element("form-add").disabled = now.kind === "inp" || !now.case;
   const root = plain(schema.properties[formPath.replace(/\[.*/, "")]), node = formPath.includes("[") ? itemsOf(root) || {} : root;
   const active = document.activeElement && document.activeElement.closest("#fields") ? document.activeElement : null, focused = active ? active.id : "";
-  // what is being typed is kept; the fields are made anew when its field is left
+  // what is being typed is kept; the fields are rebuilt when its field is left
   kept = Boolean(active && active.dataset.text !== undefined && active.value !== active.dataset.text);
   if (kept) { messages(); return; }
   element("fields").replaceChildren(...formPath ? fieldsOf(formPath, node) : []);
@@ -96,7 +96,7 @@ function field(path, key, node, needed) {
     const word = value ? value.kind === "string" : node.type === "string" || words && node.type !== "boolean";
     if (!word && !entered.trim()) throw new Error(`The field ${path} is empty: enter a value, or remove the key from the text.`);
     input.dataset.text = entered;
-    kept = false; // the text that follows makes the fields anew
+    kept = false; // the text that follows rebuilds the fields
     try { await edit(path, word ? JSON.stringify(entered) : entered.trim()); } catch (error) { input.dataset.text = before; throw error; }
   }));
   input.addEventListener("blur", () => { if (kept) { kept = false; form().catch(fail); } });
