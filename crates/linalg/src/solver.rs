@@ -97,6 +97,12 @@ pub trait LinearSolver: Send {
     fn insist_on_double(&mut self) -> bool {
         false
     }
+
+    /// Drops what it has kept of the latest factors, so that it computes the next ones from the
+    /// beginning; returns whether the latest ones reused earlier ones.
+    fn forget_factors(&mut self) -> bool {
+        false
+    }
 }
 
 /// Creates solvers, and defines which ranks share their matrices.
@@ -131,6 +137,9 @@ pub trait Backend: Send + Sync + Debug {
 pub struct Cost {
     /// Cost of another factorization like this one, without the analysis. \[bytes moved\]
     pub factorization: f64,
+    /// Cost of the factors of a matrix nearby, if the solver reuses a part of these; otherwise the same.
+    /// \[bytes moved\]
+    pub renewal: f64,
     /// Cost of one solve. \[bytes moved\]
     pub substitution: f64,
     /// Number of solves that reduce a residual of the factorized matrix to a tenth; 0 for factors
@@ -213,6 +222,11 @@ pub trait Factorization: Send + Sync {
         false
     }
 
+    /// Whether these factors contain parts of earlier ones, so that they belong to a matrix nearby.
+    fn reuses_earlier(&self) -> bool {
+        false
+    }
+
     /// Solves with several right-hand sides, one after the other in `rhs`. All ranks call it
     /// together.
     ///
@@ -272,6 +286,10 @@ impl Factorization for Transposed<'_> {
 
     fn is_safe(&self) -> bool {
         self.0.is_safe()
+    }
+
+    fn reuses_earlier(&self) -> bool {
+        self.0.reuses_earlier()
     }
 
     fn solve_many(&self, rhs: &mut [f64]) {

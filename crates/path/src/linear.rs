@@ -87,6 +87,10 @@ pub struct SolveCounts {
 const MOST_ITERATIONS: usize = 200;
 const RESTART: usize = 100;
 
+/// Maximum number of iterations with factors that reuse a part of earlier ones. They take one to eight;
+/// all others cost as much as this many.
+const MOST_WITH_REUSED: usize = 20;
+
 impl LinearSystem {
     /// With solvers of the given kind, like a [`SolverChoice`](slipstick_linalg::SolverChoice).
     pub fn new(backend: impl Backend + 'static) -> Self {
@@ -359,9 +363,9 @@ impl LinearSystem {
         Ok((x, true))
     }
 
-    /// The solutions with new factors, and these factors. If those of an iterative solver do not lead
-    /// to a solution, direct solvers are used from then on; if those in single precision do not,
-    /// double precision.
+    /// The solutions with new factors, and these factors. If those that reuse a part of earlier ones do
+    /// not lead to a solution, all of them are computed. If those of an iterative solver do not, direct
+    /// solvers are used from then on; if those in single precision do not, double precision.
     fn solve_with_new_factors(
         &mut self,
         system: &Reduced<'_>,
@@ -375,11 +379,15 @@ impl LinearSystem {
         let failed = match result {
             Ok((x, reports)) => {
                 let mut made = InUse::new(factors);
-                made.count(&system.on(self.backend.ranks()), &reports, wanted);
+                made.count(&system.on(self.backend.ranks()), system.transposed, &reports, wanted);
                 return Ok((x, made));
             }
             Err(failed) => failed,
         };
+        if factors.factors.reuses_earlier() && self.current.solver.forget_factors() {
+            drop(factors);
+            return self.solve_with_new_factors(system, starts, rhs, tolerance);
+        }
         let precision = factors.factors.precision();
         let iterative = is_iterative(&*factors.factors);
         drop(factors);
@@ -409,6 +417,9 @@ impl LinearSystem {
         let matrix = system.on(self.backend.ranks());
         let options = match is_iterative(&*factors.factors) {
             true => SolveOptions { max_iterations: MOST_ITERATIONS, restart: RESTART, ..SolveOptions::new(tolerance) },
+            false if factors.factors.reuses_earlier() => {
+                SolveOptions { max_iterations: MOST_WITH_REUSED, ..SolveOptions::new(tolerance) }
+            }
             false => SolveOptions::new(tolerance),
         };
         let results = solve_many_from(&matrix, factors.factors.as_ref(), false, rhs, &mut x, &options);
@@ -476,7 +487,7 @@ impl LinearSystem {
             }
         }
         if self.budget.is_none() {
-            in_use.count(matrix, &reports, tolerance);
+            in_use.count(matrix, system.transposed, &reports, tolerance);
         }
         unsolved
     }

@@ -79,12 +79,12 @@ impl InUse {
     pub fn alternative(&self, matrix: &dyn Operator, transposed: bool, count: usize) -> Option<Alternative> {
         let cost = self.factors.factors.cost()?;
         let patience = if transposed { 1.0 } else { PATIENCE };
-        let preparation = (patience * factorization(cost, matrix) / together(cost, count)).min(MOST_BUDGET);
+        let preparation = (patience * renewal(cost, transposed, matrix) / together(cost, count)).min(MOST_BUDGET);
         Some(Alternative { preparation, per_digit: cost.solves_per_digit })
     }
 
     /// Counts a solve with these reports, and decides whether the factors are outdated.
-    pub fn count(&mut self, matrix: &dyn Operator, reports: &[SolveReport], tolerance: f64) {
+    pub fn count(&mut self, matrix: &dyn Operator, transposed: bool, reports: &[SolveReport], tolerance: f64) {
         let Some(cost) = self.factors.factors.cost() else { return };
         let weight = together(cost, reports.len());
         let Some(longest) = reports.iter().max_by_key(|report| report.solves()) else { return };
@@ -95,13 +95,15 @@ impl InUse {
         // Newton's method alternates between few digits, which cost more each, and many
         let [recent, recent_digits] = [self.last[0] + solves, self.last[1] + digits];
         self.last = [solves, digits];
-        self.outdated = recent * self.digits > (factorization(cost, matrix) + self.solves) * recent_digits;
+        self.outdated = recent * self.digits > (renewal(cost, transposed, matrix) + self.solves) * recent_digits;
     }
 }
 
-/// The cost of new factors, in iterations for one right-hand side.
-fn factorization(cost: Cost, matrix: &dyn Operator) -> f64 {
-    cost.factorization / (cost.substitution + matrix.product_cost())
+/// The cost of new factors, in iterations for one right-hand side. Those of the march follow each other
+/// closely, so that the solver may reuse a part of them.
+fn renewal(cost: Cost, transposed: bool, matrix: &dyn Operator) -> f64 {
+    let new = if transposed { cost.factorization } else { cost.renewal };
+    new / (cost.substitution + matrix.product_cost())
 }
 
 /// The cost of an iteration for `count` right-hand sides together, relative to that for one.
@@ -139,6 +141,10 @@ mod tests {
         }
     }
 
+    fn cost() -> Cost {
+        Cost { factorization: 2000.0, renewal: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 }
+    }
+
     fn in_use(cost: Option<Cost>) -> InUse {
         let (fixed, active_set) = (vec![false], Vec::new());
         let factors = Arc::new(Costly(cost));
@@ -159,15 +165,20 @@ mod tests {
     fn earlier_factors_are_given_what_new_ones_cost() {
         let matrix = matrix();
         let of = |factorization, substitution| {
-            let cost = Cost { factorization, substitution, solves_per_digit: 0.0, further: 0.4 };
+            let cost =
+                Cost { factorization, renewal: factorization, substitution, solves_per_digit: 0.0, further: 0.4 };
             in_use(Some(cost)).alternative(&matrix, false, 1).unwrap().cost(10.0)
         };
         assert_eq!((of(2000.0, 88.0), of(2000.0, 38.0), of(2e6, 88.0), of(0.0, 88.0)), (10.0, 20.0, 60.0, 0.0));
         assert_eq!(in_use(None).alternative(&matrix, true, 1), None);
-        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 };
+        let cost = cost();
         assert_eq!(in_use(Some(cost)).alternative(&matrix, true, 1).unwrap().cost(10.0), 20.0);
         let of_six = in_use(Some(cost)).alternative(&matrix, true, 6).unwrap().cost(10.0);
         assert!((of_six - 20.0 / 3.0).abs() < 1e-14, "{of_six}");
+        // the march reuses a part of the factors, which leaves 1/4 of the cost
+        let reused = in_use(Some(Cost { renewal: 500.0, ..cost }));
+        let of = |transposed| reused.alternative(&matrix, transposed, 1).unwrap().cost(10.0);
+        assert_eq!((of(false), of(true)), (2.5, 20.0));
         let iterative = Cost { solves_per_digit: 3.0, ..cost };
         assert_eq!(in_use(Some(iterative)).alternative(&matrix, false, 1).unwrap().cost(4.0), 12.0 + 10.0);
     }
@@ -179,7 +190,7 @@ mod tests {
     /// (20 + 1.4 · 60) for 1.4 · 20.
     #[test]
     fn factors_serve_until_digits_cost_more_than_on_average() {
-        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 };
+        let cost = cost();
         let uses = |reports: usize| {
             let mut in_use = in_use(Some(cost));
             let mut solves = 6;
@@ -188,7 +199,7 @@ mod tests {
                 let [relative_residual, initial_residual] = [1e-10, 1e-6];
                 let report =
                     SolveReport { relative_residual, backward_error: 0.0, initial_residual, iterations: solves };
-                in_use.count(&matrix(), &vec![report; reports], 1e-10);
+                in_use.count(&matrix(), false, &vec![report; reports], 1e-10);
             }
             (solves - 6) / 2
         };

@@ -21,6 +21,7 @@ use super::scalar::Scalar;
 use super::symbolic::Entry;
 use super::trapezoid::Trapezoid;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Largest accepted entry of L21; the scaled matrix has entries of about one.
 const LARGEST: f64 = 10.0;
@@ -54,13 +55,14 @@ impl<T: Scalar> Assembly<'_, T> {
             pivot_columns: self.columns.clone(),
             delayed_rows: Vec::new(),
             delayed_columns: Vec::new(),
-            lower: Trapezoid::of_lower(&lu, &lower, p),
+            lower: Arc::new(Trapezoid::of_lower(&lu, &lower, p)),
             upper: None,
             growth,
             smallest_pivot: smallest((0..p).map(|i| pivot(&lu, i).powi(2)), &self.columns),
         };
         let (delayed_rows, delayed_columns) = (Vec::new(), Vec::new());
-        let contribution = Contribution { delayed_rows, delayed_columns, values: f22, content: Content::LowerTriangle };
+        let contribution =
+            Contribution { delayed_rows, delayed_columns, values: Arc::new(f22), content: Content::LowerTriangle };
         Ok((front, contribution))
     }
 
@@ -90,7 +92,7 @@ impl<T: Scalar> Assembly<'_, T> {
         self.add_below(columns.map(|(j, beyond)| (j, [].as_mut_slice(), beyond)).collect(), |child, j| {
             child.beyond_sources[j]
         });
-        self.children.drain(..).for_each(|child| buffers.put(child.contribution.values));
+        self.release(buffers);
         f22
     }
 

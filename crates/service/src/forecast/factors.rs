@@ -204,7 +204,9 @@ fn sized(case: &Case, problem: &Problem, tangent: &Tangent) -> Factorization {
         _ => (double, forecast.direct_operations, false),
     };
     let on_ranks = zone.map_or(Factors::direct(double), |(bytes, _)| Factors { bytes, contact_zone: true });
-    of((bytes, operations), iterative, on_ranks)
+    let factors = of((bytes, operations), iterative, on_ranks);
+    let reuses = !iterative && matches!(case.solver.linear, LinearSolverChoice::Auto | LinearSolverChoice::Direct);
+    Factorization { bytes: bytes + if reuses { forecast.direct_kept } else { 0.0 }, ..factors }
 }
 
 /// Memory of the contact-zone preconditioner and operations of its factorization, if the case uses it.
