@@ -203,6 +203,7 @@ fn interpolation(design: Option<&file::Design>) -> Interpolation {
         simp: design.simp,
         energy: design.energy_interpolation,
         strength: design.yield_p,
+        bulk: design.bulk_p,
         mass: design.mass_p,
     }
 }

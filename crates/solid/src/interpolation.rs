@@ -18,14 +18,17 @@ pub struct ElementScaling {
     pub gamma: f64,
     /// Strength (yield stress) relative to the solid, divided by `factor`: for laws with memory.
     pub strength: f64,
+    /// Share r of the solid's law, 1 in solid elements; the rest follows the law with the void's Poisson's ratio,
+    /// where a section has one ([`Section::void_poisson_ratio`](crate::Section::void_poisson_ratio)).
+    pub bulk: f64,
 }
 
 impl ElementScaling {
     /// The unscaled solid.
-    pub const SOLID: Self = Self { factor: 1.0, gamma: 1.0, strength: 1.0 };
+    pub const SOLID: Self = Self { factor: 1.0, gamma: 1.0, strength: 1.0, bulk: 1.0 };
 
     /// The derivatives of an element that is not designed.
-    pub const NONE: Self = Self { factor: 0.0, gamma: 0.0, strength: 0.0 };
+    pub const NONE: Self = Self { factor: 0.0, gamma: 0.0, strength: 0.0, bulk: 0.0 };
 
     /// A solid with scaled stiffness, without interpolation of the energy.
     pub const fn stiffness(factor: f64) -> Self {
@@ -89,39 +92,40 @@ pub struct Interpolation {
     /// Power with which the yield stress falls with the density; `None`: that of the stiffness. With a power
     /// of its own, the minimum of `simp` must be positive.
     pub strength: Option<f64>,
+    /// Power q ≥ 1 of r = φ^q, with which the bulk modulus rises from that of the void's Poisson's ratio to that of
+    /// the solid, relative to the shear modulus.
+    pub bulk: f64,
     /// Power with which the mass falls with the density, ≥ 1.
     pub mass: f64,
 }
 
 impl Interpolation {
+    /// The default power of the bulk modulus.
+    pub const BULK: f64 = 3.0;
+
     /// Mass of an element relative to the solid, and its derivative: φ^q without a minimum, so that a void
     /// has no weight. With q = 1, this is the mass of the material.
     pub fn mass(&self, density: f64) -> [f64; 2] {
-        // 0⁰ counts as 1
-        let slope = if self.mass == 1.0 { 1.0 } else { self.mass * density.powf(self.mass - 1.0) };
-        [density.powf(self.mass), slope]
+        [density.powf(self.mass), power_slope(density, self.mass)]
     }
 
     /// Scaling of an element with a density in [0, 1].
     pub fn scaling(&self, density: f64) -> ElementScaling {
         let gamma = self.energy.map_or(1.0, |energy| energy.gamma(density.powf(self.simp.penalization)));
         let factor = self.simp.factor(density);
-        ElementScaling { factor, gamma, strength: self.of_strength().map_or(1.0, |own| own.factor(density) / factor) }
+        let strength = self.of_strength().map_or(1.0, |own| own.factor(density) / factor);
+        ElementScaling { factor, gamma, strength, bulk: density.powf(self.bulk) }
     }
 
     /// Its derivative with respect to the density.
     pub fn derivative(&self, density: f64) -> ElementScaling {
         let Simp { penalization: p, .. } = self.simp;
-        let gamma = self.energy.map_or(0.0, |energy| {
-            // 0⁰ counts as 1
-            let by_density = if p == 1.0 { 1.0 } else { p * density.powf(p - 1.0) };
-            energy.derivative(density.powf(p)) * by_density
-        });
+        let gamma = self.energy.map_or(0.0, |energy| energy.derivative(density.powf(p)) * power_slope(density, p));
         let (factor, slope) = (self.simp.factor(density), self.simp.derivative(density));
         let strength = self
             .of_strength()
             .map_or(0.0, |own| (own.derivative(density) - own.factor(density) / factor * slope) / factor);
-        ElementScaling { factor: slope, gamma, strength }
+        ElementScaling { factor: slope, gamma, strength, bulk: power_slope(density, self.bulk) }
     }
 
     /// The scaling of the yield stress, if it has a power of its own.
@@ -130,9 +134,14 @@ impl Interpolation {
     }
 }
 
+/// d φ^q/dφ; 0⁰ counts as 1.
+fn power_slope(density: f64, power: f64) -> f64 {
+    if power == 1.0 { 1.0 } else { power * density.powf(power - 1.0) }
+}
+
 impl From<Simp> for Interpolation {
     fn from(simp: Simp) -> Self {
-        Self { simp, energy: None, strength: None, mass: 1.0 }
+        Self { simp, energy: None, strength: None, bulk: Self::BULK, mass: 1.0 }
     }
 }
 
@@ -141,7 +150,7 @@ mod tests {
     use super::*;
 
     fn interpolation(penalization: f64, energy: EnergyInterpolation) -> Interpolation {
-        Interpolation { simp: Simp { penalization, minimum: 1e-3 }, energy: Some(energy), strength: None, mass: 1.0 }
+        Interpolation { energy: Some(energy), ..Simp { penalization, minimum: 1e-3 }.into() }
     }
 
     #[test]
@@ -157,6 +166,9 @@ mod tests {
                     let found = law.derivative(density);
                     assert!((fd - found.gamma).abs() < 1e-8 * (1.0 + found.gamma.abs()), "{fd} {}", found.gamma);
                     assert_eq!(found.factor, law.simp.derivative(density));
+                    let at = |s: f64| law.scaling(density + s * h).bulk;
+                    let fd = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
+                    assert!((fd - found.bulk).abs() < 1e-8, "{fd} {}", found.bulk);
                 }
             }
         }
@@ -167,7 +179,7 @@ mod tests {
     #[test]
     fn limits_of_the_energy_interpolation() {
         let law = interpolation(3.0, EnergyInterpolation::PUBLISHED);
-        assert_eq!(law.scaling(0.0), ElementScaling { factor: 1e-3, gamma: 0.0, strength: 1.0 });
+        assert_eq!(law.scaling(0.0), ElementScaling { factor: 1e-3, gamma: 0.0, strength: 1.0, bulk: 0.0 });
         assert_eq!(law.scaling(1.0), ElementScaling::SOLID);
         assert_eq!((law.scaling(0.4).gamma, law.derivative(0.4).gamma), (1.0, 0.0));
         assert!((law.scaling(0.01_f64.cbrt()).gamma - 0.5).abs() < 1e-4);

@@ -27,6 +27,7 @@ mod reference;
 mod registers;
 pub mod section;
 pub mod simp;
+mod softened;
 pub mod spring;
 pub mod stress;
 mod tet4;

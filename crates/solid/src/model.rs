@@ -7,6 +7,7 @@ use crate::inelastic::{self, Energies};
 use crate::interpolation::ElementScaling;
 use crate::law::Material;
 use crate::section::{Section, Sections};
+use crate::softened::{Term, Terms};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::Mesh;
 use std::sync::Arc;
@@ -233,8 +234,22 @@ impl SolidModel {
     ) -> Result<(), InvertedElements> {
         self.counter.count(Evaluation::Force);
         out.fill(0.0);
-        let (state, nodes) = (self.state(d, step.into()), out.as_chunks_mut::<3>().0);
-        refuse(self.blocks.iter().flat_map(|block| block.add_forces(state, None, nodes)).collect())
+        self.add_forces(self.state(d, step.into()), None, out)
+    }
+
+    /// Adds internal forces or, with a direction, products of the tangent with it.
+    fn add_forces(&self, state: State<'_>, direction: Option<&[f64]>, out: &mut [f64]) -> Result<(), InvertedElements> {
+        let nodes = out.as_chunks_mut::<3>().0;
+        let mut inverted = Vec::new();
+        for (_, state) in self.terms(state).each() {
+            inverted.extend(self.blocks.iter().flat_map(|block| block.add_forces(state, direction, nodes)));
+        }
+        refuse(inverted)
+    }
+
+    /// The terms of the energy at a state.
+    pub(crate) fn terms<'a>(&'a self, state: State<'a>) -> Terms<'a> {
+        Terms::new(state, &self.section_of)
     }
 
     pub(crate) fn state<'a>(&'a self, d: &'a [f64], step: SolidStep<'a>) -> State<'a> {
@@ -252,7 +267,24 @@ impl SolidModel {
         into: &mut PullBack<'_>,
     ) -> Result<(), InvertedElements> {
         self.counter.count(Evaluation::PullBack);
-        refuse(self.blocks.iter().flat_map(|block| block.pull_back(state, weights, into)).collect())
+        let terms = self.terms(state);
+        let mut inverted = Vec::new();
+        for (term, state) in terms.each() {
+            // laws with memory have one term
+            let history = weights.history.filter(|_| term != Term::Soft);
+            let slopes = match &into.density {
+                Some((slopes, _)) if term != Term::Whole => Some(terms.slopes(term, slopes)),
+                _ => None,
+            };
+            let mut part = PullBack {
+                displacements: into.displacements.as_deref_mut(),
+                history: into.history.as_deref_mut(),
+                density: into.density.as_mut().map(|(whole, out)| (slopes.as_deref().unwrap_or(whole), &mut **out)),
+            };
+            let weights = Weights { history, ..weights };
+            inverted.extend(self.blocks.iter().flat_map(|block| block.pull_back(state, weights, &mut part)));
+        }
+        refuse(inverted)
     }
 
     /// Finds the position of every element block in the pattern.
@@ -282,9 +314,13 @@ impl SolidModel {
         assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the scatter was made for a different pattern");
         assert_eq!(scatter.positions.len(), self.blocks.len(), "the scatter belongs to a different model");
         self.counter.count(Evaluation::Tangent);
-        let (state, values) = (self.state(d, step.into()), matrix.values_mut());
-        let blocks = self.blocks.iter().zip(&scatter.positions);
-        refuse(blocks.flat_map(|(block, positions)| block.add_tangents(state, positions, values)).collect())
+        let values = matrix.values_mut();
+        let mut inverted = Vec::new();
+        for (_, state) in self.terms(self.state(d, step.into())).each() {
+            let blocks = self.blocks.iter().zip(&scatter.positions);
+            inverted.extend(blocks.flat_map(|(block, positions)| block.add_tangents(state, positions, values)));
+        }
+        refuse(inverted)
     }
 
     /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective of internal
@@ -301,8 +337,7 @@ impl SolidModel {
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
         self.counter.count(Evaluation::Product);
-        let (state, nodes) = (self.state(d, step.into()), out.as_chunks_mut::<3>().0);
-        refuse(self.blocks.iter().flat_map(|block| block.add_forces(state, Some(v), nodes)).collect())
+        self.add_forces(self.state(d, step.into()), Some(v), out)
     }
 
     /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the
@@ -358,8 +393,15 @@ impl SolidModel {
     ) -> Result<Vec<Energies>, InvertedElements> {
         self.counter.count(Evaluation::Energy);
         let mut energies = vec![Energies::default(); self.elements()];
-        let state = self.state(d, step.into());
-        self.blocks.iter().for_each(|block| block.write_energies(state, &mut energies));
+        for (term, state) in self.terms(self.state(d, step.into())).each() {
+            if term == Term::Soft {
+                let mut soft = vec![Energies::default(); self.elements()];
+                self.blocks.iter().for_each(|block| block.write_energies(state, &mut soft));
+                energies.iter_mut().zip(soft).for_each(|(of, soft)| of.elastic += soft.elastic);
+            } else {
+                self.blocks.iter().for_each(|block| block.write_energies(state, &mut energies));
+            }
+        }
         let inverted = |(_, of): &(u32, &Energies)| !of.elastic.is_finite();
         refuse((0_u32..).zip(&energies).filter(inverted).map(|(e, _)| e).collect())?;
         Ok(energies)
@@ -377,5 +419,6 @@ impl SolidModel {
 
 pub(crate) fn refuse(mut elements: Vec<u32>) -> Result<(), InvertedElements> {
     elements.sort_unstable();
+    elements.dedup();
     if elements.is_empty() { Ok(()) } else { Err(InvertedElements { elements }) }
 }

@@ -37,6 +37,7 @@ use crate::memory::SolidAdjoint;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::quadratic::hex27_values;
 use crate::section::Formulation;
+use crate::softened::Term;
 use std::array::from_fn;
 
 /// A number at u + ελ: its value at u and its derivative along λ.
@@ -61,8 +62,11 @@ impl SolidModel {
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
         self.counter.count(Evaluation::PullBack);
-        let (state, mut rejected) = (self.state(d, step), Vec::new());
-        for block in &self.blocks {
+        let (terms, mut rejected) = (self.terms(self.state(d, step)), Vec::new());
+        for (block, (term, state)) in self.blocks.iter().flat_map(|block| terms.each().map(move |of| (block, of))) {
+            // laws with memory have one term
+            let history = if term == Term::Soft { &[] } else { adjoint.history };
+            let adjoint = SolidAdjoint { history, ..adjoint };
             let places: Vec<usize> = (0..block.places()).collect();
             let of = |&place: &usize| {
                 let element = block.points(place)?;
@@ -128,7 +132,7 @@ fn pull_back(
     let strains: Vec<Tensor> = gradients.iter().map(strained).collect();
     let scaling = state.scaling(number, section, Power::Energy);
     let small = material.small_strains();
-    let ElementScaling { factor, gamma, strength } = scaling.effective(small);
+    let ElementScaling { factor, gamma, strength, .. } = scaling.effective(small);
     let linear = 1.0 - gamma * gamma;
     let modes = (state.sections[section].formulation == Formulation::FBar).then(|| Modes::new(element, coordinates));
     for (energy, share) in [(Energy::Finite { gamma }, f64::from(gamma != 0.0)), (Energy::Linear, linear)] {

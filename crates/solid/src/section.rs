@@ -31,12 +31,16 @@ pub struct Section {
     pub mass_density: f64,
     /// Coefficient of thermal expansion α: a change ΔT of the temperature stretches by 1 + α ΔT.
     pub thermal_expansion: f64,
+    /// Poisson's ratio of elements of density 0, for a bulk modulus that falls faster with the density than the shear
+    /// modulus; `None`: both fall alike. It has no effect on laws without a bulk modulus and on those with memory
+    /// ([`Material::with_poisson_ratio`]).
+    pub void_poisson_ratio: Option<f64>,
 }
 
 impl Section {
-    /// Elements without mass and thermal expansion.
+    /// Elements without mass, thermal expansion and Poisson's ratio of the void.
     pub fn new(material: Material, formulation: Formulation) -> Self {
-        Self { material, formulation, mass_density: 0.0, thermal_expansion: 0.0 }
+        Self { material, formulation, mass_density: 0.0, thermal_expansion: 0.0, void_poisson_ratio: None }
     }
 }
 

@@ -4,16 +4,20 @@
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_solid::{
-    ElementScaling, EnergyInterpolation, Formulation, Interpolation, LawKind, LinearElastic, NeoHooke, Section, Simp,
-    SolidModel,
+    ElementScaling, EnergyInterpolation, Formulation, Interpolation, LawKind, LinearElastic, Material, NeoHooke,
+    Section, Simp, SolidModel,
 };
 use std::sync::Arc;
 
-/// All laws, and F̄ elements of the first.
+/// All laws, F̄ elements of the first, and laws whose bulk modulus falls faster than their shear modulus.
 fn sections() -> Vec<Section> {
     let laws = LawKind::ALL.iter().map(|law| law.like(100.0, 0.25).unwrap());
     let mut out: Vec<Section> = laws.map(Section::from).collect();
     out.push(Section { formulation: Formulation::FBar, ..out[0] });
+    out.push(Section { void_poisson_ratio: Some(0.05), ..out[0] });
+    let rubber = LawKind::MooneyRivlin.like(100.0, 0.25).unwrap();
+    let bar = Section::new(rubber, Formulation::FBar);
+    out.push(Section { void_poisson_ratio: Some(-0.1), ..bar });
     out
 }
 
@@ -44,7 +48,16 @@ fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<Eleme
 fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
     let simp = Simp { penalization: 3.0, minimum: 1e-3 };
     let densities = (0..elements).map(|e| [0.05, 0.19, 0.22, 0.25, 0.6, 1.0][e % 6]).collect();
-    (Interpolation { simp, energy: Some(EnergyInterpolation::PUBLISHED), strength: None, mass: 1.0 }, densities)
+    (
+        Interpolation {
+            simp,
+            energy: Some(EnergyInterpolation::PUBLISHED),
+            strength: None,
+            bulk: Interpolation::BULK,
+            mass: 1.0,
+        },
+        densities,
+    )
 }
 
 #[test]
@@ -169,6 +182,48 @@ fn uniaxial_stress_of_linear_elasticity() {
             let energy = model.energy(&d, &scalings).unwrap();
             assert!((energy / (3.0 * 0.5 * e * strain * strain) - 1.0).abs() < 1e-13, "{energy}");
         }
+    }
+}
+
+/// By hand: with linear elasticity, the energies per volume under a uniform strain ε and a shear γ are 9/2 K ε² and
+/// μ γ²/2. The shear modulus follows the stiffness, s μ; the bulk modulus is s (r K + (1 − r) K₀).
+#[test]
+fn bulk_modulus_of_light_elements() {
+    let (nu, of_void, strain) = (0.49, 0.3, 0.01);
+    let mu = 100.0 / (2.0 * (1.0 + nu));
+    let [bulk, least] = [nu, of_void].map(|nu| 2.0 * mu * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)));
+    let section = Section::from(LinearElastic::new(100.0, nu).unwrap());
+    let section = Section { void_poisson_ratio: Some(of_void), ..section };
+    for mesh in meshes() {
+        for density in [0.0, 0.3, 0.8, 1.0] {
+            let model = SolidModel::new(&mesh, vec![section]).unwrap();
+            let interpolation = Interpolation { bulk: 2.0, ..Simp::default().into() };
+            let scalings = vec![interpolation.scaling(density); model.elements()];
+            let (s, r): (f64, f64) = (1e-3 + (1.0 - 1e-3) * density.powi(3), density.powi(2));
+            let grown: Vec<f64> = mesh.nodes.iter().flatten().map(|x| strain * x).collect();
+            let sheared: Vec<f64> = mesh.nodes.iter().flat_map(|x| [strain * x[1], 0.0, 0.0]).collect();
+            let expected = [s * (r * bulk + (1.0 - r) * least) * 4.5, s * mu * 0.5];
+            for (d, expected) in [grown, sheared].iter().zip(expected) {
+                let energy = model.energy(d, &scalings).unwrap() / (3.0 * strain * strain);
+                assert!((energy / expected - 1.0).abs() < 1e-12, "{density}: {energy} {expected}");
+            }
+        }
+    }
+}
+
+/// All isotropic elastic laws have a shear and a bulk modulus; the others refuse another Poisson's ratio.
+#[test]
+fn laws_with_another_poisson_ratio() {
+    for law in LawKind::ALL {
+        let material = law.like(100.0, 0.4).unwrap();
+        let changed = material.with_poisson_ratio(0.3);
+        assert_eq!(changed.is_none(), law.has_memory() || *law == LawKind::Orthotropic, "{law:?}");
+        let Some(changed) = changed else { continue };
+        let shear = |of: &Material| of.youngs_modulus() / (2.0 * (1.0 + of.poisson_ratio()));
+        assert!((changed.poisson_ratio() - 0.3).abs() < 1e-14, "{law:?}");
+        assert!((shear(&changed) / shear(&material) - 1.0).abs() < 1e-14, "{law:?}");
+        assert_eq!(changed.kind(), material.kind());
+        assert!([0.5, -1.0, f64::NAN].iter().all(|&nu| material.with_poisson_ratio(nu).is_none()));
     }
 }
 

@@ -62,6 +62,7 @@ fn loaded(each: impl Fn(&Loaded)) {
                 factor: if e == 0 { 0.0 } else { 0.5 + 0.1 * e as f64 },
                 gamma: if interpolated { [0.9, 0.0, 1.0, 0.7][e % 4] } else { 1.0 },
                 strength: 0.9,
+                ..ElementScaling::SOLID
             };
             let scalings: Vec<ElementScaling> = (0..mesh.elements.len()).map(of).collect();
             let mut history = vec![0.0; model.history()];
@@ -201,7 +202,12 @@ fn pull_backs_match_differences() {
         assert!((dot(&out, &v) - difference).abs() < 1e-6 * difference.abs(), "{} {difference}", dot(&out, &v));
         // densities
         let slopes: Vec<ElementScaling> = (0..case.scalings.len())
-            .map(|e| ElementScaling { factor: 1.0 + 0.1 * e as f64, gamma: case.slope(e), strength: -0.4 })
+            .map(|e| ElementScaling {
+                factor: 1.0 + 0.1 * e as f64,
+                gamma: case.slope(e),
+                strength: -0.4,
+                ..ElementScaling::NONE
+            })
             .collect();
         let mut out = vec![0.0; slopes.len()];
         case.model.pull_back_density(&case.d, case.step(), &slopes, &lambda, &mut out).unwrap();
@@ -245,7 +251,12 @@ fn results_at_a_state_match_differences() {
         }
         let (elastic, plastic) = (weights(n, 0.1), weights(n, 0.2));
         let slopes: Vec<ElementScaling> = (0..n)
-            .map(|e| ElementScaling { factor: 1.0 + 0.1 * e as f64, gamma: case.slope(e), strength: -0.4 })
+            .map(|e| ElementScaling {
+                factor: 1.0 + 0.1 * e as f64,
+                gamma: case.slope(e),
+                strength: -0.4,
+                ..ElementScaling::NONE
+            })
             .collect();
         let stress = |d: &[f64], step: SolidStep<'_>| {
             let stresses = case.model.cauchy_stresses(d, step).unwrap();

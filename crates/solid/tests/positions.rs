@@ -48,11 +48,16 @@ fn forces_and_histories_by_positions() {
         let (n, count) = (3 * mesh.nodes.len(), mesh.elements.len());
         let simp = Simp { penalization: 3.0, minimum: 1e-3 };
         let energy = Some(EnergyInterpolation::PUBLISHED);
-        let interpolation = Interpolation { simp, energy, strength: None, mass: 1.0 };
+        let interpolation = Interpolation { simp, energy, strength: None, bulk: Interpolation::BULK, mass: 1.0 };
         let densities = (0..count).map(|e| [0.6, 0.19, 0.22, 0.25, 0.05, 1.0][e % 6]);
         let elastic: Vec<ElementScaling> = densities.map(|x| interpolation.scaling(x)).collect();
         let gamma = |e: usize| [1.0, 0.85, 0.0, 0.6][e % 4];
-        let of = |e: usize| ElementScaling { factor: 0.5 + 0.1 * e as f64, gamma: gamma(e), strength: 0.9 };
+        let of = |e: usize| ElementScaling {
+            factor: 0.5 + 0.1 * e as f64,
+            gamma: gamma(e),
+            strength: 0.9,
+            ..ElementScaling::SOLID
+        };
         let inelastic: Vec<ElementScaling> = (0..count).map(of).collect();
         let heated: Vec<f64> = (0..count).map(|e| 1.0 + 0.05 * (e as f64 + 0.5).sin()).collect();
         let [before, d] = [wave(n, 0.02, 0.83), wave(n, 0.03, 1.31)];

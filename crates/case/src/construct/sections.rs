@@ -15,6 +15,11 @@ pub fn sections(case: &Case, mesh: &Mesh) -> Result<Sections, BuildError> {
     let section = |material, of: [Option<f64>; 2], body: &file::Body| Section {
         mass_density: of[0].or(body.mass_density).unwrap_or(0.0),
         thermal_expansion: of[1].or(body.thermal_expansion).unwrap_or(0.0),
+        void_poisson_ratio: case
+            .design
+            .as_ref()
+            .filter(|of| of.bodies.contains(&body.name))
+            .and_then(|of| of.void_poisson_ratio),
         ..Section::new(material, body.element)
     };
     let own = |body: &file::Body| section(body.material, [None; 2], body);

@@ -14,10 +14,13 @@ pub fn has_fields(seed: u64) -> bool {
     (FIRST_OF_JOINTS..FIRST_OF_CURVED).contains(&seed) && seed % 1000 >= FIRST_OF_FIELDS
 }
 
-/// The same case with bodies that have mass and expand; one of both in some cases.
+/// The same case with bodies that have mass and expand; one of both in some cases. Light elements of some designs
+/// can be compressed.
 pub fn with_fields(seed: u64, text: &str) -> String {
     let mut random = Random::new(!seed ^ 0x3a55);
     let r = &mut random;
+    let isotropic = !text.contains("j2_") && !text.contains("orthotropic");
+    let void = isotropic && chance(&mut Random::new(!seed ^ 0x701d), 0.3);
     let (heavy, warm) = one_of(r, &[(true, true), (true, false), (false, true)]);
     let mut out = String::new();
     for line in text.lines() {
@@ -33,6 +36,9 @@ pub fn with_fields(seed: u64, text: &str) -> String {
             if warm && !rigid {
                 let _ = writeln!(out, "thermal_expansion = {expansion:?}");
             }
+        }
+        if line == "[design]" && void {
+            let _ = writeln!(out, "void_poisson_ratio = -0.2\nbulk_p = 2.0");
         }
         if line == "[design]" && heavy && chance(r, 0.5) {
             let _ = writeln!(out, "mass_p = {:?}", r.within(1.0, 3.0));

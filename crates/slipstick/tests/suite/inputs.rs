@@ -103,6 +103,13 @@ fn kinds() -> Vec<Kind> {
         let text = text.replace("\nmaterial = { neo_hooke", mass);
         kinds.push(Kind { name: format!("{name}, rotating"), text, varied: false });
     }
+    for (name, enforcement) in [&methods[0], &methods[1]] {
+        let (_, base) = scene("", enforcement, "standard");
+        let design =
+            "void_poisson_ratio = -0.1\nbulk_p = 1.5\nenergy_interpolation = { threshold = 0.2, sharpness = 3 }";
+        let text = Scene { design: design.into(), ..base }.text();
+        kinds.push(Kind { name: format!("{name}, compressible void"), text, varied: true });
+    }
     let (_, base) = scene("", LAGRANGE, "standard");
     let text = base.text();
     let (before, after) = text.rsplit_once("material = { neo_hooke").expect("the block's material");

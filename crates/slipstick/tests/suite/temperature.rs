@@ -201,6 +201,10 @@ set = 'block_xmin'
 change = 30
 ";
 
+/// Light elements whose bulk modulus falls faster than their shear modulus.
+const VOID: &str =
+    "void_poisson_ratio = -0.1\nbulk_p = 1.5\nenergy_interpolation = { threshold = 0.1, sharpness = 10 }";
+
 #[test]
 fn gradients_of_heated_bodies() {
     let plastic =
@@ -211,6 +215,8 @@ fn gradients_of_heated_bodies() {
         ("energy", LAGRANGE.to_owned(), "energy_interpolation = { threshold = 0.1, sharpness = 10 }", "energy"),
         ("stress", LAGRANGE.to_owned(), "energy_interpolation = { threshold = 0.1, sharpness = 10 }", "stress"),
         ("work", LAGRANGE.to_owned(), "", "work"),
+        ("void", LAGRANGE.to_owned(), VOID, "energy"),
+        ("void, stress", penalty(2e4), VOID, "stress"),
         ("plastic", LAGRANGE.to_owned(), "yield_p = 2.5", "energy"),
     ] {
         let kind = match objective {

@@ -122,7 +122,7 @@ fn kernels_agree_with_the_reference_element() {
             model.add_tangent_product(d, &[scaling], direction, &mut found).unwrap();
             assert_near(&found, &expected_product, &what);
             let by_factor = ElementScaling { factor: 1.5, ..ElementScaling::NONE };
-            let by_both = ElementScaling { factor: 0.7, gamma: 2.3, strength: 0.0 };
+            let by_both = ElementScaling { factor: 0.7, gamma: 2.3, ..ElementScaling::NONE };
             for slope in [by_factor, by_both] {
                 let zero = vec![[0.0; 3]; x.len()];
                 let [energy, _, expected] = work(&section, &x, [&u, &zero, &v], scaling, slope);

@@ -271,7 +271,7 @@ mod tests {
             let of = |e: usize| ElementScaling {
                 factor: 0.7,
                 gamma: gamma(e, if e == moved { h } else { 0.0 }),
-                strength: 1.0,
+                ..ElementScaling::SOLID
             };
             (0..n).map(of).collect()
         };

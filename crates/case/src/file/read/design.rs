@@ -11,6 +11,7 @@ use super::super::resolved::{
 use super::schedule::schedule;
 use super::shaping;
 use slipstick_design::{Method, Schedule};
+use slipstick_solid::Interpolation;
 
 pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {
     let table = root.table("design")?;
@@ -42,6 +43,14 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         initial,
         volume_fraction,
         simp: simp(&table),
+        void_poisson_ratio: table
+            .number("void_poisson_ratio")
+            .check(CaseCode::Simp, |&nu| -1.0 < nu && nu < 0.5, "must lie between -1 and 0.5", "0.3 is usual")
+            .optional(),
+        bulk_p: table
+            .number("bulk_p")
+            .check(CaseCode::Simp, |&p| p >= 1.0, "must be at least 1", "3 is usual")
+            .or(Interpolation::BULK),
         yield_p: table
             .number("yield_p")
             .check(
@@ -78,6 +87,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     }
     check_passive(table.reader, &design, names, bodies);
     check_yield_power(&table, &design, bodies);
+    check_void_poisson_ratio(&table, &design, bodies);
     table.finish();
     Some(design)
 }
@@ -151,6 +161,37 @@ fn check_yield_power(table: &Table<'_>, design: &Design, bodies: &[Body]) {
     if !bodies.iter().any(has_memory) && design.yield_p.is_some() {
         let message = "no design body has a law with a yield stress";
         table.reader.error(&table.path_of("yield_p"), CaseCode::Unsupported, message, "omit it");
+    }
+}
+
+/// The void's Poisson's ratio needs laws with a bulk modulus, all of them stiffer against a change of volume.
+fn check_void_poisson_ratio(table: &Table<'_>, design: &Design, bodies: &[Body]) {
+    let (reader, path) = (table.reader, table.path_of("void_poisson_ratio"));
+    let Some(ratio) = design.void_poisson_ratio else {
+        if table.has("bulk_p") {
+            let message = "`bulk_p` has no effect without `void_poisson_ratio`";
+            reader.error(&table.path_of("bulk_p"), CaseCode::Simp, message, "add void_poisson_ratio = 0.3, or omit it");
+        }
+        return;
+    };
+    for body in bodies.iter().filter(|body| design.bodies.contains(&body.name)) {
+        for material in body.materials() {
+            if material.with_poisson_ratio(ratio).is_none() {
+                let law = material.kind().word();
+                let message = format!("the law `{law}` of `{}` has no bulk modulus of its own", body.name);
+                let help = "omit void_poisson_ratio, or choose an elastic, isotropic law such as neo_hooke";
+                reader.error(&path, CaseCode::Unsupported, message, help);
+            } else if ratio >= material.poisson_ratio() {
+                let own = material.poisson_ratio();
+                let message = format!("must be smaller than Poisson's ratio of `{}`, {own}", body.name);
+                reader.error(
+                    &path,
+                    CaseCode::Simp,
+                    message,
+                    "0.3 is usual for nearly incompressible bodies; otherwise omit it",
+                );
+            }
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use super::{
     QuantityTerm, Region,
 };
 pub use slipstick_design::{MmaParameters, Schedule, Steps};
+use slipstick_solid::Interpolation;
 pub use slipstick_solid::{EnergyInterpolation, Simp};
 
 /// The design: one density in \[0, 1\] per element of the design bodies. Paper: section 4.
@@ -26,6 +27,14 @@ pub struct Design {
     pub volume_fraction: Option<f64>,
     /// Stiffness as a function of density.
     pub simp: Simp,
+    /// Poisson's ratio of elements of density 0, with the shear modulus that their density gives them; `None`: that
+    /// of the solid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub void_poisson_ratio: Option<f64>,
+    /// With a Poisson's ratio of the void: power with which the bulk modulus rises from that of the void to that of
+    /// the solid, relative to the shear modulus, ≥ 1.
+    #[serde(skip_serializing_if = "is_default_bulk")]
+    pub bulk_p: f64,
     /// Power with which the yield stress rises with the density, ≥ 1; `None`: that of the stiffness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yield_p: Option<f64>,
@@ -255,4 +264,8 @@ pub struct Optimizer {
 
 fn is_one(power: &f64) -> bool {
     *power == 1.0
+}
+
+fn is_default_bulk(power: &f64) -> bool {
+    *power == Interpolation::BULK
 }

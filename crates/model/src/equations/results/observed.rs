@@ -171,7 +171,14 @@ impl Design {
         let by_gamma = if interpolated { self.energies_by_gamma(d, &stretches)? } else { Vec::new() };
         // a void without stiffness has energy as soon as its density rises
         let none = self.scalings.iter().any(|scaling| scaling.factor == 0.0);
-        let of_solid = if none { self.energies_of_solid(d, &stretches)? } else { Vec::new() };
+        let of_solid = if none { self.energies_with(|_| 1.0, |s| s.bulk, d, &stretches)? } else { Vec::new() };
+        let softened = model.solid.sections().iter().any(|section| section.void_poisson_ratio.is_some());
+        let by_bulk = if softened {
+            let [solid, soft] = [1.0, 0.0].map(|bulk| self.energies_with(|s| s.factor, |_| bulk, d, &stretches));
+            solid?.iter().zip(soft?).map(|(solid, soft)| solid - soft).collect()
+        } else {
+            vec![0.0; weights.len()]
+        };
         for (e, (scaling, slope)) in self.scalings.iter().zip(self.scaling_slopes()).enumerate() {
             if slope.factor != 0.0 {
                 let energy = if none { of_solid[e] } else { view.elements.energy[e] / scaling.factor };
@@ -180,6 +187,7 @@ impl Design {
             if slope.gamma != 0.0 {
                 to.density[e] += weights[e] * by_gamma[e] * slope.gamma;
             }
+            to.density[e] += weights[e] * by_bulk[e] * slope.bulk;
         }
         if parameters {
             let first = model.interfaces.len();
@@ -267,11 +275,17 @@ impl Design {
         strains
     }
 
-    /// Energies with factor 1, complete on every rank. \[F L\]
-    fn energies_of_solid(&self, d: &[f64], stretches: &[f64]) -> Result<Vec<f64>, StateError> {
+    /// Energies with other factors and shares of the solid's law, complete on every rank. \[F L\]
+    fn energies_with(
+        &self,
+        factor: impl Fn(&ElementScaling) -> f64,
+        bulk: impl Fn(&ElementScaling) -> f64,
+        d: &[f64],
+        stretches: &[f64],
+    ) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
-        let scalings: Vec<ElementScaling> =
-            self.scalings.iter().map(|scaling| ElementScaling { factor: 1.0, ..*scaling }).collect();
+        let of = |scaling: &ElementScaling| ElementScaling { factor: factor(scaling), bulk: bulk(scaling), ..*scaling };
+        let scalings: Vec<ElementScaling> = self.scalings.iter().map(of).collect();
         let step = SolidStep { scalings: &scalings, history: &[], stretches };
         let energies = model.solid.energies(d, step).map_err(crate::equations::inverted);
         let mut energies = model.share.agree(energies)?;
@@ -339,16 +353,16 @@ impl Design {
     /// expansion, for which v·∂W/∂v = (u − (θ − 1) X)·f.
     fn energies_by_gamma(&self, d: &[f64], stretches: &[f64]) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
-        let scaled = |gamma: f64| -> Vec<ElementScaling> {
-            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma, ..*s }).collect()
-        };
-        let linear = scaled(0.0);
+        let whole = |s: &ElementScaling| ElementScaling { factor: s.factor, ..ElementScaling::NONE };
+        let whole: Vec<ElementScaling> = self.scalings.iter().map(whole).collect();
+        let linear = |s: &ElementScaling| ElementScaling { gamma: 0.0, ..*s };
+        let linear: Vec<ElementScaling> = self.scalings.iter().map(linear).collect();
         let step = self.solid_step(&[], stretches);
         let mut work = vec![0.0; self.scalings.len()];
-        let mut result = model.solid.pull_back_density(d, step, &linear, d, &mut work);
+        let mut result = model.solid.pull_back_density(d, step, &whole, d, &mut work);
         if !stretches.is_empty() {
             let mut expansion = vec![0.0; work.len()];
-            let of_expansion = model.solid.pull_back_density(d, step, &linear, &model.coordinates, &mut expansion);
+            let of_expansion = model.solid.pull_back_density(d, step, &whole, &model.coordinates, &mut expansion);
             result = result.and(of_expansion);
             let each = work.iter_mut().zip(expansion).zip(stretches);
             each.for_each(|((work, expansion), stretch)| *work -= (stretch - 1.0) * expansion);
