@@ -113,5 +113,5 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
 fn only_springs(notice: &str) -> bool {
     let types = notice.split_once(" of type ").and_then(|(_, rest)| rest.strip_suffix(" not read"));
     let types = types.and_then(|types| types.strip_suffix(" is").or_else(|| types.strip_suffix(" are")));
-    types.is_some_and(|types| types.split(", ").all(|name| name.starts_with("SPRING")))
+    types.is_some_and(|types| types.split(", ").all(|name| name.starts_with("SPRING") || name == "CONN3D2"))
 }

@@ -1,11 +1,14 @@
 //! Reads the keywords of a deck: what it says, before it meets a mesh.
 
 mod bolt;
+mod connector;
 mod contact;
 mod coupling;
 mod equation;
+mod general_contact;
 mod material;
 mod mpc;
+mod node_names;
 mod orientation;
 mod refused;
 mod spring;
@@ -19,6 +22,8 @@ use slipstick_meshio::abaqus::Card;
 
 use crate::ledger::Ledger;
 
+use connector::Connectors;
+
 pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Friction, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
@@ -26,10 +31,10 @@ pub use equation::{Equation, EquationTerm};
 pub use material::{Elastic, Hyperelastic, Material, TableOf};
 pub use mpc::{Mpc, MpcKind};
 pub use orientation::Orientation;
-pub use spring::{SpringElement, SpringSection};
+pub use spring::{CONNECTOR, SpringElement, SpringSection};
 #[cfg(test)]
 pub use step::Change;
-pub use step::{Condition, Field, On, Step, Target};
+pub use step::{Condition, Field, NORMAL, On, Step, Target};
 pub use transform::Transform;
 
 /// A deck without its mesh. Names are in capitals where other keywords refer to them.
@@ -110,6 +115,9 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
         changes: false,
         unused_change: None,
         in_step: false,
+        node_names: node_names::single(cards),
+        connectors: Connectors::default(),
+        general: Vec::new(),
     };
     for card in cards {
         if !reader.changes {
@@ -119,6 +127,7 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
         reader.changes &= card.keyword.name.starts_with("CHANGE ");
     }
     reader.refuse_unused_change();
+    reader.connector_springs();
     reader.deck
 }
 
@@ -133,6 +142,11 @@ struct Reader<'l> {
     /// The last `*CHANGE …` and its line, until a keyword says what it changes.
     unused_change: Option<(String, usize)>,
     in_step: bool,
+    /// The nodes of sets that have only one, by their names in capitals.
+    node_names: BTreeMap<String, u64>,
+    connectors: Connectors,
+    /// The pairs of `*CONTACT`.
+    general: Vec<usize>,
 }
 
 const DAMAGED: &str = "correct the line";
@@ -160,6 +174,12 @@ impl Reader<'_> {
                 self.spring_set(card);
             }
             "SPRING" => self.spring(card),
+            "CONNECTOR SECTION" => self.connector_section(card),
+            "CONNECTOR BEHAVIOR" => self.connector_behavior(card),
+            "CONNECTOR ELASTICITY" => self.connector_elasticity(card),
+            "CONTACT" => self.ledger.used(name, line),
+            "CONTACT INCLUSIONS" => self.inclusions(card),
+            "CONTACT PROPERTY ASSIGNMENT" => self.properties(card),
             "EQUATION" => self.equations(card),
             "MPC" => self.mpc(card),
             "PRE-TENSION SECTION" => self.pretension(card),
