@@ -64,6 +64,10 @@ pub struct Deck {
     pub initial_temperatures: Vec<Condition>,
     pub steps: Vec<Step>,
     pub element_types: Vec<ElementType>,
+    /// Names in surfaces of facets, and whether the side of their normals touches (`SPOS`), not the other (`SNEG`).
+    pub shell_sides: Vec<(String, bool)>,
+    /// Solids that are added behind rigid surfaces, ascending.
+    pub thickened: Vec<u32>,
 }
 
 /// `*ELEMENT`, except springs.
@@ -172,6 +176,19 @@ impl Reader<'_> {
             "NODE" | "NSET" | "ELSET" | "SURFACE" => {
                 self.ledger.used(name, line);
                 self.spring_set(card);
+                if name == "SURFACE" {
+                    let sided = |fields: &Vec<&str>, side: &str| {
+                        fields.get(1).is_some_and(|of| of.is_empty() || of.eq_ignore_ascii_case(side))
+                            || fields.len() == 1
+                    };
+                    for (_, fields) in card.data() {
+                        for (side, positive) in [("SPOS", true), ("SNEG", false)] {
+                            if sided(&fields, side) {
+                                self.deck.shell_sides.push((fields[0].trim_matches('"').to_owned(), positive));
+                            }
+                        }
+                    }
+                }
             }
             "SPRING" => self.spring(card),
             "CONNECTOR SECTION" => self.connector_section(card),
@@ -219,18 +236,10 @@ impl Reader<'_> {
             ("15", rest) if !rest.starts_with('V') => {
                 Some("`serendipity` wedges with 3 × 3 points: added nodes at centres of faces follow from the 15")
             }
+            _ if kind.starts_with("R3D") => Some("rigid solids behind these facets, on the side that does not touch"),
             _ => None,
         };
         match how {
-            _ if kind.starts_with("R3D") => {
-                let why = format!("{kind}: a rigid surface without solid elements is not supported");
-                self.ledger.refuse(
-                    "ELEMENT",
-                    keyword.line,
-                    why,
-                    "mesh the tool with solid elements and name it in *RIGID BODY",
-                );
-            }
             Some(how) => self.ledger.translated("ELEMENT", keyword.line, how),
             None => self.ledger.used("ELEMENT", keyword.line),
         }

@@ -206,3 +206,46 @@ fn polynomials_of_rubber() {
     assert!(refusal(", POLYNOMIAL, N=2\n1., 0.2, 0.1, 0.1, 0.1, 0.01, 0.")[0].contains("this form of the energy"));
     assert!(refusal(", REDUCED POLYNOMIAL, N=2\n1., 0.1, 0.01, 0.1")[0].contains("D2 is not supported"));
 }
+
+/// A plate of two triangles and a quadrilateral that is pressed onto a cube from above: solids behind the facets.
+#[test]
+fn rigid_surfaces_get_solids_on_the_side_that_does_not_touch() {
+    let with = |side: &str, facets: &str| {
+        let plate = format!(
+            "*NODE\n31,0,0,1.5\n32,1,0,1.5\n33,1,1,1.5\n34,0,1,1.5\n35,2,0,1.5\n36,2,1,1.5\n\
+             *ELEMENT, TYPE=R3D4, ELSET=TOOL\n{facets}\n\
+             *SURFACE, NAME=FACE\nTOOL, {side}\n*RIGID BODY, ELSET=TOOL, REF NODE=99\n"
+        );
+        let deck = CUBES.replace("*ELEMENT, TYPE=C3D8, ELSET=HIGH\n2, 11,12,13,14,15,16,17,18\n", &plate);
+        let deck = deck.replace("*SURFACE, NAME=DOWN\nHIGH, S1\n*SURFACE, NAME=LID\nHIGH, S2\n", "");
+        let deck = deck
+            .replace("*SOLID SECTION, ELSET=HIGH, MATERIAL=STEEL\n", "")
+            .replace("ADJUST=0.02\nDOWN, UP", "ADJUST=0.6\nUP, FACE");
+        deck.replace("TOP, 1, 2\nTOP, 3, 3, -0.1\n", "99, 1, 2\n99, 3, 3, -0.1\n99, 4, 6\n")
+    };
+    let triangles = "*ELEMENT, TYPE=R3D3, ELSET=TOOL\n4, 32,36,33\n5, 32,35,36";
+    for (side, quadrilateral, triangles) in [
+        ("SNEG", "3, 31,32,33,34", triangles),
+        ("SPOS", "3, 31,34,33,32", "*ELEMENT, TYPE=R3D3, ELSET=TOOL\n4, 32,33,36\n5, 32,36,35"),
+    ] {
+        let deck = with(side, &format!("{quadrilateral}\n{triangles}"));
+        let body = table(&deck, "[[body]]; name = \"TOOL\"");
+        assert!(body.contains("part = \"TOOL\" }; rigid = { reference = [0.5, 0.5, 2.01] }"), "{body}");
+        let pair = table(&deck, "[[contact]]");
+        assert!(pair.contains("slave = \"LOW_UP\"; master = \"TOOL_FACE\""), "{pair}");
+        let mesh = slipstick_deck::mesh(deck.as_bytes()).expect("a mesh");
+        let tool = mesh.body("TOOL", Some("TOOL"), 0.5).expect("a body").mesh;
+        assert_eq!(tool.check(), [], "no solid is turned inside out");
+        // one hexahedron and two wedges as thick as the mean edge, above the facets
+        let z: Vec<f64> = mesh.points[mesh.points.len() - 6..].iter().map(|x| x[2]).collect();
+        let mean = (4.0 + 2.0 * (2.0 + 2.0_f64.sqrt())) / 10.0;
+        assert_eq!(mesh.cell_sets["TOOL"].len(), 6, "{side}");
+        assert!(z.iter().all(|z| (z - 1.5 - mean).abs() < 1e-12), "{side}: {z:?}");
+    }
+    let both = with("SNEG", "3, 31,32,33,34").replace("TOOL, SNEG", "TOOL, SNEG\nTOOL, SPOS");
+    assert!(refused(&both)[0].contains("touches on both of its sides"), "{:?}", refused(&both));
+    let free = with("SNEG", "3, 31,32,33,34").replace("*RIGID BODY, ELSET=TOOL, REF NODE=99\n", "");
+    assert!(refused(&free)[0].contains("that no *RIGID BODY names"), "{:?}", refused(&free));
+    let folded = with("SNEG", "3, 31,32,32,34");
+    assert!(refused(&folded)[0].contains("fold onto each other"), "{:?}", refused(&folded));
+}
