@@ -81,6 +81,19 @@ const IDLE: &[(&str, &str)] = &[
 
 const LAWS: &str = "write ELASTIC (isotropic, ORTHO or ENGINEERING CONSTANTS), HYPERELASTIC or PLASTIC";
 
+/// Laws that are not translated.
+const OTHER_LAWS: &[&str] = &[
+    "CREEP",
+    "CYCLIC HARDENING",
+    "DEFORMATION PLASTICITY",
+    "DEPVAR",
+    "DRUCKER PRAGER",
+    "HYPERFOAM",
+    "MOHR COULOMB",
+    "USER MATERIAL",
+    "VISCOELASTIC",
+];
+
 impl Reader<'_> {
     /// Reads a material or one of its options.
     pub(super) fn of_material(&mut self, card: &Card<'_>) -> bool {
@@ -114,6 +127,7 @@ impl Reader<'_> {
             "PLASTIC" => self.plastic(card),
             "DENSITY" => self.density(card),
             "EXPANSION" => self.expansion(card),
+            _ if OTHER_LAWS.contains(&name) => self.ledger.refuse(name, line, "this law is not supported", LAWS),
             _ => return false,
         }
         if self.ledger.count() > before {

@@ -52,7 +52,6 @@ const CURES: &[(&str, &str)] = &[
     ("DISTRIBUTION", "give sections an *ORIENTATION each, or one with SYSTEM=CYLINDRICAL"),
     ("DISTRIBUTION TABLE", "remove it with its *DISTRIBUTION"),
     ("DISTRIBUTING COUPLING", "write *COUPLING with *DISTRIBUTING, or load the surface with *DSLOAD"),
-    ("CYCLIC HARDENING", "use *PLASTIC with isotropic hardening"),
     ("DASHPOT", "remove it: steps are static, without velocities"),
     ("DYNAMIC", "use *STATIC"),
     ("GAP", "let surfaces touch with *CONTACT PAIR"),
