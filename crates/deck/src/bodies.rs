@@ -72,6 +72,7 @@ impl Bodies {
             let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
             for cell in &cells {
                 match sections[*cell as usize] {
+                    NONE if deck.thickened.binary_search(cell).is_ok() => {}
                     NONE => without += 1,
                     section => *counts.entry(section as usize).or_default() += 1,
                 }

@@ -28,6 +28,7 @@ mod constants;
 mod history;
 mod ledger;
 mod read;
+mod rigid_surfaces;
 mod targets;
 mod vector;
 mod write;
@@ -72,6 +73,7 @@ pub fn translate(bytes: &[u8], file: &str, ignored: &[String]) -> Result<Transla
     let mut ledger = Ledger::new(file, ignored);
     let mut deck = read::deck(&cards(&flat)?, &mut ledger);
     let mut mesh = FileMesh::parse(&flat)?;
+    deck.thicken_rigid_surfaces(&mut mesh, &mut ledger);
     let centres = mesh.complete_centres();
     let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
     deck.evaluate_constants(&mesh, &centres, &bodies, &mut ledger);
@@ -101,6 +103,7 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
         if !deck.spring_elements.is_empty() {
             mesh.notices.retain(|notice| !only_springs(notice));
         }
+        deck.thicken_rigid_surfaces(&mut mesh, &mut ledger);
         let centres = mesh.complete_centres();
         let bodies = Bodies::new(&mut mesh, &centres, &deck, &mut ledger);
         deck.evaluate_constants(&mesh, &centres, &bodies, &mut ledger);
@@ -113,5 +116,5 @@ pub fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
 fn only_springs(notice: &str) -> bool {
     let types = notice.split_once(" of type ").and_then(|(_, rest)| rest.strip_suffix(" not read"));
     let types = types.and_then(|types| types.strip_suffix(" is").or_else(|| types.strip_suffix(" are")));
-    types.is_some_and(|types| types.split(", ").all(|name| name.starts_with("SPRING")))
+    types.is_some_and(|types| types.split(", ").all(|name| name.starts_with("SPRING") || name == "CONN3D2"))
 }

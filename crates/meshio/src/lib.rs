@@ -36,6 +36,7 @@ mod error;
 mod file_mesh;
 mod gmsh;
 mod legacy;
+mod thickened;
 mod unusable;
 pub mod vtu;
 

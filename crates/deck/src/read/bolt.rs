@@ -19,7 +19,7 @@ impl Reader<'_> {
     pub(super) fn pretension(&mut self, card: &Card<'_>) {
         self.allow(card, &["SURFACE", "NODE"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
-        let node = keyword.parameter("NODE").and_then(|number| number.parse().ok());
+        let node = self.node_of(card, "NODE");
         let (Some(node), Some(surface)) = (node, keyword.parameter("SURFACE").map(str::to_owned)) else {
             let why = "it needs SURFACE=… and NODE=…";
             return self.ledger.wrong(&keyword.name, [line; 2], why, "add the parameter");

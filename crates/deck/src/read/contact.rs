@@ -65,12 +65,25 @@ pub struct Pair {
     pub slave: String,
     pub master: String,
     pub interaction: String,
+    /// Whether `TIED`, whatever the interaction.
+    pub tied: bool,
+    /// `CPSET` in capitals.
+    pub name: Option<String>,
     pub adjust: Option<Adjust>,
-    /// Steps between which it acts, counted from 0, as `*MODEL CHANGE` says.
-    pub active: [usize; 2],
+    /// Steps between which it acts, counted from 0, as `*MODEL CHANGE` says: ascending.
+    pub active: Vec<[usize; 2]>,
     /// Steps with the penetration that they allow at their start and resolve: `*CONTACT INTERFERENCE`.
     pub interferences: Vec<(usize, f64)>,
     pub line: usize,
+}
+
+impl Pair {
+    /// A pair that acts in all steps.
+    pub(super) fn new(slave: String, master: String, interaction: &str, line: usize) -> Self {
+        let (interaction, interferences) = (interaction.to_owned(), Vec::new());
+        let (tied, name, adjust, active) = (false, None, None, vec![[0, usize::MAX]]);
+        Self { slave, master, interaction, tied, name, adjust, active, interferences, line }
+    }
 }
 
 /// `*TIE`.
@@ -271,7 +284,18 @@ impl Reader<'_> {
     }
 
     fn contact_pair(&mut self, card: &Card<'_>) {
-        self.allow(card, &["INTERACTION", "TYPE", "ADJUST", "SMALL SLIDING", "MECHANICAL CONSTRAINT", "CPSET"]);
+        let own = ["INTERACTION", "TYPE", "ADJUST", "TIED", "CPSET"];
+        // how other programs find contact and integrate it
+        let ways = [
+            "EXTENSION ZONE",
+            "MECHANICAL CONSTRAINT",
+            "NO THICKNESS",
+            "SMALL SLIDING",
+            "SMOOTH",
+            "SUPPLEMENTARY CONSTRAINTS",
+            "TRACKING",
+        ];
+        self.allow(card, &[&own[..], &ways].concat());
         let (keyword, line) = (&card.keyword, card.keyword.line);
         let adjust = match keyword.parameter("ADJUST").map(str::parse::<f64>) {
             Some(Ok(distance)) => Some(Adjust::Distance(distance)),
@@ -290,29 +314,33 @@ impl Reader<'_> {
                 continue;
             };
             let (slave, master) = (plain(slave), plain(master));
-            let (interaction, adjust) = (interaction.clone(), adjust.clone());
-            let (active, interferences) = ([0, usize::MAX], Vec::new());
-            self.deck.pairs.push(Pair { slave, master, interaction, adjust, active, interferences, line });
+            let name = keyword.parameter("CPSET").map(str::to_ascii_uppercase);
+            let (tied, adjust) = (keyword.has("TIED"), adjust.clone());
+            self.deck.pairs.push(Pair { tied, name, adjust, ..Pair::new(slave, master, &interaction, line) });
         }
     }
 
     /// `*CLEARANCE`: the initial gap of a pair; replaces the gap in the mesh.
     fn clearance(&mut self, card: &Card<'_>) {
-        self.allow(card, &["MASTER", "SLAVE", "VALUE"]);
+        self.allow(card, &["CPSET", "MASTER", "SLAVE", "VALUE"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
+        let set = keyword.parameter("CPSET").map(str::to_ascii_uppercase);
         let side = |name: &str| keyword.parameter(name).map(plain).unwrap_or_default();
         let (slave, master) = (side("SLAVE"), side("MASTER"));
         let value = keyword.parameter("VALUE").and_then(|value| value.parse::<f64>().ok());
-        let is =
-            |pair: &&mut Pair| pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master);
+        let is = |pair: &&mut Pair| match &set {
+            Some(_) => pair.name == set,
+            None => pair.slave.eq_ignore_ascii_case(&slave) && pair.master.eq_ignore_ascii_case(&master),
+        };
         match (self.deck.pairs.iter_mut().find(is), value) {
             (Some(pair), Some(value)) if value.is_finite() => {
                 pair.adjust = Some(Adjust::Clearance(value));
                 self.ledger.translated("CLEARANCE", line, "`adjust` with this `gap`");
             }
             (None, _) => {
-                let why = format!("there is no *CONTACT PAIR of `{slave}` and `{master}` before it");
-                self.ledger.wrong("CLEARANCE", [line; 2], why, "name SLAVE and MASTER of a pair above");
+                let pair = set.unwrap_or_else(|| format!("{slave}` and `{master}"));
+                let why = format!("there is no *CONTACT PAIR of `{pair}` before it");
+                self.ledger.wrong("CLEARANCE", [line; 2], why, "name CPSET, or SLAVE and MASTER, of a pair above");
             }
             _ => self.ledger.wrong("CLEARANCE", [line; 2], "it needs a VALUE", DAMAGED),
         }
@@ -320,7 +348,7 @@ impl Reader<'_> {
 
     /// `*CONTACT INTERFERENCE`: the penetration that a pair is allowed at the start of a step.
     fn interference(&mut self, card: &Card<'_>) {
-        self.allow(card, &["TYPE"]);
+        self.allow(card, &["OP", "TYPE"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
         let pairs = keyword.parameter("TYPE").is_none_or(|of| of.eq_ignore_ascii_case("CONTACT PAIR"));
         if !pairs || !self.in_step {
@@ -378,19 +406,23 @@ impl Reader<'_> {
     }
 
     fn rigid_body(&mut self, card: &Card<'_>) {
-        self.allow(card, &["NSET", "ELSET", "REF NODE", "ROT NODE", "POSITION"]);
+        self.allow(card, &["NSET", "TIE NSET", "PIN NSET", "ELSET", "REF NODE", "ROT NODE", "POSITION"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
-        let node = |name: &str| keyword.parameter(name).map(str::parse::<u64>);
         let value = |name: &str| keyword.parameter(name).map(str::to_owned);
-        let (reference, rotation) = (node("REF NODE"), node("ROT NODE"));
-        let (Some(Ok(reference)), None | Some(Ok(_))) = (&reference, &rotation) else {
-            let cure = "write REF NODE=… with the number of a node";
-            return self.ledger.refuse("RIGID BODY", line, "it needs the number of a reference node", cure);
+        let (reference, rotation) = (self.node_of(card, "REF NODE"), self.node_of(card, "ROT NODE"));
+        let Some(reference) = reference.filter(|_| rotation.is_some() || !keyword.has("ROT NODE")) else {
+            let cure = "write REF NODE=… with the number of a node, or a set of one node";
+            return self.ledger.refuse("RIGID BODY", line, "it needs a reference node", cure);
         };
-        let rotation = rotation.and_then(Result::ok);
-        let (nodes, elements) = (value("NSET"), value("ELSET"));
+        // nodes of solid elements have no rotations that could be tied
+        let sets: Vec<String> = ["NSET", "TIE NSET", "PIN NSET"].into_iter().filter_map(value).collect();
+        let (nodes, elements) = (sets.first().cloned(), value("ELSET"));
+        if sets.len() > 1 {
+            let why = "it has several of NSET, TIE NSET and PIN NSET";
+            self.ledger.refuse("RIGID BODY", line, why, "name one set of nodes");
+        }
         self.ledger.used("RIGID BODY", line);
-        self.deck.rigids.push(Rigid { nodes, elements, reference: *reference, rotation, line });
+        self.deck.rigids.push(Rigid { nodes, elements, reference, rotation, line });
     }
 
     /// `REMOVE` or `ADD` of contact pairs, at the start of a step.
@@ -407,11 +439,16 @@ impl Reader<'_> {
                 pair.slave.eq_ignore_ascii_case(fields[0].trim_matches('"'))
                     && fields.get(1).is_none_or(|master| pair.master.eq_ignore_ascii_case(master.trim_matches('"')))
             };
-            match (self.deck.pairs.iter_mut().find(is), adds) {
-                (Some(pair), true) if pair.active[0] >= pair.active[1] => pair.active = [step, usize::MAX],
-                (Some(pair), false) if pair.active[1] == usize::MAX => pair.active[1] = step,
+            let pair = self.deck.pairs.iter_mut().find(is);
+            let acts = |pair: &Pair| pair.active.last().is_some_and(|[_, end]| *end == usize::MAX);
+            match pair.map(|pair| (acts(pair), pair)) {
+                Some((false, pair)) if adds => pair.active.push([step, usize::MAX]),
+                Some((true, pair)) if !adds => {
+                    pair.active.iter_mut().for_each(|[_, end]| *end = (*end).min(step));
+                    pair.active.retain(|[start, end]| start < end);
+                }
                 _ => {
-                    let why = "there is no such pair that could be added or removed, or it changes twice";
+                    let why = "there is no such pair that could be added or removed";
                     self.ledger.refuse_at(
                         "MODEL CHANGE",
                         [line, data],

@@ -17,12 +17,21 @@ pub struct Coupling {
 
 impl Reader<'_> {
     pub(super) fn coupling(&mut self, card: &Card<'_>) {
-        self.allow(card, &["REF NODE", "SURFACE", "CONSTRAINT NAME"]);
+        self.allow(card, &["REF NODE", "SURFACE", "CONSTRAINT NAME", "INFLUENCE RADIUS"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
-        let reference = keyword.parameter("REF NODE").and_then(|number| number.parse().ok());
+        if keyword.parameter("INFLUENCE RADIUS").is_some_and(|of| !of.eq_ignore_ascii_case("WHOLE SURFACE")) {
+            let why = "a coupling of a part of its surface is not supported";
+            self.ledger.refuse(
+                "COUPLING",
+                line,
+                why,
+                "write INFLUENCE RADIUS=WHOLE SURFACE, or name a smaller surface",
+            );
+        }
+        let reference = self.node_of(card, "REF NODE");
         let (Some(reference), Some(surface)) = (reference, keyword.parameter("SURFACE").map(str::to_owned)) else {
-            let why = "it needs REF NODE=… and SURFACE=…";
-            return self.ledger.wrong("COUPLING", [line; 2], why, "add the parameter");
+            let why = "it needs REF NODE=…, a node or a set of one node, and SURFACE=…";
+            return self.ledger.wrong("COUPLING", [line; 2], why, "add or correct the parameter");
         };
         let name = keyword.parameter("CONSTRAINT NAME").unwrap_or("coupling").to_owned();
         self.ledger.translated("COUPLING", line, "`[[coupling]]`, for small rotations");
@@ -31,8 +40,15 @@ impl Reader<'_> {
 
     /// The kind of the last coupling.
     pub(super) fn coupled(&mut self, card: &Card<'_>, kinematic: bool) {
-        self.allow(card, &[]);
         let (name, line) = (card.keyword.name.clone(), card.keyword.line);
+        // what Abaqus assumes: a face is weighted by area, and solid elements have no rotations
+        let assumed = [("WEIGHTING METHOD", "UNIFORM"), ("COUPLING", "CONTINUUM")];
+        let is_assumed = |of: &str, value: &str| assumed.iter().any(|&(n, v)| n == of && v.eq_ignore_ascii_case(value));
+        let known: Vec<&str> = (card.keyword.parameters.iter())
+            .filter(|(of, value)| !kinematic && value.is_some_and(|value| is_assumed(of, value)))
+            .map(|(of, _)| of.as_str())
+            .collect();
+        self.allow(card, &known);
         let open = self.deck.couplings.last_mut().filter(|coupling| coupling.kinematic.is_none());
         let Some(coupling) = open else {
             return self.ledger.wrong(&name, [line; 2], "it follows no *COUPLING", "write *COUPLING before it");

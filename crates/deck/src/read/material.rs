@@ -81,6 +81,19 @@ const IDLE: &[(&str, &str)] = &[
 
 const LAWS: &str = "write ELASTIC (isotropic, ORTHO or ENGINEERING CONSTANTS), HYPERELASTIC or PLASTIC";
 
+/// Laws that are not translated.
+const OTHER_LAWS: &[&str] = &[
+    "CREEP",
+    "CYCLIC HARDENING",
+    "DEFORMATION PLASTICITY",
+    "DEPVAR",
+    "DRUCKER PRAGER",
+    "HYPERFOAM",
+    "MOHR COULOMB",
+    "USER MATERIAL",
+    "VISCOELASTIC",
+];
+
 impl Reader<'_> {
     /// Reads a material or one of its options.
     pub(super) fn of_material(&mut self, card: &Card<'_>) -> bool {
@@ -114,6 +127,7 @@ impl Reader<'_> {
             "PLASTIC" => self.plastic(card),
             "DENSITY" => self.density(card),
             "EXPANSION" => self.expansion(card),
+            _ if OTHER_LAWS.contains(&name) => self.ledger.refuse(name, line, "this law is not supported", LAWS),
             _ => return false,
         }
         if self.ledger.count() > before {
@@ -181,7 +195,7 @@ impl Reader<'_> {
     }
 
     fn elastic(&mut self, card: &Card<'_>) {
-        self.allow(card, &["TYPE"]);
+        self.allow(card, &["TYPE", "MODULI"]);
         let (line, of) =
             (card.keyword.line, card.keyword.parameter("TYPE").unwrap_or("ISOTROPIC").to_ascii_uppercase());
         let kind = match of.as_str() {
@@ -259,19 +273,29 @@ impl Reader<'_> {
     }
 
     fn hyperelastic(&mut self, card: &Card<'_>) {
-        self.allow(card, &["NEO HOOKE", "MOONEY-RIVLIN", "YEOH", "OGDEN", "N", "MODULI"]);
+        let forms = ["NEO HOOKE", "MOONEY-RIVLIN", "YEOH", "OGDEN", "POLYNOMIAL", "REDUCED POLYNOMIAL"];
+        self.allow(card, &[&forms[..], &["N", "MODULI"]].concat());
         let (keyword, line) = (&card.keyword, card.keyword.line);
         let terms = keyword.parameter("N").and_then(|n| n.parse().ok()).unwrap_or(1_usize);
-        let law = if keyword.has("NEO HOOKE") {
+        let reduced = keyword.has("REDUCED POLYNOMIAL");
+        // without another form, the energy is a polynomial
+        let polynomial = forms[..4].iter().all(|form| !keyword.has(form)) && !reduced;
+        let law = if keyword.has("NEO HOOKE") || (reduced && terms == 1) {
             self.constants(card, 2).map(|c| Hyperelastic::NeoHooke { c10: c[0], d1: c[1] })
-        } else if keyword.has("MOONEY-RIVLIN") {
+        } else if keyword.has("MOONEY-RIVLIN") || (polynomial && terms == 1) {
             self.constants(card, 3).map(|c| Hyperelastic::MooneyRivlin { c10: c[0], c01: c[1], d1: c[2] })
-        } else if keyword.has("YEOH") {
+        } else if keyword.has("YEOH") || (reduced && terms == 3) {
             let constants = self.constants(card, 6);
             if constants.as_ref().is_some_and(|c| c[4] != 0.0 || c[5] != 0.0) {
                 self.ledger.refuse("HYPERELASTIC", line, "D2 and D3 are not supported", "set them to 0");
             }
             constants.map(|c| Hyperelastic::Yeoh { c: [c[0], c[1], c[2]], d1: c[3] })
+        } else if reduced && terms == 2 {
+            let constants = self.constants(card, 4);
+            if constants.as_ref().is_some_and(|c| c[3] != 0.0) {
+                self.ledger.refuse("HYPERELASTIC", line, "D2 is not supported", "set it to 0");
+            }
+            constants.map(|c| Hyperelastic::Yeoh { c: [c[0], c[1], 0.0], d1: c[2] })
         } else if keyword.has("OGDEN") && (1..=4).contains(&terms) {
             let constants = self.constants(card, 3 * terms);
             if constants.as_ref().is_some_and(|c| c[2 * terms + 1..3 * terms].iter().any(|&d| d != 0.0)) {
@@ -283,7 +307,7 @@ impl Reader<'_> {
                 d1: c[2 * terms],
             })
         } else {
-            let cure = "use NEO HOOKE, MOONEY-RIVLIN, YEOH or OGDEN with N up to 4";
+            let cure = "use NEO HOOKE, MOONEY-RIVLIN, POLYNOMIAL with N=1, YEOH or OGDEN with N up to 4";
             self.ledger.refuse("HYPERELASTIC", line, "this form of the energy is not supported", cure);
             None
         };

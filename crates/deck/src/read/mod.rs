@@ -1,11 +1,14 @@
 //! Reads the keywords of a deck: what it says, before it meets a mesh.
 
 mod bolt;
+mod connector;
 mod contact;
 mod coupling;
 mod equation;
+mod general_contact;
 mod material;
 mod mpc;
+mod node_names;
 mod orientation;
 mod refused;
 mod spring;
@@ -19,6 +22,8 @@ use slipstick_meshio::abaqus::Card;
 
 use crate::ledger::Ledger;
 
+use connector::Connectors;
+
 pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Friction, Interaction, Pair, Rigid, Tie};
 pub use coupling::Coupling;
@@ -26,10 +31,10 @@ pub use equation::{Equation, EquationTerm};
 pub use material::{Elastic, Hyperelastic, Material, TableOf};
 pub use mpc::{Mpc, MpcKind};
 pub use orientation::Orientation;
-pub use spring::{SpringElement, SpringSection};
+pub use spring::{CONNECTOR, SpringElement, SpringSection};
 #[cfg(test)]
 pub use step::Change;
-pub use step::{Condition, Field, On, Step, Target};
+pub use step::{Condition, Field, NORMAL, On, Step, Target};
 pub use transform::Transform;
 
 /// A deck without its mesh. Names are in capitals where other keywords refer to them.
@@ -59,6 +64,10 @@ pub struct Deck {
     pub initial_temperatures: Vec<Condition>,
     pub steps: Vec<Step>,
     pub element_types: Vec<ElementType>,
+    /// Names in surfaces of facets, and whether the side of their normals touches (`SPOS`), not the other (`SNEG`).
+    pub shell_sides: Vec<(String, bool)>,
+    /// Solids that are added behind rigid surfaces, ascending.
+    pub thickened: Vec<u32>,
 }
 
 /// `*ELEMENT`, except springs.
@@ -110,6 +119,9 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
         changes: false,
         unused_change: None,
         in_step: false,
+        node_names: node_names::single(cards),
+        connectors: Connectors::default(),
+        general: Vec::new(),
     };
     for card in cards {
         if !reader.changes {
@@ -119,6 +131,7 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
         reader.changes &= card.keyword.name.starts_with("CHANGE ");
     }
     reader.refuse_unused_change();
+    reader.connector_springs();
     reader.deck
 }
 
@@ -133,6 +146,11 @@ struct Reader<'l> {
     /// The last `*CHANGE …` and its line, until a keyword says what it changes.
     unused_change: Option<(String, usize)>,
     in_step: bool,
+    /// The nodes of sets that have only one, by their names in capitals.
+    node_names: BTreeMap<String, u64>,
+    connectors: Connectors,
+    /// The pairs of `*CONTACT`.
+    general: Vec<usize>,
 }
 
 const DAMAGED: &str = "correct the line";
@@ -158,8 +176,27 @@ impl Reader<'_> {
             "NODE" | "NSET" | "ELSET" | "SURFACE" => {
                 self.ledger.used(name, line);
                 self.spring_set(card);
+                if name == "SURFACE" {
+                    let sided = |fields: &Vec<&str>, side: &str| {
+                        fields.get(1).is_some_and(|of| of.is_empty() || of.eq_ignore_ascii_case(side))
+                            || fields.len() == 1
+                    };
+                    for (_, fields) in card.data() {
+                        for (side, positive) in [("SPOS", true), ("SNEG", false)] {
+                            if sided(&fields, side) {
+                                self.deck.shell_sides.push((fields[0].trim_matches('"').to_owned(), positive));
+                            }
+                        }
+                    }
+                }
             }
             "SPRING" => self.spring(card),
+            "CONNECTOR SECTION" => self.connector_section(card),
+            "CONNECTOR BEHAVIOR" => self.connector_behavior(card),
+            "CONNECTOR ELASTICITY" => self.connector_elasticity(card),
+            "CONTACT" => self.ledger.used(name, line),
+            "CONTACT INCLUSIONS" => self.inclusions(card),
+            "CONTACT PROPERTY ASSIGNMENT" => self.properties(card),
             "EQUATION" => self.equations(card),
             "MPC" => self.mpc(card),
             "PRE-TENSION SECTION" => self.pretension(card),
@@ -199,18 +236,10 @@ impl Reader<'_> {
             ("15", rest) if !rest.starts_with('V') => {
                 Some("`serendipity` wedges with 3 × 3 points: added nodes at centres of faces follow from the 15")
             }
+            _ if kind.starts_with("R3D") => Some("rigid solids behind these facets, on the side that does not touch"),
             _ => None,
         };
         match how {
-            _ if kind.starts_with("R3D") => {
-                let why = format!("{kind}: a rigid surface without solid elements is not supported");
-                self.ledger.refuse(
-                    "ELEMENT",
-                    keyword.line,
-                    why,
-                    "mesh the tool with solid elements and name it in *RIGID BODY",
-                );
-            }
             Some(how) => self.ledger.translated("ELEMENT", keyword.line, how),
             None => self.ledger.used("ELEMENT", keyword.line),
         }

@@ -35,7 +35,9 @@ const OUTPUT: &[&str] = &[
 const CONTROLS: &[(&str, &str)] = &[
     ("CONTACT CONTROLS", "a control"),
     ("CONTROLS", "a control"),
+    ("FILTER", "a request for output"),
     ("GAP CONDUCTANCE", "no temperature changes"),
+    ("HOURGLASS STIFFNESS", "elements are fully integrated"),
     ("MASS", "steps are static"),
     ("NO ANALYSIS", "a control"),
     ("PHYSICAL CONSTANTS", "no temperature changes"),
@@ -46,9 +48,13 @@ const CONTROLS: &[(&str, &str)] = &[
 
 /// What to do about others.
 const CURES: &[(&str, &str)] = &[
-    ("CONTACT", "name the surfaces that may touch with *CONTACT PAIR"),
+    ("CONTACT EXCLUSIONS", "name only the surfaces that may touch, with *CONTACT INCLUSIONS or *CONTACT PAIR"),
+    ("DISTRIBUTION", "give sections an *ORIENTATION each, or one with SYSTEM=CYLINDRICAL"),
+    ("DISTRIBUTION TABLE", "remove it with its *DISTRIBUTION"),
     ("DISTRIBUTING COUPLING", "write *COUPLING with *DISTRIBUTING, or load the surface with *DSLOAD"),
+    ("DASHPOT", "remove it: steps are static, without velocities"),
     ("DYNAMIC", "use *STATIC"),
+    ("GAP", "let surfaces touch with *CONTACT PAIR"),
     ("INITIAL CONDITIONS", "start from the undeformed, unstressed state"),
     ("SHELL SECTION", "mesh the part with solid elements"),
     ("MEMBRANE SECTION", "remove the section: surfaces need none"),

@@ -4,10 +4,13 @@ use slipstick_meshio::abaqus::Card;
 
 use super::{DAMAGED, Reader};
 
-/// An element of type `SPRING1`, `SPRING2` or `SPRINGA`.
+/// The kind of a connector, which is a spring along its line or between equal components.
+pub const CONNECTOR: char = 'C';
+
+/// An element of type `SPRING1`, `SPRING2`, `SPRINGA` or `CONN3D2`.
 #[derive(Debug)]
 pub struct SpringElement {
-    /// `1`, `2` or `A`.
+    /// `1`, `2`, `A` or [`CONNECTOR`].
     pub kind: char,
     /// Numbers of its nodes.
     pub nodes: Vec<u64>,
@@ -31,14 +34,21 @@ impl Reader<'_> {
     /// Reads the elements of a keyword, if they are springs.
     pub(super) fn spring_elements(&mut self, card: &Card<'_>, kind: &str) -> bool {
         let (keyword, line) = (&card.keyword, card.keyword.line);
-        let Some(kind) = kind.strip_prefix("SPRING").and_then(|rest| rest.chars().next()) else { return false };
+        let kind = match kind {
+            "CONN3D2" => CONNECTOR,
+            _ => match kind.strip_prefix("SPRING").and_then(|rest| rest.chars().next()) {
+                Some(kind) => kind,
+                None => return false,
+            },
+        };
         let ends = if kind == '1' { 1 } else { 2 };
         self.ledger.translated("ELEMENT", line, "`[[spring]]`");
         let sets: Vec<String> = keyword.parameter("ELSET").map(str::to_ascii_uppercase).into_iter().collect();
         for (data, fields) in card.data() {
             let numbers: Vec<u64> = fields.iter().filter_map(|field| field.parse().ok()).collect();
             if numbers.len() != 1 + ends || fields.iter().filter(|field| !field.is_empty()).count() != 1 + ends {
-                let why = format!("an element of type SPRING{kind} has a number and {ends} nodes");
+                let name = if kind == CONNECTOR { "CONN3D2".to_owned() } else { format!("SPRING{kind}") };
+                let why = format!("an element of type {name} has a number and {ends} nodes");
                 self.ledger.wrong("ELEMENT", [line, data], why, DAMAGED);
                 continue;
             }

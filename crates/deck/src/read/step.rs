@@ -3,6 +3,7 @@
 use slipstick_meshio::abaqus::Card;
 
 use super::{DAMAGED, Reader};
+use crate::vector::unit;
 
 /// A step.
 #[derive(Debug)]
@@ -44,6 +45,9 @@ pub struct Condition {
     pub lines: [usize; 2],
 }
 
+/// Instead of the direction of a traction: a pressure.
+pub const NORMAL: [f64; 3] = [0.0; 3];
+
 /// What a load acts on.
 #[derive(Debug)]
 pub enum On {
@@ -51,8 +55,8 @@ pub enum On {
     Nodes(Target, u8),
     /// A face of elements, from 0.
     Face(Target, u8),
-    /// A surface.
-    Surface(String),
+    /// A surface, and the direction of a traction, of length 1, or [`NORMAL`].
+    Surface(String, [f64; 3]),
     /// The mass of elements.
     Mass(Target, Field),
 }
@@ -109,7 +113,7 @@ impl Reader<'_> {
     }
 
     fn step(&mut self, card: &Card<'_>) {
-        self.allow(card, &["NLGEOM", "INC", "NAME", "AMPLITUDE", "UNSYMM", "EXTRAPOLATION", "SOLVER"]);
+        self.allow(card, &["NLGEOM", "INC", "NAME", "AMPLITUDE", "UNSYMM", "EXTRAPOLATION", "SOLVER", "CONVERT SDI"]);
         let (keyword, line) = (&card.keyword, card.keyword.line);
         let off = keyword.parameter("NLGEOM").is_some_and(|value| value.eq_ignore_ascii_case("NO"));
         // once on, it stays on
@@ -128,7 +132,8 @@ impl Reader<'_> {
     }
 
     fn fixed(&mut self, card: &Card<'_>) {
-        self.allow(card, &["DIRECT", "SOLVER", "STABILIZE", "TIME RESET", "TOTAL TIME AT START"]);
+        let damping = ["STABILIZE", "ALLSDTOL", "CONTINUE", "FACTOR"];
+        self.allow(card, &[&["DIRECT", "SOLVER", "TIME RESET", "TOTAL TIME AT START"], &damping[..]].concat());
         let line = card.keyword.line;
         if card.keyword.has("STABILIZE") {
             let why = "it is not needed for contact; for snap-through, see `viscosity`";
@@ -284,20 +289,44 @@ impl Reader<'_> {
     }
 
     fn dsload(&mut self, card: &Card<'_>) {
-        self.allow(card, &["OP", "AMPLITUDE"]);
-        let line = card.keyword.line;
-        self.ledger.translated("DSLOAD", line, "`pressure` on the deformed surface");
-        let amplitude = card.keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        self.allow(card, &["OP", "AMPLITUDE", "FOLLOWER", "CONSTANT RESULTANT", "ORIENTATION"]);
+        let (keyword, line) = (&card.keyword, card.keyword.line);
+        let says = |name: &str, value: &str| keyword.parameter(name).is_some_and(|of| of.eq_ignore_ascii_case(value));
+        let amplitude = keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+        let dead = says("FOLLOWER", "NO") && says("CONSTANT RESULTANT", "YES");
+        let turns = self.deck.steps.last().is_some_and(|step| step.nlgeom) && !dead;
         let mut found = Vec::new();
         for (data, fields) in card.data() {
-            if !fields.get(1).is_some_and(|kind| kind.eq_ignore_ascii_case("P")) {
-                let why = "only pressures P are supported";
-                self.ledger.refuse_at("DSLOAD", [line, data], why, "use P, or forces on nodes");
-                continue;
-            }
+            let lines = [line, data];
+            let direction = match fields.get(1).copied().unwrap_or_default().to_ascii_uppercase().as_str() {
+                "P" => {
+                    self.ledger.translated("DSLOAD", line, "`pressure` on the deformed surface");
+                    NORMAL
+                }
+                "TRVEC" if turns || keyword.has("ORIENTATION") => {
+                    let why = "with NLGEOM, only tractions with a fixed direction per undeformed area are supported";
+                    let cure = "write FOLLOWER=NO, CONSTANT RESULTANT=YES, and the direction in global components";
+                    self.ledger.refuse_at("DSLOAD", lines, why, cure);
+                    continue;
+                }
+                "TRVEC" => {
+                    let vector = [3, 4, 5].map(|at| self.number(card, data, &fields, at).unwrap_or(0.0));
+                    let Some(direction) = unit(vector) else {
+                        self.ledger.wrong("DSLOAD", lines, "the direction is zero", DAMAGED);
+                        continue;
+                    };
+                    self.ledger.translated("DSLOAD", line, "`traction`: a fixed direction, per undeformed area");
+                    direction
+                }
+                _ => {
+                    let why = "only pressures P and tractions TRVEC are supported";
+                    self.ledger.refuse_at("DSLOAD", lines, why, "use P or TRVEC, or forces on nodes");
+                    continue;
+                }
+            };
             let value = self.number(card, data, &fields, 2).unwrap_or(0.0);
-            let (on, amplitude) = (On::Surface(fields[0].trim_matches('"').to_owned()), amplitude.clone());
-            found.push(Load { on, value, amplitude, keyword: "DSLOAD", lines: [line, data] });
+            let on = On::Surface(fields[0].trim_matches('"').to_owned(), direction);
+            found.push(Load { on, value, amplitude: amplitude.clone(), keyword: "DSLOAD", lines });
         }
         self.loads(card, found);
     }

@@ -22,7 +22,8 @@ impl Reader<'_> {
                 self.allow(card, &["OP", "AMPLITUDE"]);
                 let amplitude = card.keyword.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
                 let found = self.temperatures(card, amplitude);
-                if card.keyword.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW")) {
+                let earlier = self.deck.steps.iter().any(|step| !step.temperatures.is_empty());
+                if earlier && card.keyword.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW")) {
                     let why = "temperatures that end with OP=NEW are not supported";
                     self.ledger.refuse(name, line, why, "write the temperatures of all nodes in the step");
                 }

@@ -1,10 +1,12 @@
 //! The nodes that equations join.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::turned::ALONG;
 use super::{Finder, Held, POINT};
+use crate::bodies::find;
 use crate::history::Track;
+use crate::read::Coupling;
 
 /// A term: a set of the file on bodies, a point or a rigid body, with a component from 0 and a factor.
 #[derive(Debug)]
@@ -80,12 +82,15 @@ impl Finder<'_> {
                 wrong("it does not say how".into(), "write *KINEMATIC or *DISTRIBUTING after it");
                 continue;
             }
-            let Some(surface) = self.surface(&coupling.surface) else {
+            let Some(surface) = self.surface_of_coupling(coupling) else {
                 let why = format!("there is no surface `{}`", coupling.surface);
                 self.ledger.wrong("COUPLING", [line; 2], why, "define it with *SURFACE");
                 continue;
             };
-            let bodies = self.bodies.under(self.mesh, &surface);
+            let bodies = match self.surface(&surface) {
+                Some(_) => self.bodies.under(self.mesh, &surface),
+                None => self.bodies_at(&surface),
+            };
             let (&[body], None) = (&bodies[..], self.bodies.of(node)) else {
                 let why = "the surface must lie on one body, and the reference node on none";
                 self.ledger.refuse("COUPLING", line, why, "write a coupling for each body, with a node of its own");
@@ -99,6 +104,31 @@ impl Finder<'_> {
             let (rotation, keyword) = (None, "COUPLING");
             self.couplings.push(CoupledFace { node, rotation, name, surface, body, kinematic, keyword, line });
         }
+    }
+
+    /// The surface of a coupling. A surface of nodes is the set of these if the coupling is kinematic, otherwise the
+    /// faces all of whose nodes it has.
+    fn surface_of_coupling(&mut self, coupling: &Coupling) -> Option<String> {
+        if let Some(surface) = self.surface(&coupling.surface) {
+            return Some(surface);
+        }
+        let set = find(&self.mesh.node_sets, &coupling.surface)?.to_owned();
+        if coupling.kinematic == Some(false) {
+            let nodes: HashSet<u32> = self.mesh.node_sets[&set].iter().copied().collect();
+            let faces = self.mesh.free_faces(&nodes);
+            if faces.is_empty() {
+                return None;
+            }
+            self.mesh.face_sets.insert(set.clone(), faces);
+        }
+        Some(set)
+    }
+
+    /// The bodies at the nodes of a set.
+    fn bodies_at(&self, set: &str) -> Vec<usize> {
+        let nodes = self.mesh.node_sets.get(set).into_iter().flatten();
+        let bodies: BTreeSet<usize> = nodes.filter_map(|&node| self.bodies.of(node)).collect();
+        bodies.into_iter().collect()
     }
 
     /// The name of the point at a node, and the number of its components: with rotations, that of a coupling.

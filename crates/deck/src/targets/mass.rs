@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Bits, Finder, bits};
 use crate::history::{Curve, Timeline, Tracks};
-use crate::read::{Field, On};
+use crate::read::{Field, On, Target};
 
 /// Gravity or rotation on the mass of a body.
 #[derive(Debug)]
@@ -41,7 +41,11 @@ impl Finder<'_> {
             for load in &step.loads.items {
                 let On::Mass(target, field) = &load.on else { continue };
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
-                let cells = self.cells(target, load.keyword, load.lines);
+                // Abaqus: no name, the whole model
+                let cells = match target {
+                    Target::Set(name) if name.is_empty() => self.mesh.solid_cells(None),
+                    _ => self.cells(target, load.keyword, load.lines),
+                };
                 for body in self.whole_bodies(&cells, load.keyword, load.lines) {
                     tracks.say((field_bits(*field), body), load.value, amplitude, load.lines[0], None);
                 }

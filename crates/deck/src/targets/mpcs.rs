@@ -71,8 +71,10 @@ impl Finder<'_> {
     fn warn_of_turns(&mut self, mpc: &Mpc) {
         let line = mpc.lines[0];
         if self.deck.steps.iter().any(|step| step.nlgeom) {
-            let how = "`[[equation]]`: planes and lines of PLANE, STRAIGHT and SLIDER keep their directions, although \
-                       steps have NLGEOM, so that results are right for small rotations only";
+            let how = "`[[equation]]`: planes and lines of PLANE, STRAIGHT and SLIDER keep the directions of the mesh, \
+                       although steps have NLGEOM, so that results are right for small rotations only: where they turn \
+                       by an angle φ, a node that slides along them by s errs by s sin φ across them (1 % of s at 0.01 \
+                       rad). If they turn more, press the nodes onto a *RIGID BODY, with *CONTACT PAIR without friction";
             self.mesh.notices.push(format!("line {line}: *MPC: {how}"));
             self.ledger.translated("MPC", line, how);
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Finder, OfNode, POINT};
 use crate::history::Track;
-use crate::read::SpringSection;
+use crate::read::{CONNECTOR, SpringSection};
 
 /// Equal springs on nodes of the file.
 #[derive(Debug)]
@@ -39,7 +39,12 @@ impl Finder<'_> {
                 deck.spring_elements.iter().filter(|element| element.sets.contains(&section.set)).collect();
             if elements.is_empty() {
                 let why = format!("there is no set of spring elements `{}`", section.set);
-                self.ledger.wrong("SPRING", [section.line; 2], why, "name an *ELSET of SPRING1, SPRING2 or SPRINGA");
+                self.ledger.wrong(
+                    "SPRING",
+                    [section.line; 2],
+                    why,
+                    "name an *ELSET of SPRING1, SPRING2, SPRINGA or CONN3D2",
+                );
             }
             let mut grounded: Vec<u32> = Vec::new();
             for element in elements {
@@ -48,14 +53,16 @@ impl Finder<'_> {
                 let Some(nodes) = nodes else { continue };
                 match (element.kind, &section.components[..]) {
                     ('1', [_]) => grounded.push(nodes[0]),
-                    ('2', [first, second]) if first == second => {
+                    ('2' | CONNECTOR, [first, second]) if first == second => {
                         sprung.extend(self.joined([nodes[0], nodes[1]], Some(*first), section, motions));
                     }
                     ('2', [_, _]) => {
                         let why = "a spring between different components is not supported";
                         self.ledger.refuse("SPRING", section.line, why, "join equal components");
                     }
-                    ('A', _) => sprung.extend(self.joined([nodes[0], nodes[1]], None, section, motions)),
+                    ('A', _) | (CONNECTOR, []) => {
+                        sprung.extend(self.joined([nodes[0], nodes[1]], None, section, motions))
+                    }
                     _ => {
                         let why = "SPRING1 needs a line with one component, and SPRING2 one with two";
                         self.ledger.wrong("SPRING", [section.line; 2], why, "add the components");

@@ -11,6 +11,10 @@ impl Writer<'_> {
         let deck = self.deck;
         for pair in &deck.pairs {
             let nothing = Interaction::default();
+            if pair.tied {
+                pair.active.iter().for_each(|&steps| self.phase(pair, &nothing, steps, &Behavior::Tied));
+                continue;
+            }
             let interaction = deck.interactions.get(&pair.interaction).unwrap_or_else(|| {
                 let why = format!("there is no surface interaction `{}`", pair.interaction);
                 self.ledger.wrong(
@@ -21,7 +25,7 @@ impl Writer<'_> {
                 );
                 &nothing
             });
-            for (steps, behavior) in interaction.phases(pair.active) {
+            for (steps, behavior) in pair.active.iter().flat_map(|&active| interaction.phases(active)) {
                 self.phase(pair, interaction, steps, &behavior);
             }
         }

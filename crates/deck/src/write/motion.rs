@@ -2,7 +2,7 @@
 
 use super::{Writer, quoted, vector};
 use crate::history::{Curve, value_at};
-use crate::read::Field;
+use crate::read::{Field, NORMAL};
 use crate::targets::Held;
 
 const COMPONENTS: [&str; 6] = ["\"x\"", "\"y\"", "\"z\"", "\"rx\"", "\"ry\"", "\"rz\""];
@@ -115,7 +115,11 @@ impl Writer<'_> {
             for &body in &pressure.bodies {
                 let surface = quoted(&self.on(body, &pressure.surface));
                 self.table("load", "DLOAD", pressure.line);
-                self.line(format!("surface = {surface}\npressure = {value:?}"));
+                let kind = match pressure.direction == NORMAL {
+                    true => format!("pressure = {value:?}"),
+                    false => format!("traction = {}", vector(&pressure.direction.map(|n| value * n))),
+                };
+                self.line(format!("surface = {surface}\n{kind}"));
                 self.amplitude(&factors);
             }
         }

@@ -154,7 +154,7 @@ fn couplings() {
         ]
     );
     for (keywords, message) in [
-        ("*COUPLING, REF NODE=99\n*KINEMATIC\n", "needs REF NODE=… and SURFACE=…"),
+        ("*COUPLING, REF NODE=99\n*KINEMATIC\n", "needs REF NODE=…, a node or a set of one node, and SURFACE=…"),
         ("*COUPLING, REF NODE=99, SURFACE=LID\n", "does not say how"),
         ("*COUPLING, REF NODE=99, SURFACE=NONE\n*KINEMATIC\n", "no surface `NONE`"),
         ("*COUPLING, REF NODE=5, SURFACE=LID\n*KINEMATIC\n", "the reference node on none"),

@@ -1,6 +1,7 @@
 //! Decks and the tables that they become: one rung after the other. Expected tables follow from the
 //! keywords reference of CalculiX.
 
+mod cae;
 mod joints;
 mod laws;
 mod materials;

@@ -1,6 +1,6 @@
 //! Materials, and their axes.
 
-use super::{CUBES, refused, tables, translated};
+use super::{CUBES, line_of, refused, tables, translated};
 
 #[test]
 fn materials() {
@@ -203,4 +203,22 @@ fn constants_depend_on_temperature() {
     let same = heated("BOTH, 100.", "LOW_NODES, 400.").replace("100000., 0.25", "210000., 0.3");
     let same = same.replace("24e-6", "12e-6").replace("1., 100.", "2., 100.");
     near(constants(&same), [210_000.0, 0.3, 12e-6, 2.0]);
+}
+
+/// A law that is not translated is one error, not two.
+#[test]
+fn other_laws_are_refused_once() {
+    for law in
+        ["HYPERFOAM\n1., 2., 0.3", "DEFORMATION PLASTICITY\n1000., 0.3, 8., 12., 0.4", "USER MATERIAL, CONSTANTS=1\n1."]
+    {
+        let deck = CUBES.replace("*ELASTIC\n1000, 0.3", &format!("*{law}"));
+        let keyword = law.split(['\n', ',']).next().expect("a keyword");
+        let line = line_of(&deck, &format!("*{keyword}"));
+        let cure = "write ELASTIC (isotropic, ORTHO or ENGINEERING CONSTANTS), HYPERELASTIC or PLASTIC";
+        let ignored = format!("`--ignore \"{keyword}\"` leaves it out");
+        assert_eq!(refused(&deck), [format!("{line}: *{keyword}: this law is not supported; {cure}; {ignored}")]);
+    }
+    let kinematic = CUBES.replace("1000, 0.3\n", "1000, 0.3\n*PLASTIC, HARDENING=KINEMATIC\n5., 0.\n6., 0.1\n");
+    assert_eq!(refused(&kinematic).len(), 1, "{:?}", refused(&kinematic));
+    assert!(refused(&kinematic)[0].contains("HARDENING=KINEMATIC is not supported; use isotropic hardening"));
 }

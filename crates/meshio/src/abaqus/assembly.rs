@@ -250,6 +250,9 @@ fn real(field: &str) -> Option<f64> {
 /// Parameters that name a set or surface.
 const NAMES: [&str; 4] = ["NSET", "ELSET", "SURFACE", "NAME"];
 
+/// Parameters that name a node by number or by a set.
+const NODES: [&str; 3] = ["REF NODE", "ROT NODE", "NODE"];
+
 struct Writer {
     out: Vec<u8>,
     /// By the names of instances in capitals.
@@ -346,9 +349,13 @@ impl Writer {
             "ELSET" | "SURFACE" => element,
             _ => {
                 let axes = keyword.name == "ORIENTATION";
-                self.keyword(keyword, |name, value| match name {
-                    "NSET" | "ELSET" | "SURFACE" | "ORIENTATION" => format!("{prefix}_{value}"),
-                    "NAME" if axes => format!("{prefix}_{value}"),
+                self.keyword(keyword, |name, value| match (name, value.parse::<u64>()) {
+                    (name, Ok(number)) if NODES.contains(&name) => number.saturating_add(node).to_string(),
+                    (name, _) if NODES.contains(&name) => format!("{prefix}_{value}"),
+                    ("NSET" | "TIE NSET" | "PIN NSET" | "ELSET" | "SURFACE" | "ORIENTATION", _) => {
+                        format!("{prefix}_{value}")
+                    }
+                    ("NAME", _) if axes => format!("{prefix}_{value}"),
                     _ => value.to_owned(),
                 });
                 let mut last = keyword.line;
@@ -387,7 +394,10 @@ impl Writer {
     fn outside(&mut self, card: &Card<'_>, global: &Scope) -> Result<(), MeshFileError> {
         let keyword = &card.keyword;
         let scopes = std::mem::take(&mut self.scopes);
-        self.keyword(keyword, |_, value| replaced(&scopes, keyword, value).unwrap_or_else(|| value.to_owned()));
+        self.keyword(keyword, |name, value| match value.parse::<u64>() {
+            Ok(number) if NODES.contains(&name) => number.saturating_add(global.node).to_string(),
+            _ => replaced(&scopes, keyword, value).unwrap_or_else(|| value.to_owned()),
+        });
         let mut last = keyword.line;
         let offset = match keyword.name.as_str() {
             "NODE" | "NSET" => global.node,
