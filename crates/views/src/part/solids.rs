@@ -23,7 +23,7 @@ pub struct Solids {
 }
 
 /// How far a STEP file's facets may be from those of the part, relative to the shortest edges.
-const NEAR: f64 = 0.05;
+const NEAR: f64 = 0.07;
 
 /// Largest change of the volume by that.
 const VOLUME: f64 = 5e-4;

@@ -19,6 +19,8 @@ pub(super) struct Facets {
     pub points: Vec<V>,
     pub triangles: Vec<[u32; 3]>,
     pub region: Vec<Option<usize>>,
+    /// The triangle of the source of which each is a part.
+    pub origin: Vec<usize>,
     pub regions: Vec<Region>,
     /// The triangle to the left of each directed edge.
     pub left: HashMap<[u32; 2], u32>,
@@ -51,6 +53,7 @@ impl Facets {
             points,
             triangles: source.triangles.clone(),
             region: vec![None; source.triangles.len()],
+            origin: (0..source.triangles.len()).collect(),
             regions: Vec::new(),
             left: HashMap::new(),
         };
@@ -147,6 +150,7 @@ impl Facets {
             self.triangles[t] = [from, new, apex];
             self.triangles.push([new, to, apex]);
             self.region.push(self.region[t]);
+            self.origin.push(self.origin[t]);
             self.connect(t);
             self.connect(self.triangles.len() - 1);
         }
@@ -209,10 +213,11 @@ impl Facets {
         found
     }
 
-    /// Moves the points onto all surfaces of the regions around them; returns the curved regions that some point
-    /// does not reach within `reach` times the shortest edge beside it, and those beside triangles that turn over.
+    /// Moves the points onto all surfaces of the regions around them; returns the triangles of curved regions around points
+    /// that do not reach these surfaces within `reach` times the shortest edge beside them, and around triangles that
+    /// turn over.
     pub fn settle(&mut self, reach: f64) -> BTreeSet<usize> {
-        let mut around: BTreeMap<u32, BTreeSet<usize>> = BTreeMap::new();
+        let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         let mut shortest = vec![f64::INFINITY; self.points.len()];
         for (t, corners) in self.triangles.iter().enumerate() {
             for k in 0..3 {
@@ -221,12 +226,13 @@ impl Facets {
                 for n in [a, b] {
                     shortest[n as usize] = shortest[n as usize].min(length);
                 }
-                around.entry(a).or_default().extend(self.region[t]);
+                around.entry(a).or_default().push(t);
             }
         }
         let before: Vec<(V, f64)> = (0..self.triangles.len()).map(|t| (self.area(t), self.upward(t))).collect();
         let mut unreached: BTreeSet<usize> = BTreeSet::new();
-        for (&n, regions) in &around {
+        for (&n, triangles) in &around {
+            let regions: BTreeSet<usize> = triangles.iter().filter_map(|&t| self.region[t]).collect();
             let surfaces: Vec<Surface> = regions.iter().map(|&r| self.regions[r].surface).collect();
             if surfaces.is_empty() {
                 continue;
@@ -234,7 +240,7 @@ impl Facets {
             let reach = (reach * shortest[n as usize]).max(self.tolerance);
             match onto(&self.points[n as usize], &surfaces, reach, 1e-3 * self.tolerance) {
                 Some(at) => self.points[n as usize] = at,
-                None => unreached.extend(regions),
+                None => unreached.extend(triangles),
             }
         }
         for (t, (area, upward)) in before.iter().enumerate() {
@@ -247,8 +253,14 @@ impl Facets {
                 unreached.extend(self.triangles[t].iter().flat_map(|n| &around[n]));
             }
         }
-        unreached.retain(|&r| !matches!(self.regions[r].surface, Surface::Plane { .. }));
+        unreached.retain(|&t| self.curved(t).is_some());
         unreached
+    }
+
+    /// The curved surface of a triangle.
+    pub fn curved(&self, t: usize) -> Option<Surface> {
+        let surface = self.regions[self.region[t]?].surface;
+        (!matches!(surface, Surface::Plane { .. })).then_some(surface)
     }
 
     /// Twice the area of a triangle along the normal of its region's surface. \[L²\]

@@ -68,7 +68,7 @@ pub(super) fn tell(context: &Context, (solids, faces): &(Solids, Faces), thresho
     ));
     if faces.left > 0 {
         context.console.warning(&format!(
-            "{} as facets: points of the surface do not reach {}; another --size may help",
+            "{} wholly or partly as facets: points of the surface do not reach {}; another --size may help",
             counted(faces.left, "curved face"),
             if faces.left == 1 { "it" } else { "them" }
         ));
