@@ -42,8 +42,9 @@ const INCLINED: f64 = 0.7;
 const ROUNDS: usize = 4;
 
 impl Facets {
-    /// The triangles of a solid. Flat neighbours of one name in one plane share a region; so do those on one shape.
-    pub fn new(source: &Source, shapes: &[Option<Surface>]) -> Self {
+    /// The triangles of a solid. Flat neighbours of one name in one plane share a region; so do those on one shape. Those
+    /// that are `loose` have none, so that their points may move.
+    pub fn new(source: &Source, shapes: &[Option<Surface>], loose: &[bool]) -> Self {
         let points: Vec<V> = source.points.iter().map(|&p| p.into()).collect();
         let (low, high) = points
             .iter()
@@ -71,7 +72,7 @@ impl Facets {
             }
             found.region[t] = Some(number);
         }
-        found.add_planes(source);
+        found.add_planes(source, loose);
         found
     }
 
@@ -99,8 +100,9 @@ impl Facets {
     }
 
     /// Gives a plane to each set of two or more connected triangles in it: the outer ones of a name, and the others.
-    fn add_planes(&mut self, source: &Source) {
-        let mut order: Vec<usize> = (0..self.triangles.len()).filter(|&t| self.region[t].is_none()).collect();
+    fn add_planes(&mut self, source: &Source, loose: &[bool]) {
+        let mut order: Vec<usize> =
+            (0..self.triangles.len()).filter(|&t| self.region[t].is_none() && !loose[t]).collect();
         let size: Vec<f64> = (0..self.triangles.len()).map(|t| self.area(t).norm()).collect();
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let mut seen = vec![false; self.triangles.len()];
@@ -111,6 +113,7 @@ impl Facets {
             let (normal, origin) = (self.area(start).normalize(), self.corners(start)[0]);
             let lies = |t: usize| {
                 self.region[t].is_none()
+                    && !loose[t]
                     && source.outer[t] == source.outer[start]
                     && source.names[t] == source.names[start]
                     && self.area(t).dot(&normal) > 0.9 * size[t]

@@ -98,10 +98,11 @@ const PARTS: usize = 5;
 fn solid(source: &Source, count: &mut Faces) -> Named {
     let mut shapes: Vec<Option<Surface>> =
         source.shapes.iter().map(|shape| shape.as_ref().and_then(Surface::of)).collect();
-    let mut left: Vec<Surface> = Vec::new();
+    let all = shapes.clone();
+    let (mut left, mut loose): (Vec<Surface>, _) = (Vec::new(), vec![false; shapes.len()]);
     let mut round = 0;
     let mut facets = loop {
-        let mut facets = Facets::new(source, &shapes);
+        let mut facets = Facets::new(source, &shapes, &loose);
         let mut unreached = facets.settle(REACH);
         if unreached.is_empty() {
             facets.refine();
@@ -115,10 +116,13 @@ fn solid(source: &Source, count: &mut Faces) -> Named {
                 left.push(surface);
             }
         }
-        unreached.iter().for_each(|&t| shapes[facets.origin[t]] = None);
         round += 1;
         if round > PARTS {
-            shapes.iter_mut().filter(|shape| shape.is_some_and(|of| left.contains(&of))).for_each(|of| *of = None);
+            for t in (0..all.len()).filter(|&t| all[t].is_some_and(|of| left.contains(&of))) {
+                (shapes[t], loose[t]) = (None, false);
+            }
+        } else {
+            unreached.iter().for_each(|&t| (shapes[facets.origin[t]], loose[facets.origin[t]]) = (None, true));
         }
     };
     count.left += left.len();
