@@ -310,7 +310,7 @@ impl Run {
             if ["step", "stp"].contains(&extension.as_str()) {
                 unit_of_length(length, "STEP").map_err(Failure::from)?;
                 let Solids { bodies, export } =
-                    solids(&self.resolved.case, &self.mesh, &density, &options, None).map_err(Failure::from)?;
+                    solids(&self.resolved.case, &self.mesh, &density, &options, None, &[]).map_err(Failure::from)?;
                 write_step(&file, &bodies, length).map_err(Failure::from)?;
                 let volume = bodies.iter().map(|body| body.volume).sum();
                 return Ok((export.threshold, volume, export.density_volume));

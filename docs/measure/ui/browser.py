@@ -195,6 +195,12 @@ def pick_faces(browser: Browser, pictures: Path) -> None:
     browser.until(f"{told}.includes('area')")
     first = browser.value(told)
     browser.picture(pictures / "2a_picked_1400.png")
+    # a contact pair needs faces of two bodies
+    use = "element('pick-use').value = '{}'; element('pick-use').dispatchEvent(new Event('change'))"
+    browser.value(f"{{ {use.format('contact')} }}")
+    browser.until(f"{told}.includes('faces of two bodies')")
+    browser.value(f"{{ {use.format('')} }}")
+    browser.until(f"{told} === {json.dumps(first)}")
     # Shift adds another face, and removes it again
     at(0.5, 0.72, shift=True)
     browser.until(f"{told}.includes('area') && {told} !== {json.dumps(first)}")
@@ -291,6 +297,14 @@ def fill_a_form(
     browser.until("source.value.includes('friction = 0.7')")
     fill(before)
     browser.until(f"source.value === {json.dumps(text)}")
+    # a key is removed from the text, with the keyboard
+    browser.value("element('remove-contact[0].friction').focus()")
+    browser.key("Enter")
+    browser.until("!source.value.includes('friction = ')")
+    browser.until("document.activeElement.id === 'add-contact[0]'")
+    assert browser.value("element('remove-contact[0].slave')") is None, "the pair needs it"
+    type_text(text)
+    browser.until(f"{field} !== null && !changed()")
     # a list over several lines keeps them
     rows = "min = [\n  -1.5,\n  -1.0, -1.5]"
     type_text(text.replace("min = [-1.5, -1.0, -1.5]", rows))

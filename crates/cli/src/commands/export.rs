@@ -76,7 +76,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     let (surface, volume) = (&export.surface, export.surface.volume());
     let crossings = surface.crossings();
     let pieces = surface.pieces();
-    let solids = step::write(args, &resolved.case, (&mesh, &density), &options)?;
+    let solids = step::write(args, &resolved.case, (&mesh, &density), &options, part.as_ref())?;
     let paths: Vec<&PathBuf> = files.iter().map(|(_, file)| file).chain(&args.step).collect();
     context.console.event(
         "result",

@@ -5,12 +5,12 @@
 //! | `GET /`, `/ui.js`, `/ui.css` | the page |
 //! | `GET /folder` | cases and runs of the folder, and which to open |
 //! | `GET /case?case=`, `?run=` | the text of a case, or of the case of a run |
-//! | `POST /check?case=` | diagnostics and outline of an edited text, and its stamp |
+//! | `POST /check?case=&page=` | diagnostics and outline of an edited text, and its stamp |
 //! | `POST /save?case=&stamp=` | replaces the file, unless it is not the one that was read |
-//! | `GET /model?case=` | the model of the text that was checked last, as a view |
+//! | `GET /model?case=&page=` | the model of the text that this page checked last, as a view |
 //! | `GET /schema` | the schema of cases |
 //! | `POST /values` | values of a text with their places |
-//! | `POST /edit?path=&value=` | a text with one value changed |
+//! | `POST /edit` | a text with one value changed or, without `value`, removed; the body is `{ text, path, value }` |
 //! | `POST /pick?case=&stamp=&name=&use=&degrees=&sure=` | the tables that select faces of the model, if it is that of the text with this stamp |
 //! | `POST /start?command=&case=&run=&kind=&force=` | starts a command |
 //! | `POST /stop` | stops it |
@@ -30,7 +30,7 @@ use slipstick_service::read::{edited, object, text_of};
 use slipstick_service::run::OpenRun;
 
 use super::folder::{Folder, Opened};
-use super::forms::{values, with_value};
+use super::forms::{values, with_value, without};
 use super::http::{Request, Response};
 use super::jobs::{Asked, Jobs, log_of, tail};
 use super::models::{Models, Wanted};
@@ -120,7 +120,7 @@ impl Server {
     fn check(&self, request: &Request) -> Outcome<Response> {
         let (name, text) = (request.head.asked("case"), text(request)?);
         let path = self.folder.case(name)?;
-        self.models.keep(name, text);
+        self.models.keep(request.head.asked("page"), name, text);
         let mut answer = match edited(&path, text).map_err(|error| error.at(&path)) {
             Ok(resolved) => {
                 let warnings: Vec<Value> = resolved.warnings.iter().map(object).collect();
@@ -152,7 +152,7 @@ impl Server {
             "" => self.folder.run(run)?.file("case.toml"),
             name => self.folder.case(name)?,
         };
-        self.models.page(name, &path)
+        self.models.page(request.head.asked("page"), name, &path)
     }
 
     /// The tables that select picked faces.
@@ -237,8 +237,15 @@ fn runs(resolved: &Resolved) -> Vec<&'static str> {
 }
 
 fn edit(request: &Request) -> Outcome<Response> {
-    let (path, value) = (request.head.asked("path"), request.head.asked("value"));
-    with_value(text(request)?, path, value).map(|text| Response::json(&json!({ "text": text })))
+    let wrong = || Failure::input("the body is not `{ text, path, value }`", "use the fields of the page");
+    let asked: Value = serde_json::from_slice(&request.body).map_err(|_| wrong())?;
+    let (Some(text), Some(path)) = (asked["text"].as_str(), asked["path"].as_str()) else { return Err(wrong()) };
+    let text = match asked.get("value").map(Value::as_str) {
+        None => without(text, path)?,
+        Some(Some(value)) => with_value(text, path, value)?,
+        Some(None) => return Err(wrong()),
+    };
+    Ok(Response::json(&json!({ "text": text })))
 }
 
 fn text(request: &Request) -> Outcome<&str> {

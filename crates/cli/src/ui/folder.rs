@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use slipstick::output::write_atomically;
-use slipstick::run::{RunDirectory, RunRecord};
+use slipstick::run::{RunDirectory, RunRecord, bytes_of};
 use slipstick_service::failure::{Failure, Outcome};
 
 /// The folder.
@@ -130,15 +130,31 @@ impl Folder {
         ]
     }
 
+    /// Whether a file is there that another program than this one has written, as its header says.
+    pub fn is_step_of_cad(&self, name: &str) -> bool {
+        let head = |path: PathBuf| bytes_of(&path).map(|bytes| bytes[..bytes.len().min(1024)].to_vec());
+        let own = |head: Vec<u8>| String::from_utf8_lossy(&head).contains("'slipstick'");
+        self.within(name).ok().filter(|path| path.is_file()).is_some_and(|path| head(path).is_ok_and(|head| !own(head)))
+    }
+
     /// Replaces the text of a case.
     ///
     /// # Errors
     /// [`Failure::Input`] if it cannot be written.
     pub fn save(&self, name: &str, text: &str) -> Outcome {
         let path = self.case(name)?;
-        Ok(write_atomically(&path, |writer| writer.write_all(text.as_bytes()))?)
+        // the byte order mark that some editors write is no part of the text
+        let marked = bytes_of(&path).is_ok_and(|bytes| bytes.starts_with(MARK));
+        let mark = if marked && !text.as_bytes().starts_with(MARK) { MARK } else { b"" };
+        Ok(write_atomically(&path, |writer| {
+            writer.write_all(mark)?;
+            writer.write_all(text.as_bytes())
+        })?)
     }
 }
+
+/// The byte order mark of UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Whether a name is that of a case file or a deck.
 fn is_case(name: &str) -> bool {

@@ -1,4 +1,6 @@
-//! Forms: the values of a text with their places, and texts in which one value has changed.
+//! Forms: the values of a text with their places, and texts in which one value has changed or is gone.
+
+use std::ops::Range;
 
 use serde_json::{Value, json};
 use slipstick::case::{Override, override_case};
@@ -80,6 +82,79 @@ pub fn with_value(text: &str, path: &str, value: &str) -> Outcome<String> {
     override_case(text, "the text", &[change]).map_err(wrong)
 }
 
+/// The text without one key and its value, and everything else as it was: its line, or its entry of an inline table.
+///
+/// # Errors
+/// [`Failure::Input`] if there is no such key, or it shares its line with something else.
+pub fn without(text: &str, path: &str) -> Outcome<String> {
+    let cure = "remove the key from the text";
+    let missing = || Failure::input(format!("the text has no value {path}"), cure);
+    let root = DeTable::parse(text).map_err(|_| missing())?;
+    let place = place(text, root.get_ref(), path).ok_or_else(missing)?;
+    let cut = if place.inline { Some(entry(text, &place)) } else { lines(text, &place) };
+    let tried = cut.map(|cut| [&text[..cut.start], &text[cut.end..]].concat());
+    let inner = |of: &str| of.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+    let outer = |of: &str| path.strip_prefix(of).is_some_and(|rest| rest.starts_with(['.', '[']));
+    let others = |text: &str| -> Option<Vec<[String; 3]>> {
+        let all = values(text);
+        let of = |one: &Value| ["path", "kind", "text"].map(|key| one[key].as_str().unwrap_or_default().to_owned());
+        Some(all.as_array()?.iter().map(of).filter(|[of, ..]| !inner(of) && !outer(of)).collect())
+    };
+    match tried {
+        Some(tried) if others(&tried).is_some() && others(&tried) == others(text) => Ok(tried),
+        _ => Err(Failure::input(format!("{path} cannot be removed without changing other values"), cure)),
+    }
+}
+
+/// Where a key and its value are, and whether they are in an inline table.
+struct Place {
+    key: Range<usize>,
+    value: Range<usize>,
+    inline: bool,
+}
+
+fn place(text: &str, root: &DeTable<'_>, path: &str) -> Option<Place> {
+    let (mut table, mut inline, mut found) = (root, false, None);
+    let mut segments = path.split('.').peekable();
+    while let Some(segment) = segments.next() {
+        let (key, entry) = match segment.split_once('[') {
+            Some((key, number)) => (key, Some(number.strip_suffix(']')?.parse::<usize>().ok()?)),
+            None => (segment, None),
+        };
+        let (name, value) = table.iter().find(|(name, _)| name.get_ref() == key)?;
+        if segments.peek().is_none() {
+            found = entry.is_none().then(|| Place { key: name.span(), value: value.span(), inline });
+            break;
+        }
+        let inner = match entry {
+            Some(number) => value.get_ref().as_array()?.get(number)?,
+            None => value,
+        };
+        inline = text.get(inner.span())?.starts_with('{');
+        table = inner.get_ref().as_table()?;
+    }
+    found
+}
+
+/// The lines of a key and its value, if nothing but a comment is beside them.
+fn lines(text: &str, place: &Place) -> Option<Range<usize>> {
+    let start = text[..place.key.start].rfind('\n').map_or(0, |at| at + 1);
+    let end = text[place.value.end..].find('\n').map_or(text.len(), |at| place.value.end + at + 1);
+    let after = text[place.value.end..end].trim();
+    let alone = text[start..place.key.start].trim().is_empty() && (after.is_empty() || after.starts_with('#'));
+    alone.then_some(start..end)
+}
+
+/// An entry of an inline table with one of the commas beside it.
+fn entry(text: &str, place: &Place) -> Range<usize> {
+    let (before, after) = (text[..place.key.start].trim_end(), text[place.value.end..].trim_start());
+    match (after.strip_prefix(','), before.strip_suffix(',')) {
+        (Some(rest), _) => place.key.start..text.len() - rest.trim_start().len(),
+        (None, Some(rest)) => rest.len()..place.value.end,
+        (None, None) => place.key.start..place.value.end,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,6 +182,25 @@ mod tests {
         let quoted = values("\"a.b\" = 1\nc = { \"d e\" = 2, f = 3 }\n");
         let paths: Vec<_> = quoted.as_array().expect("a list").iter().map(|of| &of["path"]).collect();
         assert_eq!(paths, ["c", "c.f"]);
+    }
+
+    #[test]
+    fn one_key_is_removed_and_all_else_stays() {
+        let gone = |text: &str, path: &str| without(text, path).expect("removed");
+        assert_eq!(gone(TEXT, "contact[0].friction"), TEXT.replace("friction = 0.30\n", ""));
+        assert_eq!(gone(TEXT, "title"), TEXT.replace("title = \"Äpfel\" # ä\n", ""));
+        assert_eq!(gone(TEXT, "body[0].box.max"), TEXT.replace(", max = [1, 1, 1]", ""));
+        assert_eq!(gone(TEXT, "body[0].box.min"), TEXT.replace("min = [0, 0, 0], ", ""));
+        assert_eq!(gone(TEXT, "body[0].box"), TEXT.replace("box = { min = [0, 0, 0], max = [1, 1, 1] }\n", ""));
+        assert_eq!(gone("a = { b = 1 }\nc = [ # rows\n 1,\n]", "a.b"), "a = {  }\nc = [ # rows\n 1,\n]");
+        assert_eq!(gone("a = { b = 1 }\nc = [ # rows\n 1,\n]", "c"), "a = { b = 1 }\n");
+        assert_eq!(gone("a = [{ b = 1, c = 2 }, { b = 3 }]\n", "a[0].c"), "a = [{ b = 1 }, { b = 3 }]\n");
+        for path in ["contact", "contact[0]", "contact[1].friction", "contact[0].tied", "body[0].box.max[0]", "", "a.b"]
+        {
+            assert!(without(TEXT, path).is_err(), "{path}");
+        }
+        assert!(without("a.b = 1\na.c = 2\n", "a.b").is_err(), "a dotted key");
+        assert!(without("a = ", "a").is_err());
     }
 
     #[test]

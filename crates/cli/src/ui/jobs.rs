@@ -166,7 +166,11 @@ fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, Str
         let Some((option, ending)) = EXPORTS.iter().find(|(option, _)| *option == kind) else {
             return Err(Failure::input(format!("{kind:?} cannot be exported"), "use the buttons of the page"));
         };
-        let to = format!("{run}{ending}");
+        let mut to = format!("{run}{ending}");
+        if kind == "step" && folder.is_step_of_cad(&to) {
+            // the file from which the case was made
+            to = format!("{run}_optimized.step");
+        }
         folder.within(&to)?;
         let line = words(&["export", &argument(run), &format!("--{option}"), &argument(&to)]);
         return Ok((forced(line), String::new(), log_of(&format!("{run}_export"))));

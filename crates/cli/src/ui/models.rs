@@ -1,6 +1,5 @@
 //! Models of texts as they are edited, and the faces that are picked in them.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, TryLockError};
@@ -26,13 +25,19 @@ use super::outline::marks;
 /// Texts that are being edited, and the newest model.
 #[derive(Default)]
 pub struct Models {
-    /// Texts that were checked last, by case.
-    drafts: Mutex<BTreeMap<String, String>>,
+    /// Texts that were checked last, the newest at the end, and of which page and case they are.
+    drafts: Mutex<Vec<(Draft, String)>>,
     /// Held while a mesh is built, so that the memory of one is available in full.
     building: Mutex<Option<Built>>,
     /// Number of the newest request for a model.
     newest: AtomicUsize,
 }
+
+/// A page, of several in the browser, and a case.
+type Draft = [String; 2];
+
+/// Most texts that are kept; a page checks its text again before it asks for a model.
+const MOST_DRAFTS: usize = 16;
 
 /// The model that the page shows.
 pub struct Built {
@@ -50,7 +55,7 @@ pub struct Wanted<'a> {
     pub stamp: &'a str,
     /// The name for the surface.
     pub name: &'a str,
-    /// What the surface is used for: nothing, `support`, `pressure` or `force`.
+    /// What the surface is used for: nothing, `support`, `pressure`, `force` or `contact`.
     pub purpose: &'a str,
     /// The angle with which faces were picked.
     pub degrees: f64,
@@ -61,9 +66,18 @@ pub struct Wanted<'a> {
 }
 
 impl Models {
-    /// Keeps a text that is being edited.
-    pub fn keep(&self, name: &str, text: &str) {
-        lock(&self.drafts).insert(name.to_owned(), text.to_owned());
+    /// Keeps a text that is being edited in a page.
+    pub fn keep(&self, page: &str, name: &str, text: &str) {
+        let of = [page.to_owned(), name.to_owned()];
+        let mut drafts = lock(&self.drafts);
+        drafts.retain(|(other, _)| *other != of);
+        let most = drafts.len().saturating_sub(MOST_DRAFTS - 1);
+        drafts.drain(..most);
+        drafts.push((of, text.to_owned()));
+    }
+
+    fn draft(&self, of: &Draft) -> Option<String> {
+        lock(&self.drafts).iter().find(|(other, _)| other == of).map(|(_, text)| text.clone())
     }
 
     /// Waits until no mesh is built; none is until this is dropped. The model that was built is forgotten, and its
@@ -74,14 +88,15 @@ impl Models {
         built
     }
 
-    /// The model of the text that was checked last, otherwise of the file.
+    /// The model of the text that a page checked last, otherwise of the file.
     ///
     /// # Errors
     /// [`Failure`] if the text is not valid, or its mesh cannot be built.
-    pub fn page(&self, name: &str, path: &Path) -> Outcome<Response> {
+    pub fn page(&self, page: &str, name: &str, path: &Path) -> Outcome<Response> {
         let turn = 1 + self.newest.fetch_add(1, Ordering::SeqCst);
-        let draft = lock(&self.drafts).get(name).cloned();
-        let Some(mut building) = self.turn_to_build(turn, name, draft.as_ref()) else {
+        let of = [page.to_owned(), name.to_owned()];
+        let draft = self.draft(&of);
+        let Some(mut building) = self.turn_to_build(turn, &of, draft.as_ref()) else {
             return Ok(Response::plain(409, "the text has changed; its newer model replaces this one".into()));
         };
         let text = match draft {
@@ -98,9 +113,9 @@ impl Models {
 
     /// Waits until no mesh is built; `None` if another text was checked meanwhile and its model was requested,
     /// because the page then no longer waits for this one.
-    fn turn_to_build(&self, turn: usize, name: &str, draft: Option<&String>) -> Option<MutexGuard<'_, Option<Built>>> {
+    fn turn_to_build(&self, turn: usize, of: &Draft, draft: Option<&String>) -> Option<MutexGuard<'_, Option<Built>>> {
         loop {
-            if self.newest.load(Ordering::SeqCst) != turn && lock(&self.drafts).get(name) != draft {
+            if self.newest.load(Ordering::SeqCst) != turn && self.draft(of).as_ref() != draft {
                 return None;
             }
             match self.building.try_lock() {
@@ -130,17 +145,27 @@ impl Models {
             return Err(Failure::input("a deck has no [[surface]] tables", cure));
         }
         let facets = facets_of(case, mesh, &wanted.points)?;
-        let Picked { tables, surface } = pick(mesh, &facets, wanted.name, &[wanted.degrees])
-            .map_err(|error| Failure::input(error.message.clone(), error.help))?;
-        let mut added: Vec<String> = tables.iter().map(|table| table.toml()).collect();
-        added.extend(purpose(wanted.purpose, &surface)?);
+        let sides = match wanted.purpose {
+            "contact" => sides(mesh, &facets)?,
+            _ => vec![(wanted.name.to_owned(), facets.clone())],
+        };
+        let (mut added, mut surfaces) = (Vec::new(), Vec::new());
+        for (end, facets) in &sides {
+            let name = if sides.len() > 1 { format!("{}_{end}", wanted.name) } else { end.clone() };
+            let Picked { tables, surface } = pick(mesh, facets, &name, &[wanted.degrees])
+                .map_err(|error| Failure::input(error.message.clone(), error.help))?;
+            added.extend(tables.iter().map(|table| table.toml()));
+            surfaces.push(surface);
+        }
+        let known = added.is_empty();
+        added.extend(purpose(wanted.purpose, &surfaces)?);
         can_follow(text, &added)?;
         if wanted.sure && !added.is_empty() {
             let (_, tried) = meshed(path, &joined(text, &added))?;
-            let same = tried
-                .surfaces
-                .get(&surface)
-                .is_some_and(|found| keys(found) == keys(&Surface { facets: facets.clone() }));
+            let same = surfaces.iter().zip(&sides).all(|(surface, (_, facets))| {
+                let found = tried.surfaces.get(surface);
+                found.is_some_and(|found| keys(found) == keys(&Surface { facets: facets.clone() }))
+            });
             if !same {
                 let cure = "name the faces in the program that made the mesh";
                 return Err(Failure::input("in the case, the tables select other faces", cure));
@@ -148,7 +173,7 @@ impl Models {
         }
         let area = mesh.surface_area(&Surface { facets: facets.clone() });
         Ok(json!({
-            "surface": surface, "known": tables.is_empty(), "added": added.join("\n"), "text": joined(text, &added),
+            "surfaces": surfaces, "known": known, "added": added.join("\n"), "text": joined(text, &added),
             "facets": counted(facets.len(), "facet"), "area": slipstick::words::quantity(area),
         }))
     }
@@ -184,9 +209,40 @@ fn keys(surface: &Surface) -> Vec<Vec<u32>> {
     keys
 }
 
-/// A table that uses a surface.
-fn purpose(purpose: &str, surface: &str) -> Outcome<Option<String>> {
-    let name = toml::Value::from(surface);
+/// The picked facets of two bodies, those of the slave first: its facets are smaller in the mean.
+fn sides(mesh: &Mesh, facets: &[Facet]) -> Outcome<Vec<(String, Vec<Facet>)>> {
+    let mut all: Vec<(usize, Vec<Facet>)> = Vec::new();
+    for facet in facets {
+        let body = mesh.body_of_element(facet.element as usize).unwrap_or(0);
+        match all.iter_mut().find(|(other, _)| *other == body) {
+            Some((_, own)) => own.push(*facet),
+            None => all.push((body, vec![*facet])),
+        }
+    }
+    all.sort_by_key(|(body, _)| *body);
+    if all.len() != 2 {
+        let bodies: Vec<String> = all.iter().map(|(body, _)| format!("`{}`", mesh.bodies[*body].name)).collect();
+        let message = format!("a contact pair needs faces of two bodies; picked are those of {}", bodies.join(", "));
+        let cure = "Shift-click on a face of the other body adds it, on a picked one removes it";
+        return Err(Failure::input(message, cure));
+    }
+    let size = |of: &[Facet]| mesh.surface_area(&Surface { facets: of.to_vec() }) / of.len() as f64;
+    // of equal sizes, the first one
+    if size(&all[1].1) < size(&all[0].1) * (1.0 - 1e-9) {
+        all.swap(0, 1);
+    }
+    Ok(["slave", "master"].map(str::to_owned).into_iter().zip(all.into_iter().map(|(_, own)| own)).collect())
+}
+
+/// A table that uses surfaces: one, or the two of a contact pair.
+fn purpose(purpose: &str, surfaces: &[String]) -> Outcome<Option<String>> {
+    let names: Vec<toml::Value> = surfaces.iter().map(|name| name.as_str().into()).collect();
+    if let ("contact", [slave, master]) = (purpose, &names[..]) {
+        return Ok(Some(format!(
+            "[[contact]]\nslave = {slave}   # smaller facets\nmaster = {master}\nfriction = 0.2\n"
+        )));
+    }
+    let name = &names[0];
     Ok(Some(match purpose {
         "" => return Ok(None),
         "support" => format!("[[dirichlet]]\nset = {name}\n"),

@@ -23,6 +23,13 @@ fn a_browser_shows_bounds_and_load_cases() {
     let history = find("Constraint: hold ≥ 50 [N]: light heavy").expect("a chart");
     assert_eq!((&history["lines"], &history["paths"]), (&1.into(), &2.into()), "{history}");
     assert!(history["text"].as_array().expect("text").contains(&"≥ 50".into()));
+    // forces that are maximized are positive, and grow upwards
+    let objective = find("Sum of the contact forces [N] (maximized)").expect("a chart");
+    let labels = objective["text"].as_array().expect("text");
+    assert!(
+        labels.len() > 2 && !labels.iter().any(|text| text.as_str().is_some_and(|text| text.starts_with('-'))),
+        "{objective}"
+    );
     let far = find("Constraint: amount ≤ 10000 [mm³], bound ≤ 10000 (off the chart)").expect("a chart");
     assert_eq!(far["lines"], 0, "{far}");
     let path = find("hold [N]").expect("a chart over the load path");

@@ -225,6 +225,11 @@ fn the_page_shows_forces_and_material() {
     let results = data(&place.read("case/report.html"))["results"].clone();
     let rows: Vec<&Value> = results["rows"].as_array().expect("rows").iter().collect();
     assert_eq!(rows[0][0], "objective θ [N]");
+    // the chart shows what is maximized, and grows with it
+    assert_eq!(
+        (&results["title"], &results["negated"]),
+        (&"Sum of the contact forces [N] (maximized)".into(), &true.into())
+    );
     assert_eq!(rows[1][0], "material in slab [mm³]");
     assert!(
         rows[1][1]

@@ -136,6 +136,18 @@ fn facets_end_at_exact_surfaces() {
     assert!(areas.iter().filter(|area| area[0] == "Cylinder").count() >= 4, "{areas:?}");
 }
 
+/// Beside a part, whose surface it takes, the STEP file is the same as alone.
+#[test]
+fn a_step_file_beside_a_part_is_the_same() {
+    let place = Place::new();
+    place.write("ring.toml", RING);
+    solve(&place, |[_, around, along]| along == 0 || around < 60);
+    place.good("export ring --step alone.step --threshold 0.5 --size 0.8");
+    place.good("export ring --step beside.step --case part --threshold 0.5 --size 0.8");
+    let (alone, beside) = (place.read("alone.step"), place.read("beside.step"));
+    assert!(alone == beside, "{} and {} bytes", alone.len(), beside.len());
+}
+
 #[test]
 fn what_cannot_be_a_step_file() {
     let place = Place::new();

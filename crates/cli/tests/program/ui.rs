@@ -133,6 +133,38 @@ fn without_the_token_nothing_is_answered() {
     assert_ne!(served.token, Served::new(&place, ".").token);
 }
 
+/// What other users of the machine can see, command lines and readable files, does not contain the token: the browser gets
+/// a file that only this user can read.
+#[test]
+#[cfg(target_os = "linux")]
+fn other_users_do_not_see_the_token() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let place = Place::new();
+    std::fs::create_dir(place.path("programs")).expect("a folder");
+    // instead of the desktop's
+    place.write(
+        "programs/xdg-open",
+        "#!/bin/sh\nstat -c %a \"$1\" > opened.new\necho \"$@\" >> opened.new\ncat \"$1\" >> opened.new\nmv opened.new opened\n",
+    );
+    let executable = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(place.path("programs/xdg-open"), executable).expect("executable");
+    let path = format!("{}:{}", place.path("programs").display(), std::env::var("PATH").unwrap_or_default());
+    let mut command = place.command("ui . --json");
+    let served = Served::by(command.env("PATH", path).env_remove("SSH_CONNECTION"));
+    let begin = Instant::now();
+    while !place.path("opened").exists() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no browser is opened");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let opened = place.read("opened");
+    let mut lines = opened.lines();
+    assert_eq!(lines.next(), Some("600"), "{opened}");
+    assert!(lines.next().is_some_and(|words| !words.contains(&served.token)), "{opened}");
+    assert!(lines.collect::<String>().contains(&format!("/{}/", served.token)), "{opened}");
+    let words = std::fs::read(format!("/proc/{}/cmdline", served.child.id())).expect("the command line");
+    assert!(!String::from_utf8_lossy(&words).contains(&served.token));
+}
+
 /// All of 127.0.0.0/8 is this machine on Linux; the server listens on one address of it, and on none of another
 /// interface.
 #[test]
@@ -273,6 +305,22 @@ fn an_edited_text_is_checked_and_saved() {
     let late = served.post(&format!("save?case=case.toml&stamp={stamp}"), CASE);
     assert!(late.status == 409 && late.body.contains("another program"), "{}", late.body);
     assert_eq!(place.read("case.toml"), good);
+}
+
+/// The byte order mark that some editors write stays at the start of the file, and is no part of the text.
+#[test]
+fn a_byte_order_mark_stays() {
+    let place = Place::new();
+    place.write("case.toml", &format!("\u{feff}{CASE}"));
+    let served = Served::new(&place, "case.toml");
+    let read = served.get("case?case=case.toml").json();
+    assert_eq!(read["text"], CASE);
+    let text = format!("{CASE}# more\n");
+    for text in [&text, CASE] {
+        let stamp = served.get("case?case=case.toml").json()["stamp"].as_str().expect("a stamp").to_owned();
+        assert_eq!(served.post(&format!("save?case=case.toml&stamp={stamp}"), text).status, 200);
+        assert_eq!(place.read("case.toml"), format!("\u{feff}{text}"));
+    }
 }
 
 /// A text with too many elements does not end the server.

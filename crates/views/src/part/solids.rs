@@ -23,13 +23,14 @@ pub struct Solids {
 }
 
 /// How far a STEP file's facets may be from those of the part, relative to the shortest edges.
-const NEAR: f64 = 0.05;
+const NEAR: f64 = 0.07;
 
 /// Largest change of the volume by that.
 const VOLUME: f64 = 5e-4;
 
 /// The bodies of a design as parts that keep their outer faces; `size` is as for [`super::part`]. Unlike there, any body may
-/// be one, also one that is solid everywhere, and no face must be left.
+/// be one, also one that is solid everywhere, and no face must be left. Those that are parts already, of the same size and
+/// threshold, are taken from `made`.
 ///
 /// # Errors
 /// [`PartError`]: the design has no surface, or too fine a one.
@@ -39,6 +40,7 @@ pub fn solids(
     density: &[f64],
     options: &ExportOptions,
     size: Option<f64>,
+    made: &[PartBody],
 ) -> Result<Solids, PartError> {
     let all: Vec<usize> = (0..mesh.bodies.len()).collect();
     let faces = NamedFaces::new(mesh, &all);
@@ -55,7 +57,10 @@ pub fn solids(
         }
         let solid: Vec<usize> =
             mesh.bodies[body].elements.clone().filter(|&e| density[e] >= export.threshold).collect();
-        let mut part = part_body(case, mesh, &faces, &own, (body, &solid), size)?;
+        let mut part = match made.iter().find(|part| part.name == mesh.bodies[body].name) {
+            Some(part) => part.clone(),
+            None => part_body(case, mesh, &faces, &own, (body, &solid), size)?,
+        };
         simplify(&mut part);
         bodies.push(part);
     }

@@ -8,6 +8,8 @@ use super::MEASURES;
 use super::named;
 use super::origin::Origin;
 use super::tables::{self, Table};
+use crate::charts::objective_axis;
+use crate::render::ObjectiveAxis;
 use slipstick_case::check::{SectionSummary, sections};
 use slipstick_case::file::{Bound, Case, Dimension};
 use slipstick_model::optimize::FEASIBLE;
@@ -23,6 +25,10 @@ pub(super) struct Summary {
     objective: String,
     /// Unit of θ, as written after its name.
     unit: String,
+    /// Title of the chart of the objective.
+    title: String,
+    /// Whether the chart shows −θ, which is maximized.
+    negated: bool,
     /// Regions of bodies with several materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     materials: Option<Table>,
@@ -57,14 +63,18 @@ impl Summary {
         origin: Origin,
     ) -> Result<Self, RunError> {
         let of_newest = origin.of_newest();
-        let (objective, unit) = match own_objective(run)? {
-            Some(own) => own,
+        let (objective, unit, axis) = match own_objective(run)? {
+            Some((about, unit)) => {
+                let name = format!("Objective θ{unit}");
+                (about, unit, ObjectiveAxis { name, negated: false })
+            }
             None => {
                 let unit = case.objective_dimension().map(|dimension| in_unit(case, dimension, dimension.symbol()));
-                (case.objective_in_words().unwrap_or_default(), unit.unwrap_or_default())
+                (case.objective_in_words().unwrap_or_default(), unit.unwrap_or_default(), objective_axis(case))
             }
         };
-        let mut summary = Self { objective, unit, ..Self::default() };
+        let title = format!("{} ({})", axis.name, if axis.negated { "maximized" } else { "minimized" });
+        let mut summary = Self { objective, unit, title, negated: axis.negated, ..Self::default() };
         let recalled = ResultRecord::read(run)?;
         let result = history.zip(recalled).and_then(|(history, of)| history.rows.get(of.iteration));
         let last = result.or(history.and_then(|history| history.rows.last()));

@@ -1,9 +1,10 @@
 //! Faces, edges and vertices of a solid, from its regions and facets.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::curve::{Curve, meeting};
 use super::facets::Facets;
+use super::pairs::pairs;
 use super::seams::Frame;
 use super::surface::{Surface, V, across};
 
@@ -45,12 +46,13 @@ const LONGEST: f64 = 3.5;
 
 /// The boundary of a solid with these facets; `frames` are those of its regions.
 pub(super) fn brep(facets: &Facets, frames: &[Frame]) -> Brep {
-    let (face_of, count) = faces(facets);
+    let pairs = pairs(facets);
+    let (face_of, count) = faces(facets, &pairs);
     let mut first = vec![usize::MAX; count];
     for (t, &face) in face_of.iter().enumerate() {
         first[face] = first[face].min(t);
     }
-    let surfaces: Vec<Surface> = first.iter().map(|&t| surface(facets, t)).collect();
+    let surfaces: Vec<Surface> = first.iter().map(|&t| surface(facets, &pairs, t)).collect();
     let mut along_normal = vec![0.0; count];
     for (t, &face) in face_of.iter().enumerate() {
         let centre = facets.corners(t).iter().sum::<V>() / 3.0;
@@ -120,11 +122,15 @@ fn next(facets: &Facets, along: &BTreeMap<[u32; 2], (usize, bool)>, [a, b]: [u32
     }
 }
 
+/// The other triangle of a facet's face, and the corners of the face.
+type Pairs = HashMap<usize, (usize, [V; 4])>;
+
 /// The surface of a triangle.
-fn surface(facets: &Facets, t: usize) -> Surface {
-    match facets.region[t] {
-        Some(region) => facets.regions[region].surface,
-        None => {
+fn surface(facets: &Facets, pairs: &Pairs, t: usize) -> Surface {
+    match (facets.region[t], pairs.get(&t)) {
+        (Some(region), _) => facets.regions[region].surface,
+        (None, Some((_, corners))) => Surface::Bilinear { corners: *corners },
+        (None, None) => {
             let [a, b, _] = facets.corners(t);
             let beside = || (b - a).try_normalize(0.0).map_or_else(V::z, |edge| across(&edge));
             Surface::Plane { origin: a, normal: facets.area(t).try_normalize(0.0).unwrap_or_else(beside) }
@@ -132,9 +138,12 @@ fn surface(facets: &Facets, t: usize) -> Surface {
     }
 }
 
-/// The face of each triangle: connected triangles of a region are one.
-fn faces(facets: &Facets) -> (Vec<usize>, usize) {
-    components(facets, |s, t| facets.region[s].is_some() && facets.region[s] == facets.region[t])
+/// The face of each triangle: connected triangles of a region are one, and so are pairs.
+fn faces(facets: &Facets, pairs: &Pairs) -> (Vec<usize>, usize) {
+    components(facets, |s, t| match facets.region[s] {
+        Some(_) => facets.region[s] == facets.region[t],
+        None => pairs.get(&s).is_some_and(|(other, _)| *other == t),
+    })
 }
 
 fn components(facets: &Facets, continues: impl Fn(usize, usize) -> bool) -> (Vec<usize>, usize) {
@@ -205,8 +214,8 @@ impl Builder<'_> {
         };
         let passes = |n: u32| match around[&n][..] {
             [a, b] if pair(a, n) == pair(b, n) => {
-                let planes = pair(a, n).map(|f| matches!(self.surfaces[f], Surface::Plane { .. }));
-                !(planes[0] && planes[1]) || self.straight(&[a, n, b])
+                let straight = pair(a, n).map(|f| self.surfaces[f].has_straight_sides());
+                !(straight[0] && straight[1]) || self.straight(&[a, n, b])
             }
             _ => false,
         };

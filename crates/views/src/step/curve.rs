@@ -38,8 +38,10 @@ pub(super) fn meeting(surfaces: [&Surface; 2], points: &[V], tolerance: f64) -> 
         let arm = first - centre;
         conic(centre, normal, arm.normalize(), [arm.norm(); 2])
     };
+    if surfaces.iter().all(|surface| surface.has_straight_sides()) {
+        return Curve::Line;
+    }
     match surfaces {
-        [Surface::Plane { .. }, Surface::Plane { .. }] => Curve::Line,
         [Surface::Cone { point, axis, .. }, Surface::Cone { .. }] if surfaces[0] == surfaces[1] => {
             within(surfaces[0], (*point, *axis), points, tolerance)
         }

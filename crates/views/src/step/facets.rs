@@ -19,6 +19,8 @@ pub(super) struct Facets {
     pub points: Vec<V>,
     pub triangles: Vec<[u32; 3]>,
     pub region: Vec<Option<usize>>,
+    /// The triangle of the source of which each is a part.
+    pub origin: Vec<usize>,
     pub regions: Vec<Region>,
     /// The triangle to the left of each directed edge.
     pub left: HashMap<[u32; 2], u32>,
@@ -40,8 +42,9 @@ const INCLINED: f64 = 0.7;
 const ROUNDS: usize = 4;
 
 impl Facets {
-    /// The triangles of a solid. Flat neighbours of one name in one plane share a region; so do those on one shape.
-    pub fn new(source: &Source, shapes: &[Option<Surface>]) -> Self {
+    /// The triangles of a solid. Flat neighbours of one name in one plane share a region; so do those on one shape. Those
+    /// that are `loose` have none, so that their points may move.
+    pub fn new(source: &Source, shapes: &[Option<Surface>], loose: &[bool]) -> Self {
         let points: Vec<V> = source.points.iter().map(|&p| p.into()).collect();
         let (low, high) = points
             .iter()
@@ -51,6 +54,7 @@ impl Facets {
             points,
             triangles: source.triangles.clone(),
             region: vec![None; source.triangles.len()],
+            origin: (0..source.triangles.len()).collect(),
             regions: Vec::new(),
             left: HashMap::new(),
         };
@@ -68,7 +72,7 @@ impl Facets {
             }
             found.region[t] = Some(number);
         }
-        found.add_planes(source);
+        found.add_planes(source, loose);
         found
     }
 
@@ -96,8 +100,9 @@ impl Facets {
     }
 
     /// Gives a plane to each set of two or more connected triangles in it: the outer ones of a name, and the others.
-    fn add_planes(&mut self, source: &Source) {
-        let mut order: Vec<usize> = (0..self.triangles.len()).filter(|&t| self.region[t].is_none()).collect();
+    fn add_planes(&mut self, source: &Source, loose: &[bool]) {
+        let mut order: Vec<usize> =
+            (0..self.triangles.len()).filter(|&t| self.region[t].is_none() && !loose[t]).collect();
         let size: Vec<f64> = (0..self.triangles.len()).map(|t| self.area(t).norm()).collect();
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let mut seen = vec![false; self.triangles.len()];
@@ -108,6 +113,7 @@ impl Facets {
             let (normal, origin) = (self.area(start).normalize(), self.corners(start)[0]);
             let lies = |t: usize| {
                 self.region[t].is_none()
+                    && !loose[t]
                     && source.outer[t] == source.outer[start]
                     && source.names[t] == source.names[start]
                     && self.area(t).dot(&normal) > 0.9 * size[t]
@@ -147,6 +153,7 @@ impl Facets {
             self.triangles[t] = [from, new, apex];
             self.triangles.push([new, to, apex]);
             self.region.push(self.region[t]);
+            self.origin.push(self.origin[t]);
             self.connect(t);
             self.connect(self.triangles.len() - 1);
         }
@@ -209,10 +216,11 @@ impl Facets {
         found
     }
 
-    /// Moves the points onto all surfaces of the regions around them; returns the curved regions that some point
-    /// does not reach within `reach` times the shortest edge beside it, and those beside triangles that turn over.
+    /// Moves the points onto all surfaces of the regions around them; returns the triangles of curved regions around points
+    /// that do not reach these surfaces within `reach` times the shortest edge beside them, and around triangles that
+    /// turn over.
     pub fn settle(&mut self, reach: f64) -> BTreeSet<usize> {
-        let mut around: BTreeMap<u32, BTreeSet<usize>> = BTreeMap::new();
+        let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         let mut shortest = vec![f64::INFINITY; self.points.len()];
         for (t, corners) in self.triangles.iter().enumerate() {
             for k in 0..3 {
@@ -221,12 +229,13 @@ impl Facets {
                 for n in [a, b] {
                     shortest[n as usize] = shortest[n as usize].min(length);
                 }
-                around.entry(a).or_default().extend(self.region[t]);
+                around.entry(a).or_default().push(t);
             }
         }
         let before: Vec<(V, f64)> = (0..self.triangles.len()).map(|t| (self.area(t), self.upward(t))).collect();
         let mut unreached: BTreeSet<usize> = BTreeSet::new();
-        for (&n, regions) in &around {
+        for (&n, triangles) in &around {
+            let regions: BTreeSet<usize> = triangles.iter().filter_map(|&t| self.region[t]).collect();
             let surfaces: Vec<Surface> = regions.iter().map(|&r| self.regions[r].surface).collect();
             if surfaces.is_empty() {
                 continue;
@@ -234,7 +243,7 @@ impl Facets {
             let reach = (reach * shortest[n as usize]).max(self.tolerance);
             match onto(&self.points[n as usize], &surfaces, reach, 1e-3 * self.tolerance) {
                 Some(at) => self.points[n as usize] = at,
-                None => unreached.extend(regions),
+                None => unreached.extend(triangles),
             }
         }
         for (t, (area, upward)) in before.iter().enumerate() {
@@ -247,8 +256,14 @@ impl Facets {
                 unreached.extend(self.triangles[t].iter().flat_map(|n| &around[n]));
             }
         }
-        unreached.retain(|&r| !matches!(self.regions[r].surface, Surface::Plane { .. }));
+        unreached.retain(|&t| self.curved(t).is_some());
         unreached
+    }
+
+    /// The curved surface of a triangle.
+    pub fn curved(&self, t: usize) -> Option<Surface> {
+        let surface = self.regions[self.region[t]?].surface;
+        (!matches!(surface, Surface::Plane { .. })).then_some(surface)
     }
 
     /// Twice the area of a triangle along the normal of its region's surface. \[L²\]

@@ -4,8 +4,8 @@
 //! triangles, shapes ──facets──▶ regions ──settle, refine, seams──▶ ──brep──▶ faces, edges, vertices ──text──▶ STEP (AP214)
 //! ```
 //!
-//! Triangles on one plane, cylinder, cone or sphere of the outer faces become one face on exactly this surface; every
-//! other triangle becomes a plane face of its own. An edge is the exact intersection of the surfaces beside it, so
+//! Triangles on one plane, cylinder, cone or sphere of the outer faces become one face on exactly this surface. Of the
+//! others, two beside each other become a bilinear face, or one a plane face. An edge is the exact intersection of the surfaces beside it, so
 //! a facet beside a cylinder ends at an ellipse: lines, circles and ellipses as such, other intersections as cubic splines
 //! within the tolerance. Faces that close around an axis are divided in two, so that none contains the seam or a pole of its
 //! surface. Where a facet is so inclined that its arc would come close to its other edges, the edge is divided.
@@ -19,6 +19,7 @@
 mod brep;
 mod curve;
 mod facets;
+mod pairs;
 mod seams;
 mod simplify;
 mod surface;
@@ -58,9 +59,9 @@ pub struct Faces {
     pub planes: usize,
     /// Faces on cylinders, cones and spheres.
     pub curved: usize,
-    /// Plane faces of one triangle.
+    /// Plane faces of one triangle, and bilinear faces of two.
     pub facets: usize,
-    /// Curved surfaces that are written as facets, because triangles do not reach them.
+    /// Curved surfaces of which triangles are written as facets, because points do not reach them.
     pub left: usize,
 }
 
@@ -88,13 +89,20 @@ pub fn step(bodies: &[(String, Vec<Source>)], unit: &str) -> (String, Faces) {
 const REACH: f64 = 0.4;
 
 /// Coordinates are written to this fraction of the tolerance.
-const WRITTEN: f64 = 0.03;
+const WRITTEN: f64 = 0.2;
+
+/// How often triangles around points that do not reach their curved surfaces become facets, before all triangles of these
+/// surfaces do.
+const PARTS: usize = 5;
 
 fn solid(source: &Source, count: &mut Faces) -> Named {
     let mut shapes: Vec<Option<Surface>> =
         source.shapes.iter().map(|shape| shape.as_ref().and_then(Surface::of)).collect();
-    let facets = loop {
-        let mut facets = Facets::new(source, &shapes);
+    let all = shapes.clone();
+    let (mut left, mut loose): (Vec<Surface>, _) = (Vec::new(), vec![false; shapes.len()]);
+    let mut round = 0;
+    let mut facets = loop {
+        let mut facets = Facets::new(source, &shapes, &loose);
         let mut unreached = facets.settle(REACH);
         if unreached.is_empty() {
             facets.refine();
@@ -103,11 +111,21 @@ fn solid(source: &Source, count: &mut Faces) -> Named {
         if unreached.is_empty() {
             break facets;
         }
-        let left: Vec<Surface> = unreached.iter().map(|&region| facets.regions[region].surface).collect();
-        count.left += left.len();
-        shapes.iter_mut().filter(|shape| shape.is_some_and(|shape| left.contains(&shape))).for_each(|s| *s = None);
+        for surface in unreached.iter().filter_map(|&t| facets.curved(t)) {
+            if !left.contains(&surface) {
+                left.push(surface);
+            }
+        }
+        round += 1;
+        if round > PARTS {
+            for t in (0..all.len()).filter(|&t| all[t].is_some_and(|of| left.contains(&of))) {
+                (shapes[t], loose[t]) = (None, false);
+            }
+        } else {
+            unreached.iter().for_each(|&t| (shapes[facets.origin[t]], loose[facets.origin[t]]) = (None, true));
+        }
     };
-    let mut facets = facets;
+    count.left += left.len();
     let frames = seams(&mut facets);
     let brep = brep(&facets, &frames);
     for face in &brep.faces {

@@ -31,7 +31,7 @@ pub(super) fn seams(facets: &mut Facets) -> Vec<Frame> {
     while let Some(region) = open.pop_front() {
         let points = points(facets, region);
         let (through, found) = match facets.regions[region].surface {
-            Surface::Plane { .. } => continue,
+            Surface::Plane { .. } | Surface::Bilinear { .. } => continue,
             Surface::Cone { point, axis, .. } => {
                 let seam = seam(&points, &point, &axis);
                 (point, seam.map(|seam| [axis, seam]).ok_or(axis))

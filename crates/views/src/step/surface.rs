@@ -1,4 +1,4 @@
-//! The surfaces of faces: planes, cylinders, cones and spheres.
+//! The surfaces of faces: planes, cylinders, cones, spheres and bilinear ones.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use slipstick_mesh::Shape;
@@ -17,6 +17,8 @@ pub(super) enum Surface {
     Cone { point: V, axis: V, radius: f64, slope: f64 },
     /// All points at `radius` from `centre`.
     Sphere { centre: V, radius: f64 },
+    /// Bilinear between four corners, counter-clockwise seen from where its normal points.
+    Bilinear { corners: [V; 4] },
 }
 
 impl Surface {
@@ -47,10 +49,12 @@ impl Surface {
                 let from = (x - point - axis * along).norm();
                 (from - radius - slope * along) / (1.0 + slope * slope).sqrt()
             }
+            Self::Bilinear { corners } => (x - above(corners, x)).dot(&self.normal(x)),
         }
     }
 
-    /// The gradient of the distance at a point: the unit normal, away from axis or centre.
+    /// The gradient of the distance at a point: the unit normal, away from axis or centre; of a bilinear surface that of
+    /// its diagonals.
     pub fn normal(&self, x: &V) -> V {
         match self {
             Self::Plane { normal, .. } => *normal,
@@ -60,7 +64,13 @@ impl Surface {
                 let out = (arm - axis * arm.dot(axis)).try_normalize(0.0).unwrap_or_default();
                 (out - axis * *slope) / (1.0 + slope * slope).sqrt()
             }
+            Self::Bilinear { corners: [a, b, c, d] } => (c - a).cross(&(d - b)).try_normalize(0.0).unwrap_or_default(),
         }
+    }
+
+    /// Whether its faces have straight sides.
+    pub fn has_straight_sides(&self) -> bool {
+        matches!(self, Self::Plane { .. } | Self::Bilinear { .. })
     }
 
     /// The area within a closed loop of points, positive if counter-clockwise seen from where the normal points: in a
@@ -70,8 +80,9 @@ impl Surface {
         let next = |k: usize| points[(k + 1) % points.len()];
         let sum = |of: &dyn Fn(V, V) -> f64| (0..points.len()).map(|k| of(points[k], next(k))).sum();
         let (through, axis) = match (self, self.axis(), frame) {
-            (Self::Plane { normal, .. }, ..) => {
-                return sum(&|p, q| (p - points[0]).cross(&(q - points[0])).dot(normal));
+            (Self::Plane { .. } | Self::Bilinear { .. }, ..) => {
+                let normal = self.normal(&points[0]);
+                return sum(&|p, q| (p - points[0]).cross(&(q - points[0])).dot(&normal));
             }
             (_, Some((through, axis)), Some([of_frame, _])) => (through, axis.unwrap_or(of_frame)),
             _ => return 0.0,
@@ -88,11 +99,28 @@ impl Surface {
     /// A point and the direction of the axis, if this is a surface of revolution; a sphere has every direction.
     pub fn axis(&self) -> Option<(V, Option<V>)> {
         match self {
-            Self::Plane { .. } => None,
+            Self::Plane { .. } | Self::Bilinear { .. } => None,
             Self::Sphere { centre, .. } => Some((*centre, None)),
             Self::Cone { point, axis, .. } => Some((*point, Some(*axis))),
         }
     }
+}
+
+/// The point of a bilinear surface whose projection along its normal is that of `x`, by Newton's method.
+fn above([a, b, c, d]: &[V; 4], x: &V) -> V {
+    let normal = (c - a).cross(&(d - b));
+    let (mut u, mut v) = (0.5, 0.5);
+    let at = |u: f64, v: f64| a * ((1.0 - u) * (1.0 - v)) + b * (u * (1.0 - v)) + c * (u * v) + d * ((1.0 - u) * v);
+    for _ in 0..20 {
+        let (along, across) = ((b - a) * (1.0 - v) + (c - d) * v, (d - a) * (1.0 - u) + (c - b) * u);
+        let (off, size) = (x - at(u, v), along.cross(&across).dot(&normal));
+        if size == 0.0 {
+            break;
+        }
+        u += off.cross(&across).dot(&normal) / size;
+        v += along.cross(&off).dot(&normal) / size;
+    }
+    at(u, v)
 }
 
 /// The point of all these surfaces near `x`, by Newton's method with the shortest steps; `None` if it is farther than

@@ -26,8 +26,7 @@ pub(super) struct Named {
     pub quantum: f64,
 }
 
-/// Digits of directions after the point: of facets, which are small, and of other faces.
-const OF_FACETS: usize = 10;
+/// Digits of directions after the point, of faces other than facets.
 const OF_SURFACES: usize = 14;
 
 /// The text of a file. Each body has a name and its solids.
@@ -131,6 +130,11 @@ impl File {
         self.once(format!("DIRECTION('',({x},{y},{z}))"))
     }
 
+    /// Digits after the point of a direction that is followed over a length, so that points are as exact as coordinates.
+    fn over(&self, length: f64) -> usize {
+        (self.digits as f64 + length.max(f64::MIN_POSITIVE).log10()).ceil().clamp(4.0, OF_SURFACES as f64) as usize
+    }
+
     fn placement(&mut self, origin: usize, axis: &V, reference: &V, digits: usize) -> usize {
         let (axis, reference) = (self.direction(axis, digits), self.direction(reference, digits));
         self.add(&format!("AXIS2_PLACEMENT_3D('',#{origin},#{axis},#{reference})"))
@@ -154,7 +158,7 @@ impl File {
         let accuracy = self.add(
             &format!(
                 "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({:E}),#{length},'distance_accuracy_value','')",
-                10f64.powi(4 - self.digits as i32)
+                10f64.powi(3 - self.digits as i32)
             )
             .replace("1E", "1.E"),
         );
@@ -199,7 +203,7 @@ impl File {
             Curve::Line => {
                 let along = brep.vertices[to] - brep.vertices[from];
                 let direction = along.try_normalize(0.0).unwrap_or_else(V::x);
-                let direction = self.direction(&direction, OF_FACETS);
+                let direction = self.direction(&direction, self.over(along.norm()));
                 let vector = self.once(format!("VECTOR('',#{direction},1.)"));
                 self.add(&format!("LINE('',#{},#{vector})", points[from]))
             }
@@ -275,20 +279,28 @@ impl File {
         let [axis, reference] = frame.unwrap_or([V::z(), V::x()]);
         match &face.surface {
             Surface::Plane { origin, normal } => {
-                let digits = if face.region.is_some() { OF_SURFACES } else { OF_FACETS };
                 let origin = match face.loops[0].first() {
                     // a vertex of the facet
                     Some(&(edge, _)) if face.region.is_none() => points[solid.brep.edges[edge].ends[0]],
                     _ => self.point(origin),
                 };
                 let placement = match face.region {
-                    Some(_) => self.placement(origin, normal, &across(normal), digits),
+                    Some(_) => self.placement(origin, normal, &across(normal), OF_SURFACES),
                     None => {
-                        let normal = self.direction(normal, digits);
+                        let vertices = face.loops.iter().flatten().flat_map(|&(edge, _)| solid.brep.edges[edge].ends);
+                        let far = |vertex: usize| (solid.brep.vertices[vertex] - vertex_of(face, solid)).norm();
+                        let normal = self.direction(normal, self.over(vertices.map(far).fold(0.0, f64::max)));
                         self.add(&format!("AXIS2_PLACEMENT_3D('',#{origin},#{normal},$)"))
                     }
                 };
                 self.add(&format!("PLANE('',#{placement})"))
+            }
+            Surface::Bilinear { corners } => {
+                let [a, b, c, d] = corners.map(|x| self.point(&x));
+                self.add(&format!(
+                    "B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#{a},#{d}),(#{b},#{c})),.UNSPECIFIED.,.F.,.F.,.F.,(2,2),(2,2),\
+                     (0.,1.),(0.,1.),.UNSPECIFIED.)"
+                ))
             }
             Surface::Sphere { centre, radius } => {
                 let centre = self.point(centre);
@@ -310,6 +322,11 @@ impl File {
             }
         }
     }
+}
+
+/// The first vertex of a face.
+fn vertex_of(face: &Face, solid: &Named) -> V {
+    face.loops[0].first().map_or_else(V::zeros, |&(edge, _)| solid.brep.vertices[solid.brep.edges[edge].ends[0]])
 }
 
 #[cfg(test)]

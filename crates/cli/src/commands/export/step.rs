@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use slipstick::case::Case;
 use slipstick::export::ExportOptions;
 use slipstick::mesh::Mesh;
-use slipstick::part::{Solids, solids, write_step};
+use slipstick::part::{Part, Solids, solids, write_step};
 use slipstick::step::Faces;
 use slipstick::words::counted;
 
@@ -38,9 +38,13 @@ pub(super) fn write(
     case: &Case,
     (mesh, density): (&Mesh, &[f64]),
     options: &ExportOptions,
+    part: Option<&Part>,
 ) -> Outcome<Option<(Solids, Faces)>> {
     let Some(file) = &args.step else { return Ok(None) };
-    let solids = solids(case, mesh, density, options, args.size)?;
+    // the bodies of a part with the same threshold are not meshed again
+    let threshold = part.map_or(options.threshold, |part| Some(part.export.threshold));
+    let options = ExportOptions { threshold, ..options.clone() };
+    let solids = solids(case, mesh, density, &options, args.size, part.map_or(&[][..], |part| &part.bodies[..]))?;
     let faces = write_step(file, &solids.bodies, case.units.length.as_deref())?;
     Ok(Some((solids, faces)))
 }
@@ -68,7 +72,7 @@ pub(super) fn tell(context: &Context, (solids, faces): &(Solids, Faces), thresho
     ));
     if faces.left > 0 {
         context.console.warning(&format!(
-            "{} as facets: points of the surface do not reach {}; another --size may help",
+            "{} wholly or partly as facets: points of the surface do not reach {}; another --size may help",
             counted(faces.left, "curved face"),
             if faces.left == 1 { "it" } else { "them" }
         ));

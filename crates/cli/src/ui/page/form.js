@@ -81,7 +81,7 @@ function fieldsOf(path, node) {
 }
 function field(path, key, node, needed) {
   const value = places.get(path), entries = value && value.kind === "list" ? [...places.values()].filter(of => of.kind === "table" && of.path.startsWith(`${path}[`) && !/[.[]/.test(of.path.slice(path.length + 1))) : [];
-  if (value && value.kind === "table") return make("fieldset", {}, make("legend", {}, key), ...note(path, about(node)), ...fieldsOf(path, node));
+  if (value && value.kind === "table") return make("fieldset", {}, make("legend", {}, key, ...remover(path, needed)), ...note(path, about(node)), ...fieldsOf(path, node));
   if (entries.length) return make("fieldset", {}, make("legend", {}, key), ...note(path, about(node)), ...entries.map((of, k) => make("fieldset", {}, make("legend", {}, `${key}[${k}]`), ...fieldsOf(of.path, itemsOf(node) || {}))));
   const words = choices(node) || (node.type === "boolean" ? ["true", "false"] : null), id = `field-${path}`, text = value ? value.text : "";
   const input = words ? make("select", { id }, ...[...text && words.map(String).includes(text) ? [] : [text], ...words.map(String)].map(word => make("option", { value: word }, word))) : make(text.includes("\n") ? "textarea" : "input", { id, spellcheck: "false", autocomplete: "off", placeholder: value ? "" : isTable(node) ? `{ ${Object.keys(properties(node)).slice(0, 3).join(" = …, ")} = … }` : node.type === "array" ? "[ … ]" : node.type || "" });
@@ -100,7 +100,19 @@ function field(path, key, node, needed) {
     try { await edit(path, word ? JSON.stringify(entered) : entered.trim()); } catch (error) { input.dataset.text = before; throw error; }
   }));
   input.addEventListener("blur", () => { if (kept) { kept = false; form().catch(fail); } });
-  return make("div", { class: "field" }, make("label", { for: id }, key), input, ...note(path, about(node)));
+  return make("div", { class: "field" }, make("label", { for: id }, key), make("span", { class: "value" }, input, ...remover(path, needed)), ...note(path, about(node)));
+}
+// Removes a key that the text has and does not need; the focus goes to the list of keys that can be added.
+function remover(path, needed) {
+  if (!places.has(path) || needed || !path.includes(".")) return [];
+  const button = make("button", { type: "button", class: "remove", id: `remove-${path}`, title: `Remove ${path} from the text`, "aria-label": `Remove ${path} from the text` }, "×");
+  button.addEventListener("click", attempt(async () => {
+    kept = false;
+    await edit(path, null);
+    const list = element(`add-${path.slice(0, path.lastIndexOf("."))}`);
+    if (list) list.focus();
+  }));
+  return [button];
 }
 const note = (path, text) => [make("small", { id: `about-${path}` }, text), make("p", { class: "message", "data-path": path })];
 // One after the other, each in the text that the one before has left.
@@ -114,14 +126,15 @@ async function editNow(path, value) {
   let sent, text;
   do {
     sent = source.value;
-    ({ text } = await ask(`edit?${query({ path, value })}`, { body: sent }));
+    ({ text } = await ask("edit", { body: JSON.stringify(value === null ? { text: sent, path } : { text: sent, path, value }) }));
     if (now.case !== of) return;
   } while (source.value !== sent);
   const focused = document.activeElement;
   added.delete(path);
   replaceText(text);
   if (focused && focused.id) element(focused.id)?.focus({ preventScroll: true });
-  element("form-line").replaceChildren("As an option of a command: ", make("code", {}, `--set ${shellWord(`${path}=${value}`)}`));
+  if (value === null) element("form-line").replaceChildren(`Removed ${path}; Ctrl-Z in the text takes that back.`);
+  else element("form-line").replaceChildren("As an option of a command: ", make("code", {}, `--set ${shellWord(`${path}=${value}`)}`));
 }
 // Puts each message beside the innermost value at its place, or above the form if the place is elsewhere in the table.
 function messages() {

@@ -1,6 +1,8 @@
 // The page of `slipstick ui`. All that it knows comes from the server, and all that it does is a request.
 const element = id => document.getElementById(id);
 const LINE = 1.5 * 13, PAUSE = 350, LOOK = 1000; // px, ms, ms
+// one of several pages of a browser, each with its own text
+const page = Math.random().toString(36).slice(2);
 const now = { case: "", step: "", steps: [], before: null, run: "", stamp: "", saved: "", kind: "", tab: "model", log: "run", commands: [], job: null, record: null, marked: null, wanted: null, started: false, returns: false };
 async function ask(path, { body } = {}) {
   const answer = await fetch(path, body === undefined ? {} : { method: "POST", body }), data = await answer.json();
@@ -75,7 +77,7 @@ let waiting = null, asked = 0;
 const check = attempt(async () => {
   const turn = ++asked;
   if (!now.case) { comment([]); element("verdict").textContent = ""; await form(); return; }
-  const text = source.value, found = await ask(`check?${query({ case: now.case })}`, { body: text });
+  const text = source.value, found = await ask(`check?${query({ case: now.case, page })}`, { body: text });
   if (turn !== asked) return; // a later text is being checked
   now.checked = { text, stamp: found.stamp };
   comment(found.diagnostics);
@@ -163,7 +165,7 @@ function model() {
   if (now.tab !== "model") return;
   unpicked();
   coming = now.checked; // the text that was checked last
-  load(`model?${query({ case: now.case, run: now.run, version: ++version })}`);
+  load(`model?${query({ case: now.case, run: now.run, page, version: ++version })}`);
 }
 function choose(tab) {
   now.tab = tab;
@@ -228,7 +230,7 @@ async function pickedText() {
   try {
     const found = await pick(false);
     if (turn !== pickTurn) return;
-    element("pick-count").textContent = found.known ? `${found.facets}, area ${found.area}: the surface “${found.surface}”, which has this name already.` : `${found.facets}, area ${found.area}. This selects exactly these:`;
+    element("pick-count").textContent = found.known ? `${found.facets}, area ${found.area}: the surface “${found.surfaces[0]}”, which has this name already.` : `${found.facets}, area ${found.area}. This selects exactly these:`;
     text.textContent = found.added; text.hidden = !found.added;
     element("pick-write").disabled = !found.added;
     element("pick-line").hidden = false;
@@ -248,13 +250,13 @@ const write = attempt(async () => {
   const of = now.model, found = await pick(true);
   if (!of || now.model !== of || source.value !== of.text) throw new Error("The text has changed meanwhile; pick again.");
   replaceText(found.text);
-  now.marked = [[found.surface, 0]];
+  now.marked = found.surfaces.map((name, k) => [name, k]);
   unpicked();
   clearTimeout(waiting);
   await check();
-  const line = lines().findLastIndex(text => text.includes(`"${found.surface}"`)) + 1;
+  const line = lines().findLastIndex(text => text.includes(`"${found.surfaces[0]}"`)) + 1;
   go(line);
-  element("status").textContent = `wrote “${found.surface}”; not saved yet`;
+  element("status").textContent = `wrote “${found.surfaces.join("” and “")}”; not saved yet`;
 });
 // Replaces the text from the first character that differs to the last, so that it can be undone.
 function replaceText(text) {

@@ -35,7 +35,8 @@ fn picked_faces_become_tables() {
     let top = faces(&model.body, "slab_ymax");
     // a whole face has a name
     let found = served.post(&format!("{pick}&name=top"), &body(&top)).json();
-    assert_eq!((&found["surface"], &found["known"], &found["added"]), (&"slab_ymax".into(), &true.into(), &"".into()));
+    let named = serde_json::json!(["slab_ymax"]);
+    assert_eq!((&found["surfaces"], &found["known"], &found["added"]), (&named, &true.into(), &"".into()));
     // what it is used for is added
     let used = served.post(&format!("{pick}&name=top&use=pressure&sure=true"), &body(&top)).json();
     assert_eq!(used["added"], "[[load]]\nsurface = \"slab_ymax\"\npressure = 1.0\n");
@@ -65,6 +66,66 @@ fn picked_faces_become_tables() {
     let top = faces(&served.get("model?case=case.toml").body, "slab_ymax");
     assert_eq!(served.post(&format!("{pick}&name=top"), &body(&top)).status, 400);
     assert_eq!(served.post(&format!("pick?case=case.toml&name=top&stamp={later}"), &body(&top)).status, 200);
+}
+
+/// Faces of two bodies become a contact pair; the slave has the smaller facets: those of the block measure 0.7 × 0.65, of the
+/// slab 1 × 1.
+#[test]
+fn two_picked_faces_become_a_contact_pair() {
+    let place = Place::new();
+    let without = CASE.replace("[[contact]]\nslave = \"block_ymin\"\nmaster = \"slab_ymax\"\nfriction = 0.3\n", "");
+    // the view shows faces that the case uses
+    let loads =
+        ["slab_ymax", "block_ymin"].map(|of| format!("[[load]]\nsurface = \"{of}\"\npressure = 1.0\n")).concat();
+    place.write(
+        "case.toml",
+        &without
+            .split("[design]")
+            .next()
+            .expect("the load path")
+            .replace("[load_path]", &format!("{loads}[load_path]")),
+    );
+    let served = Served::new(&place, "case.toml");
+    let pick = format!("pick?case=case.toml&name=touch&use=contact&stamp={}", stamp(&served, "case.toml"));
+    let model = served.get("model?case=case.toml");
+    let (top, bottom) = (faces(&model.body, "slab_ymax"), faces(&model.body, "block_ymin"));
+    // named faces need no tables; the order of picking does not matter
+    for points in [[&*top, &*bottom].concat(), [&*bottom, &*top].concat()] {
+        let found = served.post(&format!("{pick}&sure=true"), &body(&points)).json();
+        assert_eq!(found["surfaces"], serde_json::json!(["block_ymin", "slab_ymax"]), "{found}");
+        let added = "[[contact]]\nslave = \"block_ymin\"   # smaller facets\nmaster = \"slab_ymax\"\nfriction = 0.2\n";
+        assert_eq!(found["added"], added);
+    }
+    // parts of faces get tables; the program accepts the case
+    let found = served.post(&format!("{pick}&sure=true"), &body(&[&top[..4], &bottom[..4]].concat())).json();
+    let (added, text) = (found["added"].as_str().expect("text"), found["text"].as_str().expect("text"));
+    assert!(
+        added.contains("name = \"touch_slave\"\nbody = \"block\"") && added.contains("name = \"touch_master\""),
+        "{added}"
+    );
+    place.write("picked.toml", text);
+    let out = place.run("check picked.toml").out;
+    assert!(out.contains("touch_slave") && out.contains("touch_master"), "{out}");
+    // one body has no second side
+    let one = served.post(&pick, &body(&top));
+    assert!(one.status == 400 && one.body.contains("picked are those of `slab`"), "{}", one.body);
+}
+
+/// Two pages edit one case: each gets the model of its own text.
+#[test]
+fn pages_have_texts_of_their_own() {
+    let place = Place::new();
+    let served = Served::new(&place, "case.toml");
+    let finer = CASE.replace("elements = [4, 2, 2]", "elements = [8, 2, 2]");
+    served.post("check?case=case.toml&page=a", &finer);
+    served.post("check?case=case.toml&page=b", CASE);
+    let elements = |page: &str| {
+        report::data(&served.get(&format!("model?case=case.toml&page={page}")).body)["model"]["bodies"][0]["hexes"]
+            .clone()
+    };
+    assert_eq!((elements("a"), elements("b")), (serde_json::json!([0, 32]), serde_json::json!([0, 16])));
+    // the file of a page that has checked nothing
+    assert_eq!(elements("c"), serde_json::json!([0, 16]));
 }
 
 /// A table after a list in one line would be no TOML.
@@ -124,11 +185,29 @@ fn forms_change_single_values() {
     let friction =
         values.as_array().expect("a list").iter().find(|of| of["path"] == "contact[0].friction").expect("there");
     assert_eq!((&friction["kind"], &friction["text"]), (&"number".into(), &"0.3".into()));
-    let edited = served.post("edit?path=contact%5B0%5D.friction&value=0.25", CASE).json();
+    let edit = |text: &str, path: &str, value: Option<&str>| {
+        let mut body = serde_json::json!({ "text": text, "path": path });
+        if let Some(value) = value {
+            body["value"] = value.into();
+        }
+        served.post("edit", &body.to_string())
+    };
+    let edited = edit(CASE, "contact[0].friction", Some("0.25")).json();
     assert_eq!(edited["text"], CASE.replace("friction = 0.3", "friction = 0.25"));
-    let wrong = served.post("edit?path=contact%5B3%5D.friction&value=0.25", CASE);
+    // a key is removed with its line; one that is not there cannot be
+    let removed = edit(CASE, "contact[0].friction", None).json();
+    assert_eq!(removed["text"], CASE.replace("friction = 0.3\n", ""));
+    assert_eq!(edit(CASE, "contact[0].tied", None).status, 400);
+    // a value may be longer than the head of a request
+    let long = format!("\"{}\"", "x".repeat(100_000));
+    let edited = edit(CASE, "title", Some(&long));
+    assert!(edited.status == 200 && edited.json()["text"].as_str().is_some_and(|text| text.contains(&long)));
+    for body in ["", "[]", "{}", "{\"text\":1,\"path\":\"a\"}", "{\"text\":\"\",\"path\":\"a\",\"value\":1}"] {
+        assert_eq!(served.post("edit", body).status, 400, "{body}");
+    }
+    let wrong = edit(CASE, "contact[3].friction", Some("0.25"));
     assert!(wrong.status == 400 && wrong.body.contains("contact has 1 entry"), "{}", wrong.body);
-    assert_eq!(served.post("edit?path=a&value=1", "a = ").status, 400);
+    assert_eq!(edit("a = ", "a", Some("1")).status, 400);
     assert_eq!(place.read("case.toml"), CASE);
 }
 
@@ -148,6 +227,13 @@ fn exports_and_new_cases_are_commands() {
         );
         assert!(place.path(to).exists());
     }
+    // a STEP file of another program is not what an export replaces; one of this program is
+    place.write("case.step", "ISO-10303-21;\nHEADER;\nFILE_NAME('','',(''),(''),'','CAD','');\nENDSEC;\n");
+    let line = |query: &str| served.done(&format!("command=export&run=case&kind=step{query}"))["job"]["line"].clone();
+    assert_eq!(line("&force=true"), "slipstick export case --step case_optimized.step --force");
+    assert!(place.read("case.step").contains("'CAD'"));
+    std::fs::copy(place.path("case_optimized.step"), place.path("case.step")).expect("copied");
+    assert_eq!(line(""), "slipstick export case --step case.step");
     // existing files are only replaced if this is asked for
     assert_eq!(served.done("command=export&run=case&kind=vtu")["job"]["code"], 2);
     assert_eq!(served.done("command=export&run=case&kind=vtu&force=true")["job"]["code"], 0);

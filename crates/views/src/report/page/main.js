@@ -47,16 +47,17 @@ function curves() {
   if (h && h.rows.length) {
     show("curves");
     const column = name => { const k = h.columns.indexOf(name); return k < 0 ? [] : h.rows.map(row => row[k]); };
-    const x = column("iteration"), curve = (title, names, options) => {
-      const series = names.map(name => ({ name: name.replaceAll("_", " "), values: column(name) })).filter(s => s.values.length);
+    const x = column("iteration"), curve = (title, names, options = {}) => {
+      const series = names.map(name => ({ name: name.replaceAll("_", " "), values: options.negated ? column(name).map(v => typeof v === "number" ? -v : v) : column(name) })).filter(s => s.values.length);
       const figure = chart(title, x, series, { pick: revealed("designs"), ...options });
       if (figure) element("history-charts").append(figure);
     };
     const functions = h.columns.filter(name => name !== "volume_fraction" && h.columns.includes(`multiplier_${name}`));
     const parts = functions.filter(name => name.startsWith("objective_"));
-    curve(`Objective θ (minimised)${r ? r.unit : ""}`, parts.length ? parts : ["objective"]);
+    const negated = Boolean(r && r.negated);
+    curve(r ? r.title : "Objective θ (minimized)", parts.length ? parts : ["objective"], { negated });
     if (parts.length) curve("Shares of the largest:", parts.map(name => `multiplier_${name}`), { zero: true });
-    if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ is ${r.objective}.`; }
+    if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ, which tables contain, is ${r.objective}${negated ? "; the chart shows −θ" : ""}.`; }
     const limit = data.volume_fraction;
     curve("Volume fraction", ["volume_fraction"], { bounds: limit === null ? [] : [{ value: limit, text: `≤ ${digits(limit)}` }] });
     const known = new Set(data.bounded.flatMap(of => bounded(of, h, column, x)));
