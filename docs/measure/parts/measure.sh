@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Takes a hub, twenty random designs and ten optimized ones to parts, writes five designs as STEP files, and puts the tables
-# between the marks of docs/measurements/parts.md; half an hour on two cores. `measure.sh hub`, `designs`, `promises` or
-# `step` repeats one table.
+# Takes a hub, twenty random designs and ten optimized ones to parts, writes five designs as STEP files, and designs a seal, and puts the
+# tables between the marks of docs/measurements/parts.md; forty minutes on two cores. `measure.sh hub`, `designs`,
+# `promises`, `seal` or `step` repeats one table.
 #
 #   docs/measure/parts/measure.sh
 #
@@ -66,6 +66,30 @@ step() {
     put docs/measurements/parts.md step "$work/step.md"
 }
 
-for table in "${@:-hub designs promises step}"; do
+# The spread, the least pressure and the discreteness before the sharpness rises, without and with a compressible void.
+seal() {
+    local case=docs/measure/parts/seal.toml
+    sed '/^void_poisson_ratio/d' "$case" > "$work/liquid.toml"
+    "$programs/slipstick" optimize "$work/liquid.toml" --out "$work/liquid" -q
+    "$programs/slipstick" optimize "$case" --out "$work/compressible" -q
+    {
+        echo '| void | sharpness | spread | least pressure [MPa], at least 0.22 | discreteness |'
+        echo '|---|--:|--:|--:|--:|'
+        local of at
+        for of in 'ν = 0.49=liquid' 'ν = 0.3=compressible'; do
+            for at in 19=1 39=2 59=3 79=4 99=6 119=8; do
+                awk -F, -v void="${of%=*}" -v at="${at%=*}" -v sharpness="${at#*=}" '
+                    NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i }
+                    NR > 1 && $1 == at {
+                        printf "| %s | %s | %.4f | %.3f | %.2f |\n", void, sharpness, $column["objective"],
+                            $column["least_pressure"], $column["discreteness"]
+                    }' "$work/${of##*=}/history.csv"
+            done
+        done
+    } > "$work/seal.md"
+    put docs/measurements/parts.md seal "$work/seal.md"
+}
+
+for table in "${@:-hub designs promises seal step}"; do
     for name in $table; do "$name"; done
 done
