@@ -91,8 +91,14 @@ impl Link {
 
     /// Factors that have passed a test: those that reuse a part of earlier ones, or else new ones.
     fn attempt(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
-        let result = self.tested(symbolic, a);
-        if result.is_err() && self.solver.forget_factors() { self.tested(symbolic, a) } else { result }
+        let mut result = self.tested(symbolic, a);
+        if result.is_err() && self.solver.forget_factors() {
+            result = self.tested(symbolic, a);
+        }
+        if result.is_err() {
+            self.solver.forget_factors();
+        }
+        result
     }
 
     /// Factors that have passed a test. Safe ones and those of an iterative solver are not tested: that
@@ -269,6 +275,7 @@ impl LinearSolver for RobustSolver {
         let mut changes = false;
         for link in self.chain.iter_mut().filter(|link| !link.passed_over && link.solver.is_iterative()) {
             link.passed_over = alternative;
+            link.solver.forget_factors();
             changes |= alternative;
         }
         changes
@@ -287,6 +294,7 @@ impl LinearSolver for RobustSolver {
         let mut changes = false;
         for link in self.chain.iter_mut().filter(|link| !link.passed_over && !is_double(link)) {
             link.passed_over = alternative;
+            link.solver.forget_factors();
             changes |= alternative || link.solver.insist_on_double();
         }
         changes

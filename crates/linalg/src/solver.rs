@@ -137,6 +137,8 @@ pub trait Backend: Send + Sync + Debug {
 pub struct Cost {
     /// Cost of another factorization like this one, without the analysis. \[bytes moved\]
     pub factorization: f64,
+    /// Cost of these factors, of which the solver may have reused parts. \[bytes moved\]
+    pub made: f64,
     /// Cost of the factors of a matrix nearby, if the solver reuses a part of these; otherwise the same.
     /// \[bytes moved\]
     pub renewal: f64,

@@ -9,7 +9,7 @@ mod reduced;
 mod tolerance;
 
 use crate::failure::StepFailureKind;
-use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED};
+use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED, Renewals};
 use crate::timings::{Phase, Timings};
 use reduced::Cached;
 pub(crate) use reduced::Reduced;
@@ -51,11 +51,13 @@ struct SystemData {
     /// The latest analysis, of the pattern of `cached` or of an earlier one.
     symbolic: Option<Symbolic>,
     lagged: Option<InUse>,
+    renewals: Renewals,
 }
 
 impl SystemData {
     fn new(backend: &dyn Backend) -> Self {
-        Self { solver: backend.solver(), cached: None, symbolic: None, lagged: None }
+        let renewals = Renewals::default();
+        Self { solver: backend.solver(), cached: None, symbolic: None, lagged: None, renewals }
     }
 
     fn is_of(&self, fixed: &[bool]) -> bool {
@@ -182,11 +184,14 @@ impl LinearSystem {
         self.previous = SystemData::new(&*self.backend);
     }
 
-    /// Drops factors of earlier tangents. Solvers keep their elimination order, scaling, and data for
-    /// similar matrices.
+    /// Drops factors of earlier tangents, and parts of them. Solvers keep their elimination order,
+    /// scaling, and coarse spaces.
     pub(crate) fn forget_factors(&mut self) {
-        self.current.lagged = None;
-        self.previous.lagged = None;
+        for data in [&mut self.current, &mut self.previous] {
+            data.lagged = None;
+            data.renewals = Renewals::default();
+            data.solver.forget_factors();
+        }
     }
 
     /// `y = A x` with the whole matrix, of which `part` belongs to this rank.
@@ -263,6 +268,10 @@ impl LinearSystem {
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
+        // the sweep solves each tangent once, to many digits
+        if system.transposed || self.current.renewals.exhausted {
+            self.current.solver.forget_factors();
+        }
         let mut singular = None;
         let factors = match self.current.solver.factorize(symbolic, &system.matrix) {
             Err(error @ FactorizationError::Singular { .. }) => {
@@ -274,6 +283,9 @@ impl LinearSystem {
         };
         self.timings.end(Phase::Factor, begin);
         let factors: Arc<dyn Factorization> = factors.map_err(fail)?.into();
+        if !system.transposed {
+            self.current.renewals.add_factors(&*factors, &system.on(self.backend.ranks()));
+        }
         self.counts.fallbacks += usize::from(self.current.solver.is_iterative() && !is_iterative(&*factors));
         let part = factors.part();
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
@@ -379,7 +391,8 @@ impl LinearSystem {
         let failed = match result {
             Ok((x, reports)) => {
                 let mut made = InUse::new(factors);
-                made.count(&system.on(self.backend.ranks()), system.transposed, &reports, wanted);
+                let used = made.count(&system.on(self.backend.ranks()), system.transposed, &reports, wanted);
+                self.add_use(system, &mut made, used);
                 return Ok((x, made));
             }
             Err(failed) => failed,
@@ -487,8 +500,17 @@ impl LinearSystem {
             }
         }
         if self.budget.is_none() {
-            in_use.count(matrix, system.transposed, &reports, tolerance);
+            let used = in_use.count(matrix, system.transposed, &reports, tolerance);
+            self.add_use(system, in_use, used);
         }
         unsolved
+    }
+
+    /// Counts the use of factors by the march: if all factors are to be computed again, it does so next.
+    fn add_use(&mut self, system: &Reduced<'_>, in_use: &mut InUse, used: Option<(f64, f64)>) {
+        if let Some(used) = used.filter(|_| !system.transposed) {
+            self.current.renewals.add_use(used);
+            in_use.outdated |= in_use.factors.factors.reuses_earlier() && self.current.renewals.exhausted;
+        }
     }
 }

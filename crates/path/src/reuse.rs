@@ -83,11 +83,18 @@ impl InUse {
         Some(Alternative { preparation, per_digit: cost.solves_per_digit })
     }
 
-    /// Counts a solve with these reports, and decides whether the factors are outdated.
-    pub fn count(&mut self, matrix: &dyn Operator, transposed: bool, reports: &[SolveReport], tolerance: f64) {
-        let Some(cost) = self.factors.factors.cost() else { return };
+    /// Counts a solve with these reports, and decides whether the factors are outdated. Returns the solves and
+    /// digits, none without a cost or a report.
+    pub fn count(
+        &mut self,
+        matrix: &dyn Operator,
+        transposed: bool,
+        reports: &[SolveReport],
+        tolerance: f64,
+    ) -> Option<(f64, f64)> {
+        let cost = self.factors.factors.cost()?;
         let weight = together(cost, reports.len());
-        let Some(longest) = reports.iter().max_by_key(|report| report.solves()) else { return };
+        let longest = reports.iter().max_by_key(|report| report.solves())?;
         let solves = weight * longest.solves() as f64;
         let digits = weight * (longest.initial_residual / tolerance).log10().max(0.0);
         self.solves += solves;
@@ -96,14 +103,64 @@ impl InUse {
         let [recent, recent_digits] = [self.last[0] + solves, self.last[1] + digits];
         self.last = [solves, digits];
         self.outdated = recent * self.digits > (renewal(cost, transposed, matrix) + self.solves) * recent_digits;
+        Some((solves, digits))
     }
+}
+
+/// What the factors of a march have cost since its solver last computed all of them, and what they have done.
+///
+/// A solver may renew a part of its factors only; they are then those of a matrix nearby, which moves away like the
+/// tangent of earlier factors. All factors are computed again as soon as a digit costs more than the average digit
+/// since then, everything included.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Renewals {
+    /// Cost of factors and solves \[solves\], and the digits that they brought.
+    total: Rate,
+    /// Those since the last use but one.
+    recent: [Rate; 2],
+    /// Whether all factors are expected to cost less.
+    pub exhausted: bool,
+}
+
+/// A cost in solves, and digits.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rate {
+    cost: f64,
+    digits: f64,
+}
+
+impl Renewals {
+    /// Counts new factors: all of them, or renewed ones.
+    pub fn add_factors(&mut self, factors: &dyn Factorization, matrix: &dyn Operator) {
+        let made = factors.cost().map_or(0.0, |cost| in_solves(cost.made, cost, matrix));
+        if !factors.reuses_earlier() {
+            *self = Self { total: Rate { cost: made, digits: 0.0 }, ..Self::default() };
+            return;
+        }
+        self.total.cost += made;
+        self.recent[1].cost += made;
+    }
+
+    /// Counts a use.
+    pub fn add_use(&mut self, (solves, digits): (f64, f64)) {
+        self.total = Rate { cost: self.total.cost + solves, digits: self.total.digits + digits };
+        self.recent[1] = Rate { cost: self.recent[1].cost + solves, digits: self.recent[1].digits + digits };
+        let [before, now] = self.recent;
+        let recent = Rate { cost: before.cost + now.cost, digits: before.digits + now.digits };
+        self.exhausted = recent.cost * self.total.digits > self.total.cost * recent.digits;
+        self.recent = [now, Rate::default()];
+    }
+}
+
+/// A cost in bytes, in iterations for one right-hand side.
+fn in_solves(bytes: f64, cost: Cost, matrix: &dyn Operator) -> f64 {
+    bytes / (cost.substitution + matrix.product_cost())
 }
 
 /// The cost of new factors, in iterations for one right-hand side. Those of the march follow each other
 /// closely, so that the solver may reuse a part of them.
 fn renewal(cost: Cost, transposed: bool, matrix: &dyn Operator) -> f64 {
-    let new = if transposed { cost.factorization } else { cost.renewal };
-    new / (cost.substitution + matrix.product_cost())
+    in_solves(if transposed { cost.factorization } else { cost.renewal }, cost, matrix)
 }
 
 /// The cost of an iteration for `count` right-hand sides together, relative to that for one.
@@ -142,7 +199,14 @@ mod tests {
     }
 
     fn cost() -> Cost {
-        Cost { factorization: 2000.0, renewal: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 }
+        Cost {
+            factorization: 2000.0,
+            made: 2000.0,
+            renewal: 2000.0,
+            substitution: 88.0,
+            solves_per_digit: 0.0,
+            further: 0.4,
+        }
     }
 
     fn in_use(cost: Option<Cost>) -> InUse {
@@ -165,8 +229,14 @@ mod tests {
     fn earlier_factors_are_given_what_new_ones_cost() {
         let matrix = matrix();
         let of = |factorization, substitution| {
-            let cost =
-                Cost { factorization, renewal: factorization, substitution, solves_per_digit: 0.0, further: 0.4 };
+            let cost = Cost {
+                factorization,
+                made: factorization,
+                renewal: factorization,
+                substitution,
+                solves_per_digit: 0.0,
+                further: 0.4,
+            };
             in_use(Some(cost)).alternative(&matrix, false, 1).unwrap().cost(10.0)
         };
         assert_eq!((of(2000.0, 88.0), of(2000.0, 38.0), of(2e6, 88.0), of(0.0, 88.0)), (10.0, 20.0, 60.0, 0.0));

@@ -359,6 +359,7 @@ impl Factorization for PetscFactorization {
         let substitution = self.facts.bytes as f64;
         (factorization > 0.0).then_some(Cost {
             factorization,
+            made: factorization,
             renewal: factorization,
             substitution,
             solves_per_digit: 0.0,

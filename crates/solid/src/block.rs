@@ -64,6 +64,16 @@ pub(crate) struct State<'a> {
     pub history: &'a [f64],
     /// Free expansion of the elements; `None`: none.
     pub heat: Option<Heat<'a>>,
+    /// Whether this is a term of the energy that most elements may lack: those with a zero factor do not count.
+    pub partial: bool,
+}
+
+impl State<'_> {
+    /// Whether an element has no part in this term.
+    #[inline(always)]
+    pub fn skips(&self, element: u32) -> bool {
+        self.partial && self.scalings[element as usize].factor == 0.0
+    }
 }
 
 /// Weights of the equations: λ for the forces, η for the new history.

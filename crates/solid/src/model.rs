@@ -241,10 +241,15 @@ impl SolidModel {
     fn add_forces(&self, state: State<'_>, direction: Option<&[f64]>, out: &mut [f64]) -> Result<(), InvertedElements> {
         let nodes = out.as_chunks_mut::<3>().0;
         let mut inverted = Vec::new();
-        for (_, state) in self.terms(state).each() {
-            inverted.extend(self.blocks.iter().flat_map(|block| block.add_forces(state, direction, nodes)));
+        for (term, state) in self.terms(state).each() {
+            inverted.extend(self.blocks_of(term).flat_map(|block| block.add_forces(state, direction, nodes)));
         }
         refuse(inverted)
+    }
+
+    /// The blocks that have a term.
+    fn blocks_of(&self, term: Term) -> impl Iterator<Item = &Arc<dyn ElementBlock>> {
+        self.blocks.iter().filter(move |block| term.has(&***block))
     }
 
     /// The terms of the energy at a state.
@@ -256,7 +261,7 @@ impl SolidModel {
         let SolidStep { scalings, history, stretches } = step;
         let coordinates = &self.coordinates[..];
         let heat = (!stretches.is_empty()).then_some(Heat { coordinates, stretches });
-        State { sections: &self.sections, d, scalings, history, heat }
+        State { sections: &self.sections, d, scalings, history, heat, partial: false }
     }
 
     /// Adds transposed derivatives.
@@ -270,8 +275,6 @@ impl SolidModel {
         let terms = self.terms(state);
         let mut inverted = Vec::new();
         for (term, state) in terms.each() {
-            // laws with memory have one term
-            let history = weights.history.filter(|_| term != Term::Soft);
             let slopes = match &into.density {
                 Some((slopes, _)) if term != Term::Whole => Some(terms.slopes(term, slopes)),
                 _ => None,
@@ -281,8 +284,7 @@ impl SolidModel {
                 history: into.history.as_deref_mut(),
                 density: into.density.as_mut().map(|(whole, out)| (slopes.as_deref().unwrap_or(whole), &mut **out)),
             };
-            let weights = Weights { history, ..weights };
-            inverted.extend(self.blocks.iter().flat_map(|block| block.pull_back(state, weights, &mut part)));
+            inverted.extend(self.blocks_of(term).flat_map(|block| block.pull_back(state, weights, &mut part)));
         }
         refuse(inverted)
     }
@@ -316,8 +318,8 @@ impl SolidModel {
         self.counter.count(Evaluation::Tangent);
         let values = matrix.values_mut();
         let mut inverted = Vec::new();
-        for (_, state) in self.terms(self.state(d, step.into())).each() {
-            let blocks = self.blocks.iter().zip(&scatter.positions);
+        for (term, state) in self.terms(self.state(d, step.into())).each() {
+            let blocks = self.blocks.iter().zip(&scatter.positions).filter(|(block, _)| term.has(&***block));
             inverted.extend(blocks.flat_map(|(block, positions)| block.add_tangents(state, positions, values)));
         }
         refuse(inverted)
@@ -396,7 +398,7 @@ impl SolidModel {
         for (term, state) in self.terms(self.state(d, step.into())).each() {
             if term == Term::Soft {
                 let mut soft = vec![Energies::default(); self.elements()];
-                self.blocks.iter().for_each(|block| block.write_energies(state, &mut soft));
+                self.blocks_of(term).for_each(|block| block.write_energies(state, &mut soft));
                 energies.iter_mut().zip(soft).for_each(|(of, soft)| of.elastic += soft.elastic);
             } else {
                 self.blocks.iter().for_each(|block| block.write_energies(state, &mut energies));

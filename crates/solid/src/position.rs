@@ -37,7 +37,6 @@ use crate::memory::SolidAdjoint;
 use crate::model::{InvertedElements, SolidModel, SolidStep, refuse};
 use crate::quadratic::hex27_values;
 use crate::section::Formulation;
-use crate::softened::Term;
 use std::array::from_fn;
 
 /// A number at u + ελ: its value at u and its derivative along λ.
@@ -64,12 +63,12 @@ impl SolidModel {
         self.counter.count(Evaluation::PullBack);
         let (terms, mut rejected) = (self.terms(self.state(d, step)), Vec::new());
         for (block, (term, state)) in self.blocks.iter().flat_map(|block| terms.each().map(move |of| (block, of))) {
-            // laws with memory have one term
-            let history = if term == Term::Soft { &[] } else { adjoint.history };
-            let adjoint = SolidAdjoint { history, ..adjoint };
+            if !term.has(&**block) {
+                continue;
+            }
             let places: Vec<usize> = (0..block.places()).collect();
             let of = |&place: &usize| {
-                let element = block.points(place)?;
+                let element = block.points(place).filter(|element| !state.skips(element.number))?;
                 Some((element.number, element.nodes.clone(), pull_back(&element, state, &self.coordinates, adjoint)))
             };
             visit(&places, of, |_, found| {

@@ -13,9 +13,9 @@
 //! bulk modulus is s (r K + (1 − r) K₀), and the shear modulus s μ. Bulk and shear moduli of their own are
 //! interpolated in Sigmund, Clausen, Comput. Methods Appl. Mech. Engrg. 196 (2007) 1874–1889.
 //!
-//! Both terms are integrated like any element, one after the other.
+//! Both terms are integrated like any element, one after the other, the second one only where 1 − r is not zero.
 
-use crate::block::State;
+use crate::block::{ElementBlock, State};
 use crate::interpolation::ElementScaling;
 use crate::law::{Constant, Form, Hooke, Material, Value};
 use crate::section::Section;
@@ -31,10 +31,19 @@ pub(crate) enum Term {
     Soft,
 }
 
+impl Term {
+    /// Whether a block has it: elements with memory have no second law.
+    pub fn has(self, block: &dyn ElementBlock) -> bool {
+        self != Self::Soft || block.memory().is_none()
+    }
+}
+
 /// The two terms of a state, or one if no element has a second law.
 pub(crate) struct Terms<'a> {
     state: State<'a>,
     section_of: &'a [u32],
+    /// Of each section, whether it has a second law.
+    second: Vec<bool>,
     /// With a second law: the sections with Ψ₀, and the scalings of both terms.
     parts: Option<(Vec<Section>, [Vec<ElementScaling>; 2])>,
 }
@@ -42,8 +51,10 @@ pub(crate) struct Terms<'a> {
 impl<'a> Terms<'a> {
     /// `section_of` has the section of each element.
     pub fn new(state: State<'a>, section_of: &'a [u32]) -> Self {
-        let mut of = Self { state, section_of, parts: None };
-        if state.sections.iter().any(|section| section.softened().is_some()) {
+        let second: Vec<bool> = state.sections.iter().map(|section| section.softened().is_some()).collect();
+        let any = second.contains(&true);
+        let mut of = Self { state, section_of, second, parts: None };
+        if any {
             let soft = state.sections.iter().map(|section| section.softened().unwrap_or(*section)).collect();
             let scalings = [Term::Solid, Term::Soft].map(|term| of.scalings(term));
             of.parts = Some((soft, scalings));
@@ -60,7 +71,7 @@ impl<'a> Terms<'a> {
         let soft = self
             .parts
             .as_ref()
-            .map(|(sections, [_, soft])| (Term::Soft, State { sections, scalings: soft, ..self.state }));
+            .map(|(sections, [_, soft])| (Term::Soft, State { sections, scalings: soft, partial: true, ..self.state }));
         std::iter::once(solid).chain(soft)
     }
 
@@ -84,7 +95,7 @@ impl<'a> Terms<'a> {
     /// A term's share of the energy of an element, and its derivative by r.
     fn share(&self, term: Term, element: usize, scaling: &ElementScaling) -> [f64; 2] {
         let ratio = scaling.bulk;
-        let second = self.state.sections[self.section_of[element] as usize].void_poisson_ratio.is_some();
+        let second = self.second[self.section_of[element] as usize];
         match term {
             Term::Solid if second => [ratio, 1.0],
             Term::Soft if second => [1.0 - ratio, -1.0],

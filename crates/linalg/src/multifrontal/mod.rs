@@ -210,7 +210,6 @@ impl MultifrontalSolver {
         let earlier = kept().take();
         let scaling = Scaling::follow(earlier, a);
         *kept() = Some(scaling.clone());
-        self.reused = self.latest.double.is_some() || self.latest.single.is_some();
         let factors = match self.precision {
             Precision::F64 => {
                 let following = self.tolerance.map(|tolerance| (tolerance, &mut self.latest.double));
@@ -221,7 +220,9 @@ impl MultifrontalSolver {
                 Factors::Single(Numeric::factorize(analysis, scaling, a, following, (self.packed, self.threshold))?)
             }
         };
-        Ok(MultifrontalFactorization { factors })
+        let factors = MultifrontalFactorization { factors };
+        self.reused = factors.reuse().any;
+        Ok(factors)
     }
 }
 
@@ -427,12 +428,14 @@ impl Factorization for MultifrontalFactorization {
             Precision::F32 => 0.5 * BYTES_PER_OPERATION,
         };
         let factorization = bytes_per_operation * self.statistics().operations;
-        let renewal = bytes_per_operation * self.reuse().renewed + self.reuse().read;
+        let Reuse { computed, renewed, read, .. } = self.reuse();
+        let (made, renewal) = (bytes_per_operation * computed + read, bytes_per_operation * renewed + read);
         let facts = self.statistics();
         let passes = facts.entries_read as f64 / facts.factor_entries.max(1) as f64;
         let substitution = passes * self.entry_bytes() as f64 + (self.n() * 24) as f64;
         Some(Cost {
             factorization,
+            made,
             renewal: renewal.min(factorization),
             substitution,
             solves_per_digit: 0.0,

@@ -4,7 +4,8 @@
 //! GMRES needs to notice. Fronts whose entries, and those of all fronts below, have changed by no more
 //! than a tolerance since they were factorized are kept with the contributions that others still need.
 //! The factors are then exactly those of a matrix that differs from the given one by at most the
-//! tolerance in each scaled entry, and serve as its preconditioner.
+//! tolerance in each scaled entry (twice the tolerance where an entry has left the pattern), and serve
+//! as its preconditioner.
 
 use super::Analysis;
 use super::front::{Contribution, Front};
@@ -82,6 +83,9 @@ impl<T: Scalar> Kept<T> {
             let (mut front, mut contribution) = (earlier.fronts[old[k]].clone(), earlier.contributions[old[k]].clone());
             if !same {
                 front.unknowns_mut().into_iter().for_each(renumber);
+                front.smallest_pivot = front
+                    .smallest_pivot
+                    .map(|(size, at)| (size, position[earlier.structure.permutation[at as usize] as usize]));
                 if let Some(contribution) = &mut contribution {
                     renumber(&mut contribution.delayed_rows);
                     renumber(&mut contribution.delayed_columns);

@@ -364,6 +364,7 @@ impl Factorization for SchwarzFactorization {
         let factorization = factors + self.coarse.product_cost();
         Some(Cost {
             factorization,
+            made: factorization,
             renewal: factorization,
             substitution,
             solves_per_digit: SOLVES_PER_DIGIT,

@@ -69,7 +69,7 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem, poses: usize) ->
     let mean = later.iter().map(|(of, _)| *of as f64).sum::<f64>() / (later.len() * grown) as f64;
     Ok(Factorization {
         bytes: last.bytes.max(first.bytes),
-        kept_bytes: first.bytes + mean * (last.bytes - first.bytes).max(0.0),
+        kept_bytes: first.kept_bytes + mean * (last.kept_bytes - first.kept_bytes).max(0.0),
         contact_bytes: last.contact_bytes.max(first.contact_bytes),
         spreads: true,
         ..first

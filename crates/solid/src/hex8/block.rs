@@ -202,7 +202,7 @@ impl WithSimd for AddForces<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
-        for element in self.elements {
+        for element in self.elements.iter().filter(|element| !self.state.skips(element.number)) {
             let (section, scaling) =
                 (&self.state.sections[element.section()], element.scaling(self.state, Power::Force));
             let d = element.local(self.state);
@@ -229,7 +229,7 @@ impl WithSimd for AddProducts<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
-        for element in self.elements {
+        for element in self.elements.iter().filter(|element| !self.state.skips(element.number)) {
             let v = local(&element.nodes, self.direction);
             if v.as_flattened().iter().all(|&v| v == 0.0) {
                 continue;
@@ -260,7 +260,8 @@ impl WithSimd for AddTangents<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
-        for (element, positions) in self.elements.iter().zip(self.positions) {
+        let all = self.elements.iter().zip(self.positions);
+        for (element, positions) in all.filter(|(element, _)| !self.state.skips(element.number)) {
             let (section, scaling) =
                 (&self.state.sections[element.section()], element.scaling(self.state, Power::Tangent));
             let d = element.local(self.state);
@@ -308,7 +309,7 @@ impl WithSimd for PullBackHexahedra<'_> {
         let mut scratch = Scratch::new();
         for (element, out) in self.elements.iter().zip(self.out) {
             let slope = self.slopes[element.number()];
-            if slope == ElementScaling::NONE {
+            if slope == ElementScaling::NONE || slope.factor == 0.0 && self.state.skips(element.number) {
                 *out = 0.0;
                 continue;
             }

@@ -153,7 +153,7 @@ where
     fn with_simd<S: Simd>(self, simd: S) {
         let (state, sections) = (self.state, self.state.sections);
         let (mut scratch, table) = (Scratch::new(), <Group<N, B, P, M> as Kind<N, B, P>>::table());
-        for cell in &self.group.cells[self.cluster] {
+        for cell in self.group.cells[self.cluster].iter().filter(|cell| !state.skips(cell.number)) {
             let power = if self.direction.is_some() { Power::Tangent } else { Power::Force };
             let (section, scaling) = (&sections[cell.section as usize], cell.scaling(state, power));
             let d = cell.local(state);
@@ -197,7 +197,7 @@ where
         let (mut scratch, table) = (Scratch::new(), <Group<N, B, P, M> as Kind<N, B, P>>::table());
         let cells = self.group.cells[self.cluster.clone()].iter();
         let positions = self.positions.chunks_exact(N * N).skip(self.cluster.start);
-        for (cell, positions) in cells.zip(positions) {
+        for (cell, positions) in cells.zip(positions).filter(|(cell, _)| !state.skips(cell.number)) {
             let (section, scaling) = (&sections[cell.section as usize], cell.scaling(state, Power::Tangent));
             let target = self.target;
             let mut add = |i: usize, k: usize, block: [f64; 9]| {
@@ -244,7 +244,7 @@ where
         for (cell, out) in self.cells.iter().zip(self.out) {
             let section = &sections[cell.section as usize];
             let (scaling, slope) = (cell.scaling(state, Power::Force), self.slopes[cell.number as usize]);
-            if slope == ElementScaling::NONE {
+            if slope == ElementScaling::NONE || slope.factor == 0.0 && state.skips(cell.number) {
                 continue;
             }
             let slope = state.scaled(slope, cell.number(), cell.section as usize, Power::Force);

@@ -193,7 +193,8 @@ impl WithSimd for AddForces<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Work::new();
         let moves = |nodes: &[u32; 4], v: &[f64]| local(nodes, v).as_flattened().iter().any(|&v| v != 0.0);
-        for batch in self.batches {
+        let counts = |batch: &&Batch| batch.numbers().iter().any(|&number| !self.state.skips(number));
+        for batch in self.batches.iter().filter(counts) {
             match self.direction {
                 None => work.internal_force(simd, batch, self.state),
                 Some(v) if !batch.nodes.iter().any(|nodes| moves(nodes, v)) => continue,
@@ -230,7 +231,8 @@ impl WithSimd for AddTangents<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Work::new();
-        for (batch, positions) in self.batches.iter().zip(self.positions) {
+        let counts = |batch: &Batch| batch.numbers().iter().any(|&number| !self.state.skips(number));
+        for (batch, positions) in self.batches.iter().zip(self.positions).filter(|(batch, _)| counts(batch)) {
             work.tangents(simd, batch, self.state);
             for (lane, &number) in batch.numbers().iter().enumerate() {
                 if !work.is_admissible(lane) {
@@ -263,7 +265,10 @@ impl WithSimd for PullBackBatches<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Work::new();
-        let depends = |number: u32| self.slopes[number as usize] != ElementScaling::NONE;
+        let depends = |number: u32| {
+            let slope = self.slopes[number as usize];
+            slope != ElementScaling::NONE && (slope.factor != 0.0 || !self.state.skips(number))
+        };
         for (batch, out) in self.batches.iter().zip(self.out) {
             if !batch.numbers().iter().any(|&number| depends(number)) {
                 continue;
