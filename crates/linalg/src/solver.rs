@@ -192,6 +192,12 @@ pub trait Factorization: Send + Sync {
     /// Memory of the factors in bytes.
     fn bytes(&self) -> usize;
 
+    /// Parts of [`bytes`](Self::bytes) that later factors may share: an address that no other living part
+    /// has, and its bytes. None if nothing is shared.
+    fn shared_parts(&self) -> Vec<(usize, usize)> {
+        Vec::new()
+    }
+
     /// Number format of the factors.
     fn precision(&self) -> Precision;
 

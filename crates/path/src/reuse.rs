@@ -10,6 +10,7 @@
 use crate::failure::StepFailureKind;
 use slipstick_linalg::{Alternative, Cost, Factorization, Operator, SolveReport};
 use slipstick_status::ContactStatus;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
@@ -35,6 +36,16 @@ impl KeptFactors {
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         self.factors.bytes()
+    }
+
+    /// Memory of what these do not share with earlier factors that are still there. \[bytes\]
+    pub fn bytes_beyond(self: &Arc<Self>, earlier: &Arc<Self>) -> usize {
+        if Arc::ptr_eq(self, earlier) {
+            return 0;
+        }
+        let there: HashSet<(usize, usize)> = earlier.factors.shared_parts().into_iter().collect();
+        let shared = self.factors.shared_parts().into_iter().filter(|part| there.contains(part));
+        self.bytes() - shared.map(|(_, bytes)| bytes).sum::<usize>()
     }
 }
 

@@ -66,6 +66,11 @@ impl<T: Scalar> Front<T> {
         self.upper.is_none()
     }
 
+    /// Address and memory of the entries, which clones share.
+    pub fn part(&self) -> (usize, usize) {
+        (Arc::as_ptr(&self.lower) as usize, self.bytes())
+    }
+
     pub fn entries(&self) -> usize {
         self.lower.entries() + self.upper.as_ref().map_or(0, |upper| upper.entries())
     }

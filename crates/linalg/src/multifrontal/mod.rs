@@ -422,6 +422,13 @@ impl Factorization for MultifrontalFactorization {
         self.entry_bytes() + self.n() * 24
     }
 
+    fn shared_parts(&self) -> Vec<(usize, usize)> {
+        match &self.factors {
+            Factors::Double(numeric) => numeric.fronts.iter().map(Front::part).collect(),
+            Factors::Single(numeric) => numeric.fronts.iter().map(Front::part).collect(),
+        }
+    }
+
     fn cost(&self) -> Option<Cost> {
         let bytes_per_operation = match self.precision() {
             Precision::F64 => BYTES_PER_OPERATION,
