@@ -5,12 +5,14 @@
 //! precondition GMRES on the current one, until new factors cost less (`reuse.rs`). Factors that the
 //! march kept for the adjoint are used in the same way.
 
+mod counts;
 mod reduced;
 mod tolerance;
 
 use crate::failure::StepFailureKind;
 use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED, Renewals};
 use crate::timings::{Phase, Timings};
+pub use counts::SolveCounts;
 use reduced::Cached;
 pub(crate) use reduced::Reduced;
 use slipstick_linalg::{
@@ -65,25 +67,6 @@ impl SystemData {
     }
 }
 
-/// Counts of factorizations and solves since the system was created.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct SolveCounts {
-    /// Factorizations.
-    pub factorizations: usize,
-    /// Solves with the factors of an earlier tangent.
-    pub lagged: usize,
-    /// Iterations of these solves.
-    pub lagged_iterations: usize,
-    /// Attempts with earlier factors that were abandoned.
-    pub given_up: usize,
-    /// Systems that the iterative solver did not solve, so that direct solvers took over.
-    pub fallbacks: usize,
-    /// Maximum memory of factors on this rank. \[bytes\]
-    pub factor_bytes: usize,
-    /// Floating-point operations of this rank for factors; zero if the solver does not count them.
-    pub operations: f64,
-}
-
 /// Maximum number of iterations with the factors of an iterative solver, and maximum number of
 /// iterations before a restart: each keeps two vectors.
 const MOST_ITERATIONS: usize = 200;
@@ -113,15 +96,7 @@ impl LinearSystem {
 
     /// Adds what another system has counted and measured, which then starts from zero.
     pub fn absorb(&mut self, other: &mut Self) {
-        let SolveCounts { factorizations, lagged, lagged_iterations, given_up, fallbacks, factor_bytes, operations } =
-            std::mem::take(&mut other.counts);
-        self.counts.factorizations += factorizations;
-        self.counts.lagged += lagged;
-        self.counts.lagged_iterations += lagged_iterations;
-        self.counts.given_up += given_up;
-        self.counts.fallbacks += fallbacks;
-        self.counts.factor_bytes = self.counts.factor_bytes.max(factor_bytes);
-        self.counts.operations += operations;
+        self.counts.add(std::mem::take(&mut other.counts));
         self.timings = self.timings + other.timings;
         other.timings = other.timings.restarted();
     }

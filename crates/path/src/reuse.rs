@@ -286,4 +286,56 @@ mod tests {
         };
         assert_eq!((uses(1), uses(2)), (6, 5));
     }
+
+    /// Factors that reuse a part of earlier ones.
+    struct Renewed(Cost);
+
+    impl Factorization for Renewed {
+        fn solve(&self, _: &mut [f64]) {}
+
+        fn solve_transpose(&self, _: &mut [f64]) {}
+
+        fn n(&self) -> usize {
+            1
+        }
+
+        fn bytes(&self) -> usize {
+            0
+        }
+
+        fn precision(&self) -> Precision {
+            Precision::F32
+        }
+
+        fn cost(&self) -> Option<Cost> {
+            Some(self.0)
+        }
+
+        fn reuses_earlier(&self) -> bool {
+            true
+        }
+    }
+
+    /// By hand: all factors cost 20 solves, and the k-th use takes 2 k solves for four digits. With the mean of the
+    /// last two uses, a digit costs (4 k − 2)/8, and on average (20 + k (k + 1))/(4 k): more from k = 6 on. If factors
+    /// are renewed for 5 solves before each use but the first, it is (4 k + 8)/8 and (15 + k (k + 6))/(4 k): more than
+    /// the average only from k = 6 on, too. New factors start from zero.
+    #[test]
+    fn all_factors_are_computed_once_digits_cost_more_than_on_average() {
+        let (whole, renewed) = (Costly(Some(cost())), Renewed(Cost { made: 500.0, ..cost() }));
+        let mut renewals = Renewals::default();
+        for renews in [false, true] {
+            renewals.add_factors(&whole, &matrix());
+            assert!(!renewals.exhausted);
+            let mut uses = 0;
+            while !renewals.exhausted {
+                if renews && uses > 0 {
+                    renewals.add_factors(&renewed, &matrix());
+                }
+                uses += 1;
+                renewals.add_use((2.0 * f64::from(uses), 4.0));
+            }
+            assert_eq!(uses, 6);
+        }
+    }
 }
