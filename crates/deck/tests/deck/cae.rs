@@ -72,8 +72,25 @@ fn reference_nodes_are_named_by_sets() {
     for (keywords, message) in [
         ("*Rigid Body, ref node=Top, elset=High.Set-1", "it needs a reference node"),
         ("*Rigid Body, ref node=m_Set-1, tie nset=Top, nset=Top", "several of NSET, TIE NSET and PIN NSET"),
+        (
+            "*Rigid Body, ref node=m_Set-1, elset=High.Set-1, tie nset=Base",
+            "all nodes of one body, and some of another",
+        ),
+        (
+            "*Rigid Body, ref node=m_Set-1, elset=High.Set-1, pin nset=Base",
+            "all nodes of one body, and some of another",
+        ),
+        ("*Rigid Body, ref node=m_Set-1, elset=High.Set-1, nset=Base", "all nodes of one body, and some of another"),
+        (
+            "*Nset, nset=Two\nm_Set-1, m_Set-1, Low.3\n*Rigid Body, ref node=Two, elset=High.Set-1",
+            "needs a reference node",
+        ),
         ("*Coupling, constraint name=C, ref node=Top, surface=Lid\n*Kinematic", "a node or a set of one node"),
         ("*Coupling, ref node=m_Set-1, surface=Lid, influence radius=0.1\n*Kinematic", "a part of its surface"),
+        (
+            "*Surface, type=NODE, name=More\nTop, 1.\nHigh.1, 1.\n*Coupling, ref node=m_Set-1, surface=More\n*Distributing",
+            "is on no free face all of whose corners are in this set",
+        ),
         ("*Coupling, ref node=m_Set-1, surface=Lid\n*Distributing, weighting method=LINEAR", "WEIGHTING METHOD is not"),
     ] {
         let messages = refused(&joined(keywords, driven));
