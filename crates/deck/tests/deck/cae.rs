@@ -127,11 +127,22 @@ fn connectors_are_springs() {
     let axes = springs(&with("Cartesian", &(elastic(1, 100.0) + &elastic(3, 50.0))));
     let expected = [spring(1, [1, 2], "[1.0, 0.0, 0.0]", 100.0), spring(2, [3, 4], "[0.0, 0.0, 1.0]", 50.0)];
     assert_eq!(axes, expected);
+    for elements in ["CONN3D2, elset=Wire", "SPRINGA, elset=Wire", "CONN3D2"] {
+        let line = format!("*Element, type={elements}");
+        let deck = joined(&format!("{line}\n1, Low.5, High.7"), "Top, 1, 2\nTop, 3, 3, -0.1\n");
+        let start = format!("{}: *ELEMENT: no *", line_of(&deck, &line));
+        let messages = refused(&deck);
+        assert!(
+            messages[0].starts_with(&start) && messages[0].contains("gives these elements a stiffness"),
+            "{messages:?}"
+        );
+    }
     for (section, behavior, message) in [
         ("Hinge", elastic(1, 1.0), "connectors of the kind `HINGE` are not supported"),
         ("Axial", elastic(2, 1.0), "AXIAL connectors have no component 2"),
         ("Axial", elastic(1, -1.0), "a line with a stiffness > 0"),
         ("Axial", elastic(4, 1.0), "one of the components 1 to 3"),
+        ("Axial", "*Connector Elasticity, component=1\n100., 20.\n50., 300.\n".into(), "depends on temperature"),
         ("Axial", "*Connector Elasticity, component=1, nonlinear\n0., 0.\n1., 1.\n".into(), "NONLINEAR is not"),
         ("Axial", "*Connector Damping, component=1\n1.\n".into(), "has no *CONNECTOR ELASTICITY"),
         ("Cartesian,\nOri", elastic(1, 1.0), "along local axes"),
@@ -152,10 +163,35 @@ fn general_contact_of_named_pairs() {
         let deck = with(&format!("{inclusions}*Contact Property Assignment\n{assigned}\n"));
         assert_eq!(table(&deck, "[[contact]]"), expected, "{assigned}");
     }
-    let other = with(&format!("{inclusions}*Contact Property Assignment\nLid, , Dry\n"));
-    for deck in [with(inclusions), other] {
-        assert_eq!(table(&deck, "[[contact]]"), expected.replace("0.2", "0.0"), "hard, without friction");
+    // the order of the keywords does not matter, and of several lines, the last counts
+    let before =
+        with("*Contact\n*Contact Property Assignment\n , , None\nUp, Down, Dry\n*Contact Inclusions\nDown, Up\n");
+    assert_eq!(table(&before, "[[contact]]"), expected);
+    assert_eq!(table(&with(inclusions), "[[contact]]"), expected.replace("0.2", "0.0"), "hard, without friction");
+    for other in ["Lid, , Dry", "Down, Lid, Dry", " , Nowhere, Dry"] {
+        let deck = with(&format!("{inclusions}*Contact Property Assignment\n{other}\n"));
+        let start = format!("{}: *CONTACT PROPERTY ASSIGNMENT: no line of *CONTACT INCLUSIONS", line_of(&deck, other));
+        assert!(refused(&deck)[0].starts_with(&start), "{other}: {:?}", refused(&deck));
     }
+    for (keywords, message) in [
+        ("*Contact\n", "*CONTACT: nothing says which surfaces may touch"),
+        ("*Contact, op=NEW\n*Contact Inclusions\nDown, Up\n", "*CONTACT: the parameter OP is not supported"),
+    ] {
+        assert!(refused(&with(keywords))[0].contains(message), "{:?}", refused(&with(keywords)));
+    }
+    for (in_step, keyword) in [
+        ("*Contact", "CONTACT"),
+        ("*Contact Inclusions\nDown, Lid", "CONTACT INCLUSIONS"),
+        ("*Contact Property Assignment\n , , Dry", "CONTACT PROPERTY ASSIGNMENT"),
+    ] {
+        let deck = with(inclusions).replace("*Boundary", &format!("{in_step}\n*Boundary"));
+        let message = format!("*{keyword}: general contact that a step changes is not supported");
+        assert!(refused(&deck)[0].contains(&message), "{:?}", refused(&deck));
+    }
+    let how = super::translated(&with(inclusions)).ledger.table();
+    assert!(
+        how.iter().any(|row| row[0] == "*CONTACT INCLUSIONS" && row[3].contains("out of small ones without strain"))
+    );
     let all = with("*Contact\n*Contact Inclusions, ALL EXTERIOR\n");
     assert!(refused(&all)[0].contains("contact of everything with everything"), "{:?}", refused(&all));
     let own = with("*Contact\n*Contact Inclusions\nDown,\n");
@@ -199,9 +235,37 @@ fn loads_of_abaqus() {
     assert!(refused(&turning)[0].contains("write FOLLOWER=NO, CONSTANT RESULTANT=YES"), "{:?}", refused(&turning));
     assert!(refused(&dsload("", "LID, TRVEC, 5., 0., 0., 0."))[0].contains("the direction is zero"));
     assert!(refused(&dsload("", "LID, HP, 5., 0., 1."))[0].contains("only pressures P and tractions TRVEC"));
+    // a direction is the same at another length, to rounding; with OP=NEW, another one may follow
+    let later = |load: &str| {
+        let deck = dsload("", "LID, TRVEC, 1., 1., 1., -1.").replace("0.5, 1\n", "1, 1\n");
+        format!("{deck}*STEP\n*STATIC\n1, 1\n{load}\n*END STEP\n")
+    };
+    let loads = |deck: &str| -> Vec<String> {
+        tables(deck).into_iter().filter(|table| table.starts_with("[[load]]")).collect()
+    };
+    for same in ["3., 3., -3.", "0.577350, 0.577350, -0.577350"] {
+        let found = loads(&later(&format!("*DSLOAD\nLID, TRVEC, 2., {same}")));
+        assert_eq!(found.len(), 1, "{found:?}");
+        // 2/√3, reached along a line
+        assert!(found[0].starts_with("[[load]]; surface = \"HIGH_LID\"; traction = [1.154700538"), "{found:?}");
+    }
+    let turned = later("*DSLOAD\nLID, TRVEC, 2., 1., 1., 1.");
+    let line = line_of(&turned, "LID, TRVEC, 2.");
+    assert!(refused(&turned)[0].starts_with(&format!("{line}: *DSLOAD: the direction of the traction")));
+    let both = "*DSLOAD, OP=NEW\nLID, TRVEC, 1., 1., 1., -1.\nLID, TRVEC, 2., 1., 1., 1.";
+    assert_eq!(loads(&later(both)).len(), 2);
     let heavy = CUBES.replace("*ELASTIC", "*DENSITY\n2.,\n*ELASTIC");
     let heavy = heavy.replace("*END STEP", "*DLOAD\n, GRAV, 9.81, 0., 0., -1.\n*END STEP");
     assert_eq!(table(&heavy, "[[load]]"), "[[load]]; gravity = [0.0, 0.0, -9.81]");
+    // a point mass matters only to loads on mass
+    let point =
+        |deck: &str| deck.replace("*MATERIAL", "*ELEMENT, TYPE=MASS, ELSET=M\n9, 99\n*MASS, ELSET=M\n3.\n*MATERIAL");
+    assert_eq!(tables(&point(CUBES)), tables(CUBES));
+    for load in ["GRAV, 9.81, 0., 0., -1.", "CENTRIF, 4., 0., 0., 0., 0., 0., 1."] {
+        let deck = point(&heavy.replace("GRAV, 9.81, 0., 0., -1.", load));
+        let start = format!("{}: *MASS: the load on mass at line {}", line_of(&deck, "*MASS,"), line_of(&deck, load));
+        assert!(refused(&deck)[0].starts_with(&start), "{:?}", refused(&deck));
+    }
 }
 
 /// Polynomials in the strain invariants that are other laws.
@@ -261,6 +325,24 @@ fn rigid_surfaces_get_solids_on_the_side_that_does_not_touch() {
     }
     let both = with("SNEG", "3, 31,32,33,34").replace("TOOL, SNEG", "TOOL, SNEG\nTOOL, SPOS");
     assert!(refused(&both)[0].contains("touches on both of its sides"), "{:?}", refused(&both));
+    // a surface may name elements by number, and those of nodes are no elements
+    let named = "3, 31,32,33,34";
+    let by_number = with("SNEG", named).replace("TOOL, SNEG", "3, SNEG");
+    let points = |deck: &str| slipstick_deck::mesh(deck.as_bytes()).expect("a mesh").points;
+    assert_eq!(tables(&by_number), tables(&with("SNEG", named)));
+    assert_eq!(points(&by_number), points(&with("SNEG", named)));
+    assert_ne!(points(&by_number), points(&with("SPOS", named)), "the other side");
+    let nodes = by_number.replace("*RIGID", "*SURFACE, NAME=POINTS, TYPE=NODE\n3\n*RIGID");
+    assert_eq!(tables(&nodes), tables(&by_number));
+    // facets without ELSET that the rigid body does not have
+    let more = with("SNEG", &format!("{named}\n*ELEMENT, TYPE=R3D4\n4, 32,35,36,33"));
+    let start = format!(
+        "{}: *ELEMENT: R3D4: a rigid surface that no *RIGID BODY names",
+        line_of(&more, "*ELEMENT, TYPE=R3D4\n")
+    );
+    assert!(refused(&more)[0].starts_with(&start), "{:?}", refused(&more));
+    let added = more.replace("*SURFACE, NAME=FACE", "*ELSET, ELSET=TOOL\n4\n*SURFACE, NAME=FACE");
+    assert_eq!(refused(&added), [""; 0]);
     let free = with("SNEG", "3, 31,32,33,34").replace("*RIGID BODY, ELSET=TOOL, REF NODE=99\n", "");
     assert!(refused(&free)[0].contains("that no *RIGID BODY names"), "{:?}", refused(&free));
     let folded = with("SNEG", "3, 31,32,32,34");
