@@ -249,6 +249,16 @@ fn loads_of_abaqus() {
         // 2/√3, reached along a line
         assert!(found[0].starts_with("[[load]]; surface = \"HIGH_LID\"; traction = [1.154700538"), "{found:?}");
     }
+    // OP=NEW of forces ends forces, that of distributed loads these
+    for (keyword, ends) in [("*CLOAD, OP=NEW\n15, 1, 0.", [false, true]), ("*DSLOAD, OP=NEW\nUP, P, 0.", [true, false])]
+    {
+        let deck = later(keyword).replacen("*DSLOAD", "*CLOAD\n5, 1, 2.\n*DSLOAD", 1);
+        let found = loads(&deck);
+        for (kind, ends) in ["traction", "nodal_force"].into_iter().zip(ends) {
+            let load = found.iter().find(|load| load.contains(kind)).unwrap_or_else(|| panic!("{kind}: {found:?}"));
+            assert_eq!(load.ends_with("{ t = 1.0, factor = 0.0 }]"), ends, "{keyword:?}: {load}");
+        }
+    }
     let turned = later("*DSLOAD\nLID, TRVEC, 2., 1., 1., 1.");
     let line = line_of(&turned, "LID, TRVEC, 2.");
     assert!(refused(&turned)[0].starts_with(&format!("{line}: *DSLOAD: the direction of the traction")));
