@@ -78,8 +78,14 @@ impl Reader<'_> {
             match fields[..] {
                 [slave, master] if !slave.is_empty() && !master.is_empty() && slave != master => {
                     let [slave, master] = [slave, master].map(|surface| surface.trim_matches('"').to_owned());
-                    self.general.pairs.push(self.deck.pairs.len());
-                    self.deck.pairs.push(Pair::new(slave, master, DEFAULT, line));
+                    // a pair that several lines name is one
+                    let pair =
+                        Assignment { sides: [slave, master], interaction: DEFAULT.to_owned(), lines: [line, data] };
+                    if self.general.pairs.iter().all(|&at| !pair.names(&self.deck.pairs[at])) {
+                        let [slave, master] = pair.sides;
+                        self.general.pairs.push(self.deck.pairs.len());
+                        self.deck.pairs.push(Pair::new(slave, master, DEFAULT, line));
+                    }
                 }
                 _ => {
                     let why = "a line must name two different surfaces";

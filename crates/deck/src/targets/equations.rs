@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::turned::ALONG;
 use super::{Finder, Held, POINT};
-use crate::bodies::find;
+use crate::bodies::{find, rigid_nodes};
 use crate::history::Track;
 use crate::read::Coupling;
 
@@ -49,6 +49,14 @@ impl Finder<'_> {
         self.constraints = constraints;
         nodes.retain(|&node| self.bodies.of(node).is_none() && self.reference(node).is_none());
         nodes.retain(|&node| self.couplings.iter().all(|coupling| coupling.node != node));
+        for rigid in &deck.rigids {
+            let Some(node) = rigid_nodes(self.mesh, rigid).into_iter().find(|node| nodes.contains(node)) else {
+                continue;
+            };
+            let number = self.mesh.point_numbers[node as usize];
+            let why = format!("its node {number} belongs to no element, and an equation joins it");
+            self.ledger.refuse("RIGID BODY", rigid.line, why, "name the reference node in the equation");
+        }
         for node in nodes {
             let name = format!("node_{}", self.mesh.point_numbers[node as usize]);
             self.points.push((node, name));

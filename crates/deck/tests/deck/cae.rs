@@ -57,6 +57,26 @@ fn reference_nodes_are_named_by_sets() {
             assert!(body.contains(&format!("rigid = {{ reference = [0.5, 0.5, {at}] }}")), "{node}: {body}");
         }
     }
+    // in data, too
+    let rigid = "*Rigid Body, ref node=1, elset=High.Set-1";
+    assert_eq!(tables(&joined(rigid, &driven.replace("m_Set-1", "1"))), tables(&joined(rigid, driven)));
+    let equations = |deck: &str| -> Vec<String> {
+        tables(deck).into_iter().filter(|table| table.starts_with("[[equation]]")).collect()
+    };
+    let equal = |ends: [&str; 2]| {
+        let [a, b] = ends.map(|set| format!("{{ set = \"{set}\", component = \"x\", factor = "));
+        format!("[[equation]]; terms = [{a}1.0 }}, {b}-1.0 }}]")
+    };
+    let own = joined("*Equation\n2\n1, 1, 1., Low.5, 1, -1.", "");
+    assert_eq!(equations(&own), [equal(["node_17", "Low_Set-1_node_5"])], "after 8 nodes of each instance");
+    for names in ["5, 1, 1., 6, 1, -1.", "A, 1, 1., B, 1, -1."] {
+        let part = format!("*Nset, nset=A\n5\n*Nset, nset=B\n6\n*Equation\n2\n{names}\n*End Part\n");
+        let ends = [["Low_Set-1_node_5", "Low_Set-1_node_6"], ["High_Set-1_node_13", "High_Set-1_node_14"]];
+        assert_eq!(equations(&ASSEMBLY.replace("*End Part\n", &part)), ends.map(equal), "of each instance");
+        let pin =
+            part.replace(&format!("*Equation\n2\n{names}"), &format!("*MPC\nPIN, {}, {}", &names[..1], &names[10..11]));
+        assert_eq!(equations(&ASSEMBLY.replace("*End Part\n", &pin)).len(), 6, "three of each instance");
+    }
     let surfaces = "*Surface, type=NODE, name=Top_CNS_, internal\nTop, 1.\n";
     for (keywords, set, kind) in [
         ("surface=Lid\n*Kinematic", "Lid", "kinematic"),
@@ -81,6 +101,11 @@ fn reference_nodes_are_named_by_sets() {
             "all nodes of one body, and some of another",
         ),
         ("*Rigid Body, ref node=m_Set-1, elset=High.Set-1, nset=Base", "all nodes of one body, and some of another"),
+        (
+            "*Node\n7, 2, 0, 2\n*Nset, nset=More\nTop, 7\n*Rigid Body, ref node=m_Set-1, elset=High.Set-1, tie nset=More\n\
+             *Equation\n2\n7, 1, 1., Low.5, 1, -1.",
+            "belongs to no element, and an equation joins it",
+        ),
         (
             "*Nset, nset=Two\nm_Set-1, m_Set-1, Low.3\n*Rigid Body, ref node=Two, elset=High.Set-1",
             "needs a reference node",
@@ -168,6 +193,8 @@ fn general_contact_of_named_pairs() {
         with("*Contact\n*Contact Property Assignment\n , , None\nUp, Down, Dry\n*Contact Inclusions\nDown, Up\n");
     assert_eq!(table(&before, "[[contact]]"), expected);
     assert_eq!(table(&with(inclusions), "[[contact]]"), expected.replace("0.2", "0.0"), "hard, without friction");
+    let twice = with(&inclusions.replace("Down, Up\n", "Down, Up\nUp, Down\n"));
+    assert_eq!(tables(&twice), tables(&with(inclusions)), "a pair counts once");
     for other in ["Lid, , Dry", "Down, Lid, Dry", " , Nowhere, Dry"] {
         let deck = with(&format!("{inclusions}*Contact Property Assignment\n{other}\n"));
         let start = format!("{}: *CONTACT PROPERTY ASSIGNMENT: no line of *CONTACT INCLUSIONS", line_of(&deck, other));
