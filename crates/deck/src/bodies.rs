@@ -145,6 +145,12 @@ impl Bodies {
             };
             let whole: Vec<usize> = counts.iter().filter(whole).map(|(&body, _)| body).collect();
             match whole[..] {
+                [_] if counts.len() > 1 => ledger.refuse(
+                    "RIGID BODY",
+                    rigid.line,
+                    "it has all nodes of one body, and some of another, which it would not move",
+                    "leave out the nodes of the other body, and tie a surface of this body to the rigid one with *TIE",
+                ),
                 [body] => {
                     self.list[body].rigid = Some(index);
                     ledger.translated("RIGID BODY", rigid.line, "`rigid`, with this reference point");

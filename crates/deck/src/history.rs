@@ -250,6 +250,7 @@ mod tests {
             increment,
             conditions: none(),
             loads: Change { replaces: false, items: vec![] },
+            replaces_forces: false,
             temperatures: vec![],
         };
         Deck { steps: periods.iter().map(step).collect(), ..Deck::default() }

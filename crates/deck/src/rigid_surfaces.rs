@@ -25,9 +25,10 @@ impl Deck {
             if facets.is_empty() || facets.iter().any(solid) || facets.iter().any(|cell| thickened.contains(cell)) {
                 continue;
             }
-            let on = |name: &str| {
-                let named = find(&mesh.cell_sets, name).map(|set| &mesh.cell_sets[set]);
-                named.is_some_and(|cells| cells.iter().any(|cell| facets.binary_search(cell).is_ok()))
+            let on = |name: &str| match name.parse::<u64>() {
+                Ok(number) => facets.iter().any(|&cell| mesh.cells.number(cell as usize) == number),
+                Err(_) => find(&mesh.cell_sets, name)
+                    .is_some_and(|set| mesh.cell_sets[set].iter().any(|cell| facets.binary_search(cell).is_ok())),
             };
             let [outward, inward] =
                 [true, false].map(|side| self.shell_sides.iter().any(|(set, positive)| *positive == side && on(set)));
@@ -45,11 +46,14 @@ impl Deck {
             mesh.cell_sets.entry(set).or_default().extend(&new);
             self.thickened.extend(new);
         }
+        let numbers: HashSet<u64> = thickened.iter().map(|&cell| mesh.cells.number(cell as usize)).collect();
         for of in self.element_types.iter().filter(|of| of.name.starts_with("R3D")) {
             let cells = of.set.as_ref().and_then(|set| Some(&mesh.cell_sets[find(&mesh.cell_sets, set)?]));
             let solids = self.thickened.first().copied().unwrap_or(u32::MAX);
             let known = |cell: &u32| *cell >= solids || thickened.contains(cell);
-            if cells.map_or(!thickened.is_empty(), |cells| cells.iter().all(known)) {
+            if cells.is_none_or(|cells| cells.iter().all(known))
+                && of.facets.iter().all(|facet| numbers.contains(facet))
+            {
                 continue;
             }
             let why = format!("{}: a rigid surface that no *RIGID BODY names with ELSET is not supported", of.name);

@@ -372,7 +372,7 @@ impl Finder<'_> {
                     tracks.say((node, *component), load.value, amplitude, load.lines[0], set.as_deref());
                 }
             }
-            tracks.step(k, step.loads.replaces);
+            tracks.step(k, step.replaces_forces);
         }
         self.with_rotations(tracks.tracks)
     }

@@ -35,6 +35,7 @@ impl Reader<'_> {
             let why = "the connectors need ELSET=… and BEHAVIOR=…";
             return self.ledger.wrong(&keyword.name, [line; 2], why, "add the parameter");
         };
+        self.spring_sets.push(set.clone());
         let rows: Vec<Vec<&str>> = card.data().map(|(_, fields)| fields).collect();
         let kind = rows.first().map_or(String::new(), |fields| fields.concat().to_ascii_uppercase());
         if !["AXIAL", "CARTESIAN"].contains(&kind.as_str()) {
@@ -74,6 +75,10 @@ impl Reader<'_> {
             return self.ledger.refuse(name, line, why, "write COMPONENT=1, 2 or 3");
         };
         let rows = self.numbers(card);
+        if rows.len() > 1 {
+            let why = "a stiffness that depends on temperature is not supported";
+            return self.ledger.refuse(name, line, why, "keep the row for the temperature of the analysis");
+        }
         let Some(stiffness) = rows.first().and_then(|row| row.first().copied()).filter(|&k| k > 0.0) else {
             return self.ledger.wrong(name, [line; 2], "it needs a line with a stiffness > 0", DAMAGED);
         };

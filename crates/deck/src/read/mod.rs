@@ -23,6 +23,7 @@ use slipstick_meshio::abaqus::Card;
 use crate::ledger::Ledger;
 
 use connector::Connectors;
+use general_contact::General;
 
 pub use bolt::Pretension;
 pub use contact::{Adjust, Behavior, Friction, Interaction, Pair, Rigid, Tie};
@@ -64,7 +65,7 @@ pub struct Deck {
     pub initial_temperatures: Vec<Condition>,
     pub steps: Vec<Step>,
     pub element_types: Vec<ElementType>,
-    /// Names in surfaces of facets, and whether the side of their normals touches (`SPOS`), not the other (`SNEG`).
+    /// Sets or numbers of elements in surfaces of facets, and whether the side of their normals touches (`SPOS`), not the other (`SNEG`).
     pub shell_sides: Vec<(String, bool)>,
     /// Solids that are added behind rigid surfaces, ascending.
     pub thickened: Vec<u32>,
@@ -77,6 +78,8 @@ pub struct ElementType {
     pub name: String,
     /// `ELSET`, as written.
     pub set: Option<String>,
+    /// The elements' numbers, if they are facets of rigid surfaces without `ELSET`.
+    pub facets: Vec<u64>,
     pub line: usize,
 }
 
@@ -121,7 +124,9 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
         in_step: false,
         node_names: node_names::single(cards),
         connectors: Connectors::default(),
-        general: Vec::new(),
+        general: General::default(),
+        spring_sets: Vec::new(),
+        masses: Vec::new(),
     };
     for card in cards {
         if !reader.changes {
@@ -132,6 +137,9 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
     }
     reader.refuse_unused_change();
     reader.connector_springs();
+    reader.assign_properties();
+    reader.refuse_loose_springs();
+    reader.refuse_loaded_masses();
     reader.deck
 }
 
@@ -149,8 +157,11 @@ struct Reader<'l> {
     /// The nodes of sets that have only one, by their names in capitals.
     node_names: BTreeMap<String, u64>,
     connectors: Connectors,
-    /// The pairs of `*CONTACT`.
-    general: Vec<usize>,
+    general: General,
+    /// The sets of spring elements, in capitals, that a section names, whether it is supported or not.
+    spring_sets: Vec<String>,
+    /// The lines of `*MASS`.
+    masses: Vec<usize>,
 }
 
 const DAMAGED: &str = "correct the line";
@@ -176,7 +187,8 @@ impl Reader<'_> {
             "NODE" | "NSET" | "ELSET" | "SURFACE" => {
                 self.ledger.used(name, line);
                 self.spring_set(card);
-                if name == "SURFACE" {
+                let of_nodes = card.keyword.parameter("TYPE").is_some_and(|of| of.eq_ignore_ascii_case("NODE"));
+                if name == "SURFACE" && !of_nodes {
                     let sided = |fields: &Vec<&str>, side: &str| {
                         fields.get(1).is_some_and(|of| of.is_empty() || of.eq_ignore_ascii_case(side))
                             || fields.len() == 1
@@ -194,7 +206,7 @@ impl Reader<'_> {
             "CONNECTOR SECTION" => self.connector_section(card),
             "CONNECTOR BEHAVIOR" => self.connector_behavior(card),
             "CONNECTOR ELASTICITY" => self.connector_elasticity(card),
-            "CONTACT" => self.ledger.used(name, line),
+            "CONTACT" => self.general_contact(card),
             "CONTACT INCLUSIONS" => self.inclusions(card),
             "CONTACT PROPERTY ASSIGNMENT" => self.properties(card),
             "EQUATION" => self.equations(card),
@@ -223,7 +235,11 @@ impl Reader<'_> {
             return;
         }
         let set = keyword.parameter("ELSET").map(str::to_owned);
-        self.deck.element_types.push(ElementType { name: kind.clone(), set, line: keyword.line });
+        let mut facets = Vec::new();
+        if kind.starts_with("R3D") && set.is_none() {
+            facets.extend(card.data().filter_map(|(_, fields)| fields[0].parse::<u64>().ok()));
+        }
+        self.deck.element_types.push(ElementType { name: kind.clone(), set, facets, line: keyword.line });
         let solid = kind.strip_prefix("C3D").unwrap_or_default();
         let how = match solid.split_at(solid.find(|c: char| !c.is_ascii_digit()).unwrap_or(solid.len())) {
             ("8", "") => None,

@@ -12,11 +12,11 @@ pub(super) fn single(cards: &[Card<'_>]) -> BTreeMap<String, u64> {
     for card in cards {
         let Some(set) = card.keyword.parameter("NSET").map(str::to_ascii_uppercase) else { continue };
         let nodes: Vec<Option<u64>> = match card.keyword.name.as_str() {
-            "NODE" => card.data().take(2).map(|(_, fields)| fields[0].parse().ok()).collect(),
+            "NODE" => card.data().map(|(_, fields)| fields[0].parse().ok()).collect(),
             "NSET" if !card.keyword.has("GENERATE") => {
                 let of = |field: &str| field.parse().ok().or_else(|| *found.get(&field.to_ascii_uppercase())?);
                 let fields = card.data().flat_map(|(_, fields)| fields);
-                fields.filter(|field| !field.is_empty()).take(2).map(of).collect()
+                fields.filter(|field| !field.is_empty()).map(of).collect()
             }
             "NSET" => vec![None],
             _ => continue,

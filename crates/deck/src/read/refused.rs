@@ -2,7 +2,7 @@
 
 use slipstick_meshio::abaqus::Card;
 
-use super::Reader;
+use super::{On, Reader};
 
 /// Requests for output.
 const OUTPUT: &[&str] = &[
@@ -38,7 +38,6 @@ const CONTROLS: &[(&str, &str)] = &[
     ("FILTER", "a request for output"),
     ("GAP CONDUCTANCE", "no temperature changes"),
     ("HOURGLASS STIFFNESS", "elements are fully integrated"),
-    ("MASS", "steps are static"),
     ("NO ANALYSIS", "a control"),
     ("PHYSICAL CONSTANTS", "no temperature changes"),
     ("SECTION CONTROLS", "elements are fully integrated"),
@@ -65,6 +64,10 @@ impl Reader<'_> {
     /// A keyword that is not translated.
     pub(super) fn refused(&mut self, card: &Card<'_>) {
         let (name, line) = (card.keyword.name.as_str(), card.keyword.line);
+        if name == "MASS" {
+            self.masses.push(line);
+            return self.ledger.ignored(name, line, "steps are static, and no load acts on mass");
+        }
         if OUTPUT.contains(&name) {
             return self.ledger.ignored(name, line, "a request for output");
         }
@@ -78,5 +81,17 @@ impl Reader<'_> {
             "this keyword is not supported",
             cure.unwrap_or("remove it if it does not matter"),
         );
+    }
+
+    /// Refuses point masses if any load acts on mass.
+    pub(super) fn refuse_loaded_masses(&mut self) {
+        let mut loads = self.deck.steps.iter().flat_map(|step| &step.loads.items);
+        let Some(load) = loads.find(|load| matches!(load.on, On::Mass(..))) else { return };
+        let why =
+            format!("the load on mass at line {} would act on a point mass, which is not supported", load.lines[1]);
+        for &line in &self.masses {
+            let cure = "give a solid body this mass with *DENSITY, or load the node with *CLOAD";
+            self.ledger.refuse("MASS", line, why.as_str(), cure);
+        }
     }
 }

@@ -17,6 +17,7 @@ pub struct SpringElement {
     /// The sets in capitals that have it: of `*ELEMENT` and of `*ELSET`.
     pub sets: Vec<String>,
     number: u64,
+    line: usize,
 }
 
 /// `*SPRING`: the stiffness of a set of elements.
@@ -53,7 +54,7 @@ impl Reader<'_> {
                 continue;
             }
             let (number, nodes) = (numbers[0], numbers[1..].to_vec());
-            self.deck.spring_elements.push(SpringElement { kind, nodes, sets: sets.clone(), number });
+            self.deck.spring_elements.push(SpringElement { kind, nodes, sets: sets.clone(), number, line });
         }
         true
     }
@@ -82,12 +83,26 @@ impl Reader<'_> {
         }
     }
 
+    /// Refuses spring elements that no section names: they would have no stiffness.
+    pub(super) fn refuse_loose_springs(&mut self) {
+        for element in &self.deck.spring_elements {
+            let keyword = if element.kind == CONNECTOR { "CONNECTOR SECTION" } else { "SPRING" };
+            if self.ledger.ignores(keyword) || element.sets.iter().any(|set| self.spring_sets.contains(set)) {
+                continue;
+            }
+            let why = format!("no *{keyword} gives these elements a stiffness");
+            let cure = format!("name their ELSET in *{keyword}, or remove the elements");
+            self.ledger.wrong("ELEMENT", [element.line; 2], why, &cure);
+        }
+    }
+
     pub(super) fn spring(&mut self, card: &Card<'_>) {
         self.allow(card, &["ELSET"]);
         let line = card.keyword.line;
         let Some(set) = card.keyword.parameter("ELSET").map(str::to_ascii_uppercase) else {
             return self.ledger.wrong("SPRING", [line; 2], "the springs need ELSET=…", "add the parameter");
         };
+        self.spring_sets.push(set.clone());
         self.ledger.translated("SPRING", line, "`[[spring]]`, with `nodal_stiffness`");
         // the line of components is empty for SPRINGA, and left out here
         let rows = self.numbers(card);

@@ -13,7 +13,10 @@ pub struct Step {
     /// First increment, which a step without `DIRECT` may change.
     pub increment: f64,
     pub conditions: Change<Condition>,
+    /// Forces, and distributed loads, of which only the latter are replaced here.
     pub loads: Change<Load>,
+    /// Whether forces of earlier steps end (`OP=NEW` of `*CLOAD`).
+    pub replaces_forces: bool,
     pub temperatures: Vec<Condition>,
 }
 
@@ -126,8 +129,9 @@ impl Reader<'_> {
         self.ledger.translated("STEP", line, "a part of the load path; loads and motions grow linearly over it");
         let (conditions, loads) =
             (Change { replaces: false, items: vec![] }, Change { replaces: false, items: vec![] });
-        let temperatures = Vec::new();
-        self.deck.steps.push(Step { nlgeom, period: 1.0, increment: 1.0, conditions, loads, temperatures });
+        let (temperatures, replaces_forces) = (Vec::new(), false);
+        let (period, increment) = (1.0, 1.0);
+        self.deck.steps.push(Step { nlgeom, period, increment, conditions, loads, replaces_forces, temperatures });
         self.in_step = true;
     }
 
@@ -211,7 +215,9 @@ impl Reader<'_> {
         let (name, line) = (&card.keyword.name, card.keyword.line);
         match self.deck.steps.last_mut() {
             Some(step) if self.in_step => {
-                step.loads.replaces |= replaces;
+                let forces = name == "CLOAD";
+                step.replaces_forces |= replaces && forces;
+                step.loads.replaces |= replaces && !forces;
                 step.loads.items.extend(found);
             }
             _ => self.ledger.wrong(name, [line, line], "it is outside of a step", "move it into a step"),

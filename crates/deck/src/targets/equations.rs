@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::turned::ALONG;
 use super::{Finder, Held, POINT};
-use crate::bodies::find;
+use crate::bodies::{find, rigid_nodes};
 use crate::history::Track;
 use crate::read::Coupling;
 
@@ -49,6 +49,14 @@ impl Finder<'_> {
         self.constraints = constraints;
         nodes.retain(|&node| self.bodies.of(node).is_none() && self.reference(node).is_none());
         nodes.retain(|&node| self.couplings.iter().all(|coupling| coupling.node != node));
+        for rigid in &deck.rigids {
+            let Some(node) = rigid_nodes(self.mesh, rigid).into_iter().find(|node| nodes.contains(node)) else {
+                continue;
+            };
+            let number = self.mesh.point_numbers[node as usize];
+            let why = format!("its node {number} belongs to no element, and an equation joins it");
+            self.ledger.refuse("RIGID BODY", rigid.line, why, "name the reference node in the equation");
+        }
         for node in nodes {
             let name = format!("node_{}", self.mesh.point_numbers[node as usize]);
             self.points.push((node, name));
@@ -82,11 +90,7 @@ impl Finder<'_> {
                 wrong("it does not say how".into(), "write *KINEMATIC or *DISTRIBUTING after it");
                 continue;
             }
-            let Some(surface) = self.surface_of_coupling(coupling) else {
-                let why = format!("there is no surface `{}`", coupling.surface);
-                self.ledger.wrong("COUPLING", [line; 2], why, "define it with *SURFACE");
-                continue;
-            };
+            let Some(surface) = self.surface_of_coupling(coupling) else { continue };
             let bodies = match self.surface(&surface) {
                 Some(_) => self.bodies.under(self.mesh, &surface),
                 None => self.bodies_at(&surface),
@@ -107,18 +111,34 @@ impl Finder<'_> {
     }
 
     /// The surface of a coupling. A surface of nodes is the set of these if the coupling is kinematic, otherwise the
-    /// faces all of whose nodes it has.
+    /// faces all of whose nodes it has. `None` after an error.
     fn surface_of_coupling(&mut self, coupling: &Coupling) -> Option<String> {
         if let Some(surface) = self.surface(&coupling.surface) {
             return Some(surface);
         }
-        let set = find(&self.mesh.node_sets, &coupling.surface)?.to_owned();
+        let line = coupling.line;
+        let Some(set) = find(&self.mesh.node_sets, &coupling.surface).map(str::to_owned) else {
+            let why = format!("there is no surface `{}`", coupling.surface);
+            self.ledger.wrong("COUPLING", [line; 2], why, "define it with *SURFACE");
+            return None;
+        };
         if coupling.kinematic == Some(false) {
             let nodes: HashSet<u32> = self.mesh.node_sets[&set].iter().copied().collect();
             let faces = self.mesh.free_faces(&nodes);
-            if faces.is_empty() {
+            let covered = self.mesh.nodes_of_faces(&faces);
+            let own = |node: &u32| self.centres.first().is_none_or(|first| *node < first.node);
+            let loose = self.mesh.node_sets[&set].iter().copied().find(|node| own(node) && !covered.contains(node));
+            if let Some(node) = loose {
+                let number = self.mesh.point_numbers[node as usize];
+                let why = format!("node {number} of `{set}` is on no free face all of whose corners are in this set");
+                let cure = "name a surface of faces, or add the other corners of the faces around the node";
+                self.ledger.refuse("COUPLING", line, why, cure);
                 return None;
             }
+            let how = "`[[coupling]]`, for small rotations; nodes are weighted by the area of the faces around them, \
+                       where Abaqus weights all nodes of a surface of nodes equally";
+            self.mesh.notices.push(format!("line {line}: {how}"));
+            self.ledger.translated("COUPLING", line, how);
             self.mesh.face_sets.insert(set.clone(), faces);
         }
         Some(set)

@@ -8,6 +8,7 @@ use super::{Bits, Finder, bits};
 use crate::bodies::find;
 use crate::history::{Curve, Timeline, Track, Tracks};
 use crate::read::{NORMAL, On};
+use crate::vector::{cross, dot};
 
 /// A pressure or a traction on a surface of the file.
 #[derive(Debug)]
@@ -20,25 +21,78 @@ pub struct Pressure {
     pub line: usize,
 }
 
+/// Sine of the angle up to which directions are the same: of (1, 1, −1) and (3, 3, −3), or of rounded components.
+const SAME: f64 = 1e-5;
+
+/// A direction of tractions on a surface.
+#[derive(Debug)]
+struct Traction {
+    surface: String,
+    direction: [f64; 3],
+    /// The first step in which it acts, without interruption.
+    first: usize,
+    /// Whether `OP=NEW` ended it, and no later load names it.
+    ended: bool,
+}
+
+/// The directions of tractions up to a step.
+#[derive(Debug, Default)]
+struct Tractions {
+    acting: Vec<Traction>,
+}
+
+impl Tractions {
+    /// The direction of a load in step `k`, that of an earlier one if it is the same; `None` if it differs from those
+    /// of tractions that act since earlier steps, which it could add to or replace.
+    fn direction(&mut self, surface: &str, direction: [f64; 3], k: usize) -> Option<[f64; 3]> {
+        if direction == NORMAL {
+            return Some(direction);
+        }
+        let on = |known: &&mut Traction| known.surface == surface;
+        let same = |known: &&mut Traction| {
+            let across = cross(known.direction, direction);
+            dot(across, across).sqrt() < SAME && dot(known.direction, direction) > 0.0
+        };
+        if let Some(known) = self.acting.iter_mut().filter(on).find(same) {
+            if std::mem::take(&mut known.ended) {
+                known.first = k;
+            }
+            return Some(known.direction);
+        }
+        if self.acting.iter_mut().filter(on).any(|known| !known.ended && known.first < k) {
+            return None;
+        }
+        self.acting.push(Traction { surface: surface.to_owned(), direction, first: k, ended: false });
+        Some(direction)
+    }
+}
+
 impl Finder<'_> {
     /// Pressures over the steps, on surfaces and on faces of elements.
     pub(super) fn pressures(&mut self, timeline: &Timeline) -> Vec<Pressure> {
         let deck = self.deck;
         let mut surfaces = Tracks::new(timeline, deck, true);
         let mut faces = Tracks::new(timeline, deck, true);
+        let mut tractions = Tractions::default();
         for (k, step) in deck.steps.iter().enumerate() {
+            if step.loads.replaces {
+                tractions.acting.iter_mut().for_each(|known| known.ended = true);
+            }
             for load in &step.loads.items {
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
                 match &load.on {
                     On::Nodes(..) | On::Mass(..) => {}
                     On::Surface(name, direction) => match self.surface(name) {
-                        Some(surface) => surfaces.say(
-                            (surface, direction.map(f64::to_bits)),
-                            load.value,
-                            amplitude,
-                            load.lines[0],
-                            None,
-                        ),
+                        Some(surface) => {
+                            let direction = tractions.direction(&surface, *direction, k).unwrap_or_else(|| {
+                                let why = "the direction of the traction on this surface changes";
+                                let cure = "write OP=NEW in this step, with all loads that act in it";
+                                self.ledger.refuse_at(load.keyword, load.lines, why, cure);
+                                *direction
+                            });
+                            let key = (surface, direction.map(f64::to_bits));
+                            surfaces.say(key, load.value, amplitude, load.lines[0], None);
+                        }
                         None => {
                             let why = format!("there is no surface `{name}`");
                             self.ledger.wrong(load.keyword, load.lines, why, "define it with *SURFACE");

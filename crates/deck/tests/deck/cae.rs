@@ -57,6 +57,26 @@ fn reference_nodes_are_named_by_sets() {
             assert!(body.contains(&format!("rigid = {{ reference = [0.5, 0.5, {at}] }}")), "{node}: {body}");
         }
     }
+    // in data, too
+    let rigid = "*Rigid Body, ref node=1, elset=High.Set-1";
+    assert_eq!(tables(&joined(rigid, &driven.replace("m_Set-1", "1"))), tables(&joined(rigid, driven)));
+    let equations = |deck: &str| -> Vec<String> {
+        tables(deck).into_iter().filter(|table| table.starts_with("[[equation]]")).collect()
+    };
+    let equal = |ends: [&str; 2]| {
+        let [a, b] = ends.map(|set| format!("{{ set = \"{set}\", component = \"x\", factor = "));
+        format!("[[equation]]; terms = [{a}1.0 }}, {b}-1.0 }}]")
+    };
+    let own = joined("*Equation\n2\n1, 1, 1., Low.5, 1, -1.", "");
+    assert_eq!(equations(&own), [equal(["node_17", "Low_Set-1_node_5"])], "after 8 nodes of each instance");
+    for names in ["5, 1, 1., 6, 1, -1.", "A, 1, 1., B, 1, -1."] {
+        let part = format!("*Nset, nset=A\n5\n*Nset, nset=B\n6\n*Equation\n2\n{names}\n*End Part\n");
+        let ends = [["Low_Set-1_node_5", "Low_Set-1_node_6"], ["High_Set-1_node_13", "High_Set-1_node_14"]];
+        assert_eq!(equations(&ASSEMBLY.replace("*End Part\n", &part)), ends.map(equal), "of each instance");
+        let pin =
+            part.replace(&format!("*Equation\n2\n{names}"), &format!("*MPC\nPIN, {}, {}", &names[..1], &names[10..11]));
+        assert_eq!(equations(&ASSEMBLY.replace("*End Part\n", &pin)).len(), 6, "three of each instance");
+    }
     let surfaces = "*Surface, type=NODE, name=Top_CNS_, internal\nTop, 1.\n";
     for (keywords, set, kind) in [
         ("surface=Lid\n*Kinematic", "Lid", "kinematic"),
@@ -72,8 +92,30 @@ fn reference_nodes_are_named_by_sets() {
     for (keywords, message) in [
         ("*Rigid Body, ref node=Top, elset=High.Set-1", "it needs a reference node"),
         ("*Rigid Body, ref node=m_Set-1, tie nset=Top, nset=Top", "several of NSET, TIE NSET and PIN NSET"),
+        (
+            "*Rigid Body, ref node=m_Set-1, elset=High.Set-1, tie nset=Base",
+            "all nodes of one body, and some of another",
+        ),
+        (
+            "*Rigid Body, ref node=m_Set-1, elset=High.Set-1, pin nset=Base",
+            "all nodes of one body, and some of another",
+        ),
+        ("*Rigid Body, ref node=m_Set-1, elset=High.Set-1, nset=Base", "all nodes of one body, and some of another"),
+        (
+            "*Node\n7, 2, 0, 2\n*Nset, nset=More\nTop, 7\n*Rigid Body, ref node=m_Set-1, elset=High.Set-1, tie nset=More\n\
+             *Equation\n2\n7, 1, 1., Low.5, 1, -1.",
+            "belongs to no element, and an equation joins it",
+        ),
+        (
+            "*Nset, nset=Two\nm_Set-1, m_Set-1, Low.3\n*Rigid Body, ref node=Two, elset=High.Set-1",
+            "needs a reference node",
+        ),
         ("*Coupling, constraint name=C, ref node=Top, surface=Lid\n*Kinematic", "a node or a set of one node"),
         ("*Coupling, ref node=m_Set-1, surface=Lid, influence radius=0.1\n*Kinematic", "a part of its surface"),
+        (
+            "*Surface, type=NODE, name=More\nTop, 1.\nHigh.1, 1.\n*Coupling, ref node=m_Set-1, surface=More\n*Distributing",
+            "is on no free face all of whose corners are in this set",
+        ),
         ("*Coupling, ref node=m_Set-1, surface=Lid\n*Distributing, weighting method=LINEAR", "WEIGHTING METHOD is not"),
     ] {
         let messages = refused(&joined(keywords, driven));
@@ -110,11 +152,22 @@ fn connectors_are_springs() {
     let axes = springs(&with("Cartesian", &(elastic(1, 100.0) + &elastic(3, 50.0))));
     let expected = [spring(1, [1, 2], "[1.0, 0.0, 0.0]", 100.0), spring(2, [3, 4], "[0.0, 0.0, 1.0]", 50.0)];
     assert_eq!(axes, expected);
+    for elements in ["CONN3D2, elset=Wire", "SPRINGA, elset=Wire", "CONN3D2"] {
+        let line = format!("*Element, type={elements}");
+        let deck = joined(&format!("{line}\n1, Low.5, High.7"), "Top, 1, 2\nTop, 3, 3, -0.1\n");
+        let start = format!("{}: *ELEMENT: no *", line_of(&deck, &line));
+        let messages = refused(&deck);
+        assert!(
+            messages[0].starts_with(&start) && messages[0].contains("gives these elements a stiffness"),
+            "{messages:?}"
+        );
+    }
     for (section, behavior, message) in [
         ("Hinge", elastic(1, 1.0), "connectors of the kind `HINGE` are not supported"),
         ("Axial", elastic(2, 1.0), "AXIAL connectors have no component 2"),
         ("Axial", elastic(1, -1.0), "a line with a stiffness > 0"),
         ("Axial", elastic(4, 1.0), "one of the components 1 to 3"),
+        ("Axial", "*Connector Elasticity, component=1\n100., 20.\n50., 300.\n".into(), "depends on temperature"),
         ("Axial", "*Connector Elasticity, component=1, nonlinear\n0., 0.\n1., 1.\n".into(), "NONLINEAR is not"),
         ("Axial", "*Connector Damping, component=1\n1.\n".into(), "has no *CONNECTOR ELASTICITY"),
         ("Cartesian,\nOri", elastic(1, 1.0), "along local axes"),
@@ -135,10 +188,37 @@ fn general_contact_of_named_pairs() {
         let deck = with(&format!("{inclusions}*Contact Property Assignment\n{assigned}\n"));
         assert_eq!(table(&deck, "[[contact]]"), expected, "{assigned}");
     }
-    let other = with(&format!("{inclusions}*Contact Property Assignment\nLid, , Dry\n"));
-    for deck in [with(inclusions), other] {
-        assert_eq!(table(&deck, "[[contact]]"), expected.replace("0.2", "0.0"), "hard, without friction");
+    // the order of the keywords does not matter, and of several lines, the last counts
+    let before =
+        with("*Contact\n*Contact Property Assignment\n , , None\nUp, Down, Dry\n*Contact Inclusions\nDown, Up\n");
+    assert_eq!(table(&before, "[[contact]]"), expected);
+    assert_eq!(table(&with(inclusions), "[[contact]]"), expected.replace("0.2", "0.0"), "hard, without friction");
+    let twice = with(&inclusions.replace("Down, Up\n", "Down, Up\nUp, Down\n"));
+    assert_eq!(tables(&twice), tables(&with(inclusions)), "a pair counts once");
+    for other in ["Lid, , Dry", "Down, Lid, Dry", " , Nowhere, Dry"] {
+        let deck = with(&format!("{inclusions}*Contact Property Assignment\n{other}\n"));
+        let start = format!("{}: *CONTACT PROPERTY ASSIGNMENT: no line of *CONTACT INCLUSIONS", line_of(&deck, other));
+        assert!(refused(&deck)[0].starts_with(&start), "{other}: {:?}", refused(&deck));
     }
+    for (keywords, message) in [
+        ("*Contact\n", "*CONTACT: nothing says which surfaces may touch"),
+        ("*Contact, op=NEW\n*Contact Inclusions\nDown, Up\n", "*CONTACT: the parameter OP is not supported"),
+    ] {
+        assert!(refused(&with(keywords))[0].contains(message), "{:?}", refused(&with(keywords)));
+    }
+    for (in_step, keyword) in [
+        ("*Contact", "CONTACT"),
+        ("*Contact Inclusions\nDown, Lid", "CONTACT INCLUSIONS"),
+        ("*Contact Property Assignment\n , , Dry", "CONTACT PROPERTY ASSIGNMENT"),
+    ] {
+        let deck = with(inclusions).replace("*Boundary", &format!("{in_step}\n*Boundary"));
+        let message = format!("*{keyword}: general contact that a step changes is not supported");
+        assert!(refused(&deck)[0].contains(&message), "{:?}", refused(&deck));
+    }
+    let how = super::translated(&with(inclusions)).ledger.table();
+    assert!(
+        how.iter().any(|row| row[0] == "*CONTACT INCLUSIONS" && row[3].contains("out of small ones without strain"))
+    );
     let all = with("*Contact\n*Contact Inclusions, ALL EXTERIOR\n");
     assert!(refused(&all)[0].contains("contact of everything with everything"), "{:?}", refused(&all));
     let own = with("*Contact\n*Contact Inclusions\nDown,\n");
@@ -182,9 +262,47 @@ fn loads_of_abaqus() {
     assert!(refused(&turning)[0].contains("write FOLLOWER=NO, CONSTANT RESULTANT=YES"), "{:?}", refused(&turning));
     assert!(refused(&dsload("", "LID, TRVEC, 5., 0., 0., 0."))[0].contains("the direction is zero"));
     assert!(refused(&dsload("", "LID, HP, 5., 0., 1."))[0].contains("only pressures P and tractions TRVEC"));
+    // a direction is the same at another length, to rounding; with OP=NEW, another one may follow
+    let later = |load: &str| {
+        let deck = dsload("", "LID, TRVEC, 1., 1., 1., -1.").replace("0.5, 1\n", "1, 1\n");
+        format!("{deck}*STEP\n*STATIC\n1, 1\n{load}\n*END STEP\n")
+    };
+    let loads = |deck: &str| -> Vec<String> {
+        tables(deck).into_iter().filter(|table| table.starts_with("[[load]]")).collect()
+    };
+    for same in ["3., 3., -3.", "0.577350, 0.577350, -0.577350"] {
+        let found = loads(&later(&format!("*DSLOAD\nLID, TRVEC, 2., {same}")));
+        assert_eq!(found.len(), 1, "{found:?}");
+        // 2/√3, reached along a line
+        assert!(found[0].starts_with("[[load]]; surface = \"HIGH_LID\"; traction = [1.154700538"), "{found:?}");
+    }
+    // OP=NEW of forces ends forces, that of distributed loads these
+    for (keyword, ends) in [("*CLOAD, OP=NEW\n15, 1, 0.", [false, true]), ("*DSLOAD, OP=NEW\nUP, P, 0.", [true, false])]
+    {
+        let deck = later(keyword).replacen("*DSLOAD", "*CLOAD\n5, 1, 2.\n*DSLOAD", 1);
+        let found = loads(&deck);
+        for (kind, ends) in ["traction", "nodal_force"].into_iter().zip(ends) {
+            let load = found.iter().find(|load| load.contains(kind)).unwrap_or_else(|| panic!("{kind}: {found:?}"));
+            assert_eq!(load.ends_with("{ t = 1.0, factor = 0.0 }]"), ends, "{keyword:?}: {load}");
+        }
+    }
+    let turned = later("*DSLOAD\nLID, TRVEC, 2., 1., 1., 1.");
+    let line = line_of(&turned, "LID, TRVEC, 2.");
+    assert!(refused(&turned)[0].starts_with(&format!("{line}: *DSLOAD: the direction of the traction")));
+    let both = "*DSLOAD, OP=NEW\nLID, TRVEC, 1., 1., 1., -1.\nLID, TRVEC, 2., 1., 1., 1.";
+    assert_eq!(loads(&later(both)).len(), 2);
     let heavy = CUBES.replace("*ELASTIC", "*DENSITY\n2.,\n*ELASTIC");
     let heavy = heavy.replace("*END STEP", "*DLOAD\n, GRAV, 9.81, 0., 0., -1.\n*END STEP");
     assert_eq!(table(&heavy, "[[load]]"), "[[load]]; gravity = [0.0, 0.0, -9.81]");
+    // a point mass matters only to loads on mass
+    let point =
+        |deck: &str| deck.replace("*MATERIAL", "*ELEMENT, TYPE=MASS, ELSET=M\n9, 99\n*MASS, ELSET=M\n3.\n*MATERIAL");
+    assert_eq!(tables(&point(CUBES)), tables(CUBES));
+    for load in ["GRAV, 9.81, 0., 0., -1.", "CENTRIF, 4., 0., 0., 0., 0., 0., 1."] {
+        let deck = point(&heavy.replace("GRAV, 9.81, 0., 0., -1.", load));
+        let start = format!("{}: *MASS: the load on mass at line {}", line_of(&deck, "*MASS,"), line_of(&deck, load));
+        assert!(refused(&deck)[0].starts_with(&start), "{:?}", refused(&deck));
+    }
 }
 
 /// Polynomials in the strain invariants that are other laws.
@@ -244,6 +362,24 @@ fn rigid_surfaces_get_solids_on_the_side_that_does_not_touch() {
     }
     let both = with("SNEG", "3, 31,32,33,34").replace("TOOL, SNEG", "TOOL, SNEG\nTOOL, SPOS");
     assert!(refused(&both)[0].contains("touches on both of its sides"), "{:?}", refused(&both));
+    // a surface may name elements by number, and those of nodes are no elements
+    let named = "3, 31,32,33,34";
+    let by_number = with("SNEG", named).replace("TOOL, SNEG", "3, SNEG");
+    let points = |deck: &str| slipstick_deck::mesh(deck.as_bytes()).expect("a mesh").points;
+    assert_eq!(tables(&by_number), tables(&with("SNEG", named)));
+    assert_eq!(points(&by_number), points(&with("SNEG", named)));
+    assert_ne!(points(&by_number), points(&with("SPOS", named)), "the other side");
+    let nodes = by_number.replace("*RIGID", "*SURFACE, NAME=POINTS, TYPE=NODE\n3\n*RIGID");
+    assert_eq!(tables(&nodes), tables(&by_number));
+    // facets without ELSET that the rigid body does not have
+    let more = with("SNEG", &format!("{named}\n*ELEMENT, TYPE=R3D4\n4, 32,35,36,33"));
+    let start = format!(
+        "{}: *ELEMENT: R3D4: a rigid surface that no *RIGID BODY names",
+        line_of(&more, "*ELEMENT, TYPE=R3D4\n")
+    );
+    assert!(refused(&more)[0].starts_with(&start), "{:?}", refused(&more));
+    let added = more.replace("*SURFACE, NAME=FACE", "*ELSET, ELSET=TOOL\n4\n*SURFACE, NAME=FACE");
+    assert_eq!(refused(&added), [""; 0]);
     let free = with("SNEG", "3, 31,32,33,34").replace("*RIGID BODY, ELSET=TOOL, REF NODE=99\n", "");
     assert!(refused(&free)[0].contains("that no *RIGID BODY names"), "{:?}", refused(&free));
     let folded = with("SNEG", "3, 31,32,32,34");

@@ -1,6 +1,6 @@
 //! Hexahedra of 20 nodes, which get those at the centres of their faces and their own.
 
-use super::{mesh, tables};
+use super::{mesh, refused, tables};
 
 /// A unit cube with 20 nodes: the corners 1 to 8, and the nodes 9 to 20 between them.
 fn cube(keywords: &str) -> String {
@@ -140,4 +140,20 @@ fn linear_contact_of_large_facets_has_dual_shapes() {
     let hard = cube(&format!("{pair}*STEP\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*END STEP\n"));
     let hard = of(&hard.replace("=LINEAR\n1e5\n", "=HARD\n"));
     assert!(!hard.contains("multiplier_shape"), "{hard}");
+}
+
+/// Nodes between corners lie on the faces of a coupling, one on another face does not.
+#[test]
+fn couplings_have_all_nodes_of_their_faces() {
+    let with = |more: &str| {
+        let deck = cube("*NODE\n99, 0.5, 0.5, 1.5\n*SURFACE, NAME=S, TYPE=NODE\nTOP\n");
+        let coupling = "*COUPLING, REF NODE=99, SURFACE=S, CONSTRAINT NAME=C\n*DISTRIBUTING\n";
+        let step = "*STEP\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*CLOAD\n99, 3, -2\n*END STEP\n";
+        format!("{deck}{more}{coupling}{step}")
+    };
+    let table = tables(&with("")).into_iter().find(|table| table.starts_with("[[coupling]]")).expect("a coupling");
+    assert!(table.contains("set = \"CUBE_S\"") && table.ends_with("kind = \"distributing\""), "{table}");
+    // node 17 lies between a corner of the top and one of the base
+    let messages = refused(&with("17,\n"));
+    assert!(messages[0].contains("*COUPLING: node 17 of `S` is on no free face"), "{messages:?}");
 }

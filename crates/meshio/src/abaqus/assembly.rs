@@ -366,7 +366,17 @@ impl Writer {
                         self.line(line, moved.into_iter().map(|x| format!("{x:?}")), &mut last);
                         continue;
                     }
-                    self.line(line, fields.iter().map(|&field| field.to_owned()), &mut last);
+                    let own =
+                        fields.iter().enumerate().map(|(at, field)| match (named(keyword, &fields, at), *field) {
+                            (None, field) | (_, field @ "") => field.to_owned(),
+                            (Some(Named::Node), field) => {
+                                shifted(field, node).unwrap_or_else(|| prefixed(&prefix, field))
+                            }
+                            (Some(Named::Element), field) => {
+                                shifted(field, element).unwrap_or_else(|| prefixed(&prefix, field))
+                            }
+                        });
+                    self.line(line, own, &mut last);
                 }
                 return Ok(());
             }
@@ -412,13 +422,49 @@ impl Writer {
                 Ok(number) if offset > 0 && !(at == 2 && generate) && (at == 0 || keyword.name != "NODE") => {
                     number.saturating_add(offset).to_string()
                 }
-                _ => replaced(&scopes, keyword, field).unwrap_or_else(|| (*field).to_owned()),
+                _ => {
+                    let own = named(keyword, &fields, at).and_then(|of| match of {
+                        Named::Node => shifted(field, global.node),
+                        Named::Element => shifted(field, global.element),
+                    });
+                    own.or_else(|| replaced(&scopes, keyword, field)).unwrap_or_else(|| (*field).to_owned())
+                }
             };
             self.line(line, fields.iter().enumerate().map(field), &mut last);
         }
         self.scopes = scopes;
         Ok(())
     }
+}
+
+/// What a field of a line of data names, by number or by a set.
+enum Named {
+    Node,
+    Element,
+}
+
+/// What a field names in the data of keywords other than those of meshes and sets.
+fn named(keyword: &Keyword<'_>, fields: &[&str], at: usize) -> Option<Named> {
+    match keyword.name.as_str() {
+        // a line with one number has that of the terms
+        "EQUATION" => {
+            (at.is_multiple_of(3) && fields.iter().filter(|field| !field.is_empty()).count() > 1).then_some(Named::Node)
+        }
+        // a line begins with the kind, or goes on with 0
+        "MPC" => (at > 0).then_some(Named::Node),
+        "BOUNDARY" | "CLOAD" | "INITIAL CONDITIONS" | "TEMPERATURE" => (at == 0).then_some(Named::Node),
+        "DLOAD" => (at == 0).then_some(Named::Element),
+        _ => None,
+    }
+}
+
+/// A number with its offset; `None` for a name.
+fn shifted(field: &str, offset: u64) -> Option<String> {
+    field.parse::<u64>().ok().map(|number| number.saturating_add(offset).to_string())
+}
+
+fn prefixed(prefix: &str, name: &str) -> String {
+    format!("{prefix}_{}", name.trim_matches('"'))
 }
 
 /// Two points and an origin, by default that of the coordinates; `None` if there are other fields.

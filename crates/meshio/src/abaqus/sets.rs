@@ -1,12 +1,13 @@
 //! Sets, given by numbers or by names of other sets, resolved when all nodes and elements are
 //! known.
 
-use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
 
-use slipstick_mesh::{HEX_FACES, TET_FACES, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES};
+use slipstick_mesh::{Element, HEX_FACES, TET_FACES, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES};
 
 use super::lines::number;
 use crate::builder::Numbers;
+use crate::centres::{complete_element, in_order};
 use crate::cursor::shortened;
 use crate::{CellKind, ElementFace, FileMesh, MeshFileError};
 
@@ -300,6 +301,23 @@ impl FileMesh {
     pub fn corners_of(&self, faces: &[ElementFace]) -> Vec<Vec<u32>> {
         let corners = |face: &ElementFace| self.corners_of_faces(face.cell).get(usize::from(face.side)).cloned();
         faces.iter().filter_map(corners).collect()
+    }
+
+    /// All nodes of faces of solids, also between corners and at centres.
+    pub fn nodes_of_faces(&self, faces: &[ElementFace]) -> BTreeSet<u32> {
+        let between = |face: &ElementFace| {
+            let (kind, nodes) = (self.cells.kind(face.cell as usize), self.cells.nodes(face.cell as usize));
+            let element = match kind {
+                CellKind::Tet10 => Element::Tet10(std::array::from_fn(|i| nodes[i])),
+                CellKind::Wedge18 | CellKind::Hex27 => {
+                    complete_element(&in_order(kind, nodes, |node| self.points[node as usize]))?
+                }
+                _ => return None,
+            };
+            Some(element.face(usize::from(face.side)).to_vec())
+        };
+        let corners = self.corners_of(faces).into_iter().flatten();
+        corners.chain(faces.iter().filter_map(between).flatten()).collect()
     }
 
     /// Faces of solids that no other solid shares and whose corners are all among these nodes.
