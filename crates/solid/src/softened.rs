@@ -2,8 +2,8 @@
 //!
 //! Nearly incompressible material keeps its volume even where it is light: at ν = 0.49, an element of density 0.2
 //! has, with p = 3, only 1 % of the shear stiffness, but as much stiffness against a change of volume as half of the
-//! solid's shear modulus. Enclosed, such elements carry load like a liquid, so that designs fill with them. With a
-//! Poisson's ratio ν₀ of the void, an element with stiffness factor s has the energy
+//! solid's shear modulus. Enclosed, such elements and voids resist like a liquid. With a Poisson's ratio ν₀ of the
+//! void, an element with stiffness factor s has the energy
 //!
 //! ```text
 //! W = s [ r Ψ + (1 − r) Ψ₀ ],      r = φ^q

@@ -92,3 +92,32 @@ fn interpolation_leaves_the_solid_as_it_is() {
     println!("{plain} {interpolated}");
     assert!((interpolated / plain - 1.0).abs() < 1e-5, "{plain} {interpolated}");
 }
+
+/// A nearly incompressible block with an enclosed hole is pressed down in plane strain. The force without material in
+/// the hole is that with 1e-7 of the stiffness there. Void elements with the solid's Poisson's ratio resist like a
+/// liquid; with one of their own, they hardly count. `cargo test --release -p slipstick --test suite
+/// void::an_enclosed -- --nocapture` prints the deviations.
+#[test]
+fn an_enclosed_void_can_be_compressed() {
+    let force = |design: &str| {
+        let text = format!(
+            "[[body]]\nname = 'b'\nbox = {{ min = [0, 0, 0], max = [10, 10, 0.5], elements = [20, 20, 1] }}\n\
+             element = 'f_bar'\nmaterial = {{ neo_hooke = {{ youngs_modulus = 6.0, poisson_ratio = 0.499 }} }}\n\
+             [[dirichlet]]\nset = 'b_ymin'\n[[dirichlet]]\nset = 'b_zmin'\ncomponents = ['z']\n\
+             [[dirichlet]]\nset = 'b_zmax'\ncomponents = ['z']\n\
+             [[dirichlet]]\nset = 'b_ymax'\nmotion = [{{ t = 1, u = [0, -1, 0] }}]\n\
+             [load_path]\nsteps = 4\n\
+             [design]\nbodies = ['b']\ninitial = 1.0\nenergy_interpolation = {{}}\n{design}\n\
+             passive_void = [{{ min = [2, 2, -1], max = [8, 8, 1] }}]\n\
+             [[quantity]]\nname = 'push'\nreaction = {{ set = 'b_ymax', component = [0, -1, 0] }}\n\
+             [objective]\nmaximise = {{ quantity = 'push' }}\n"
+        );
+        let mut problem = problem(&text);
+        let density = problem.initial_density();
+        forward(&mut problem, &density).value
+    };
+    let empty = force("simp = { p = 3, min = 1e-7 }\nvoid_poisson_ratio = 0.0");
+    let [liquid, own] = ["", "void_poisson_ratio = 0.3"].map(|design| force(design) / empty - 1.0);
+    println!("deviation of the force: {:.2} % and {:.2} %", 100.0 * liquid, 100.0 * own);
+    assert!(liquid > 0.01 && own.abs() < 0.002, "{liquid} {own}");
+}
