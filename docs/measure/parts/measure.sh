@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Takes a hub, twenty random designs and ten optimized ones to parts, writes five designs as STEP files, and designs a seal, and puts the
-# tables between the marks of docs/measurements/parts.md; forty minutes on two cores. `measure.sh hub`, `designs`,
-# `promises`, `seal` or `step` repeats one table.
+# Takes a hub, twenty random designs and ten optimized ones to parts, writes five designs as STEP files, and designs a
+# seal, and puts the tables between the marks of docs/measurements/parts.md; forty minutes on two cores.
+# `measure.sh hub`, `designs`, `promises`, `seal` or `step` repeats one table.
 #
 #   docs/measure/parts/measure.sh
 #

@@ -2,8 +2,9 @@
 
 SLIPSTICK_PYTHON=python3 python3 docs/measure/ui/film.py PROGRAM FOLDER [PICTURE]
 
-PROGRAM is slipstick; screenshots of 1400 × 900 pixels go to FOLDER, and all of them as one picture to PICTURE. Needs
-Chromium, and Python with Gmsh (pip install gmsh). Every step fails if the page does not show what it should.
+PROGRAM is slipstick; screenshots of a narrow page, whose parts lie below each other, go to FOLDER, and a cut of each to
+PICTURE. Needs Chromium, and Python with Gmsh (pip install gmsh). Every step fails if the page does not show what it
+should.
 """
 
 from __future__ import annotations
@@ -37,17 +38,18 @@ for number, name in ((1, "saddle"), (2, "shaft")):
 open("part.step", "w").write(text)
 """
 
-# What is changed in the case that the program proposes: the shaft is pressed in and not slid, in two steps, and there
-# are fewer iterations.
+# What is changed in the case that the program proposes: the shaft is pressed in and not slid, in six steps, and there
+# are fewer iterations, with a sharpness that rises earlier and in larger steps.
 CHANGES = (
     ("    { t = 1.0, u = [0.6, -0.11, 0.0] },   # then slid\n", ""),
     ("{ t = 0.5, u =", "{ t = 1.0, u ="),
-    ("steps = 10", "steps = 2"),
+    ("steps = 10", "steps = 6"),
     ("iterations = 40", "iterations = 9"),
     ("[[0, 1], [10, 2], [17, 4], [24, 8], [31, 16]]", "[[0, 1], [4, 4], [6, 16]]"),
 )
 
 PATIENCE = 900.0  # seconds
+WIDTH, HEIGHT = 560, 440  # of each cut
 
 
 def main(program: str, folder: Path, picture: Path | None) -> None:
@@ -80,14 +82,17 @@ Frame = tuple[Path, str, float]
 
 
 def operate(browser: Browser, url: str, place: Path, folder: Path) -> list[Frame]:
-    """The screenshots, what they show, and from which height."""
+    """The screenshots, what they show, and the height at which their cuts begin."""
     frames: list[Frame] = []
 
-    def shot(words: str, top: float = 0.0) -> None:
+    def shot(words: str, part: str) -> None:
+        """Takes a screenshot, of which the picture shows what begins with this element."""
         file = folder / f"film_{len(frames) + 1}.png"
         # the name of a temporary folder says nothing
         browser.value("element('folder').style.visibility = 'hidden'")
+        # the bar of commands stays at the top of what is visible
         browser.value("scrollTo(0, 0)")
+        top = browser.value(f"element('{part}').getBoundingClientRect().y + scrollY - 4")
         browser.picture(file)
         frames.append((file, f"{len(frames) + 1}. {words}", top))
 
@@ -109,23 +114,30 @@ def operate(browser: Browser, url: str, place: Path, folder: Path) -> list[Frame
         browser.value("""[...document.querySelectorAll('#outline button')]
           .find(b => b.textContent.includes(' on ')).click()""")
 
-    def look(view: str, words: str, hidden: str = "") -> None:
-        """Shows a field in a view, without one of the bodies."""
-        browser.inside(
+    def look(view: str, words: str, hidden: str = "", least: float = 0.0) -> None:
+        """Shows a field in a view, without one of the bodies, and without elements of lower density."""
+        shows = browser.inside(
             view,
             f"""(() => {{
-              const select = document.querySelector('#controls select');
-              const option = [...select.options].find(option => option.textContent.includes('{words}'));
-              if (!option) return 0;
+              const labels = [...document.querySelectorAll('#controls label')];
+              const options = [...document.querySelectorAll('#controls option')];
+              const option = options.find(option => option.textContent.includes('{words}'));
+              if (!option) return options.map(option => option.textContent).join();
+              const select = option.closest('select');
               select.value = option.value; select.dispatchEvent(new Event('change'));
-              const label = [...document.querySelectorAll('#controls label')].find(of => of.textContent.trim() === '{hidden}');
+              const label = labels.find(of => of.textContent.trim() === '{hidden}');
               if (label && label.querySelector('input').checked) label.querySelector('input').click();
+              const slider = labels.find(of => of.textContent.includes('density above'))?.querySelector('input');
+              if ({least} && !slider) return document.querySelector('#controls').innerHTML;
+              if ({least}) {{ slider.value = {least}; slider.dispatchEvent(new Event('input')); }}
               element('canvas').scrollIntoView();
-              return 1;
+              return 'shown';
             }})()""",
         )
+        assert shows == "shown", shows
 
-    browser.size(1400, 900)
+    # high enough that the views, which are drawn only where they are visible, are above the end
+    browser.size(WIDTH, 3600)
     browser.send("Page.navigate", url=url)
     browser.until("document.documentElement.dataset.ready === 'true'", PATIENCE)
     browser.until("element('verdict').textContent.includes('part.step is a STEP file')", PATIENCE)
@@ -135,7 +147,7 @@ def operate(browser: Browser, url: str, place: Path, folder: Path) -> list[Frame
     browser.until("element('outline').textContent.includes('Contacts')", PATIENCE)
     pair()
     look("model?case=part.toml", "bodies", hidden="shaft")
-    shot("The case of part.step: meshed, with the contact pair that was found")
+    shot("The case of part.step: meshed, with the contact\npair that the program found (the shaft is hidden)", "frames")
     text = browser.value("source.value")
     for old, new in CHANGES:
         assert old in text, old
@@ -145,23 +157,22 @@ def operate(browser: Browser, url: str, place: Path, folder: Path) -> list[Frame
     browser.until("changed() && now.checked && now.checked.text === source.value", PATIENCE)
     press("check")
     done("check")
-    pair()
-    browser.value("element('log').scrollTop = 1e6")
-    shot("After a few changes of the text: checked")
+    line = text[: text.index("    { t = 1.0, u =")].count("\n")
+    # one line more than the page shows
+    browser.value(f"element('editor').style.height = '26rem'; element('editor').scrollTop = {line} * LINE")
+    shot("Four values of the text changed: motion, steps,\niterations, sharpness", "text-title")
     press("solve")
     done("solve")
     loaded("report?run=part_solve")
     look("report?run=part_solve", "von Mises stress")
-    shot("Solved: the stress before the optimization")
+    shot("Solved: the stress before the optimization", "frames")
     press("optimize")
     done("optimize")
+    assert "warning" not in browser.value("element('log').textContent")
     loaded("report?run=part&")
-    look("report?run=part&", "density")
-    shot("Optimized: the largest contact force with 40 % of the volume")
-    shot(
-        "Objective and volume over the iterations, further down the page",
-        browser.value("element('progress').getBoundingClientRect().y + scrollY"),
-    )
+    look("report?run=part&", "density", hidden="shaft", least=0.5)
+    shot("Optimized for the largest contact force with 40 %\nof the volume: what has a density above 0.5", "frames")
+    shot("The objective over the iterations; more charts and\nthe log follow", "progress")
     browser.value("element('kind').value = 'step'")
     press("export")
     done("export")
@@ -177,24 +188,28 @@ def operate(browser: Browser, url: str, place: Path, folder: Path) -> list[Frame
     press("new")
     browser.until(f"element('text-title').textContent === '{exported.stem}.toml'", PATIENCE)
     loaded(f"model?case={exported.stem}.toml")
-    shot("The exported STEP file, opened again and meshed")
+    shot(
+        "The export, the saddle only, opened and meshed;\nthe block on it is a guess of the program",
+        "frames",
+    )
     return frames
 
 
-# Draws all screenshots, two in a row with their captions, and returns the picture in 256 colours: the most frequent
+# Draws the cuts of all screenshots, two in a row with their captions, and returns the picture in 256 colours: the most frequent
 # ones of 5 bits, and for the others the nearest of these.
 COMPOSE = """(async () => {
-  const [width, each, gap, line] = [1400, 696, 8, 30], rows = Math.ceil(shots.length / 2), scale = each / 1400;
-  const canvas = document.createElement('canvas'), draw = canvas.getContext('2d'), height = rows * (800 * scale + line + gap);
-  canvas.width = width; canvas.height = Math.round(height);
+  const [gap, line] = [8, 24], rows = Math.ceil(shots.length / 2), below = high + 2 * line + 2 * gap;
+  const canvas = document.createElement('canvas'), draw = canvas.getContext('2d'), width = 2 * wide + gap;
+  canvas.width = width; canvas.height = rows * below;
   draw.fillStyle = 'white'; draw.fillRect(0, 0, width, canvas.height);
-  draw.imageSmoothingQuality = 'high'; draw.font = '17px sans-serif';
+  draw.font = '20px sans-serif';
   for (const [k, [data, words, top]] of shots.entries()) {
     const image = new Image(); image.src = 'data:image/png;base64,' + data; await image.decode();
-    const x = k % 2 * (each + gap), y = Math.floor(k / 2) * (800 * scale + line + gap);
-    draw.drawImage(image, 0, top, 1400, 800, x, y, each, 800 * scale);
-    draw.strokeStyle = '#bbb'; draw.strokeRect(x + 0.5, y + 0.5, each - 1, 800 * scale - 1);
-    draw.fillStyle = '#222'; draw.fillText(words, x + 4, y + 800 * scale + 20);
+    const x = k % 2 * (wide + gap), y = Math.floor(k / 2) * below;
+    draw.drawImage(image, 0, top, wide, high, x, y, wide, high);
+    draw.strokeStyle = '#bbb'; draw.strokeRect(x + 0.5, y + 0.5, wide - 1, high - 1);
+    draw.fillStyle = '#222';
+    words.split('\\n').forEach((part, n) => draw.fillText(part, x + 4, y + high + (n + 1) * line));
   }
   const pixels = draw.getImageData(0, 0, width, canvas.height).data, count = new Map();
   const key = i => (pixels[i] >> 3) << 10 | (pixels[i + 1] >> 3) << 5 | pixels[i + 2] >> 3;
@@ -218,7 +233,7 @@ COMPOSE = """(async () => {
 def strip(browser: Browser, frames: list[Frame], picture: Path) -> None:
     """One picture of all."""
     browser.send("Page.navigate", url="about:blank")
-    browser.value("window.shots = []")
+    browser.value(f"{{ window.shots = []; window.wide = {WIDTH}; window.high = {HEIGHT} }}")
     for file, words, top in frames:
         data = base64.b64encode(file.read_bytes()).decode()
         browser.value(f"{{ shots.push([{json.dumps(data)}, {json.dumps(words)}, {top}]) }}")

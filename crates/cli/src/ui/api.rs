@@ -7,7 +7,7 @@
 //! | `GET /case?case=`, `?run=` | the text of a case, or of the case of a run |
 //! | `POST /check?case=&page=` | diagnostics and outline of an edited text, and its stamp |
 //! | `POST /save?case=&stamp=` | replaces the file, unless it is not the one that was read |
-//! | `GET /model?case=&page=` | the model of the text that this page checked last, as a view |
+//! | `GET /model?case=&page=&stamp=` | the model of the text that this page checked last, as a view; 409 if it has not this stamp |
 //! | `GET /schema` | the schema of cases |
 //! | `POST /values` | values of a text with their places |
 //! | `POST /edit` | a text with one value changed or, without `value`, removed; the body is `{ text, path, value }` |
@@ -152,7 +152,7 @@ impl Server {
             "" => self.folder.run(run)?.file("case.toml"),
             name => self.folder.case(name)?,
         };
-        self.models.page(request.head.asked("page"), name, &path)
+        self.models.page(request.head.asked("page"), name, &path, request.head.asked("stamp"))
     }
 
     /// The tables that select picked faces.

@@ -137,6 +137,18 @@ impl Folder {
         self.within(name).ok().filter(|path| path.is_file()).is_some_and(|path| head(path).is_ok_and(|head| !own(head)))
     }
 
+    /// Whether the case of a run was made from this STEP file: the script that `slipstick new` has written meshes it.
+    pub fn is_step_of_case(&self, run: &RunDirectory, name: &str) -> bool {
+        let Ok(record) = RunRecord::read(run) else { return false };
+        let line = format!("STEP = {}", serde_json::json!(name));
+        let named = record.inputs.iter().map(|input| input.name.as_str()).chain([record.case_file.as_str()]);
+        let stems = named.filter_map(|named| Path::new(named).file_stem()?.to_str());
+        let scripts = stems.filter_map(|stem| self.within(&format!("{stem}_mesh.py")).ok());
+        scripts
+            .filter_map(|script| bytes_of(&script).ok())
+            .any(|text| String::from_utf8_lossy(&text).lines().any(|one| one.trim_end() == line))
+    }
+
     /// Replaces the text of a case.
     ///
     /// # Errors

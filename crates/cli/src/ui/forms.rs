@@ -8,21 +8,31 @@ use slipstick_service::failure::{Failure, Outcome};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The values of a text: `[{ path, kind, text, from, to }]`, tables before their entries. `from` and `to` are line
-/// and column, as in diagnostics. `null` if the text is not TOML. Values of keys that need quotes are left out.
+/// The values of a text: `[{ path, kind, text, from, to, removable }]`, tables before their entries. `from` and `to` are
+/// line and column, as in diagnostics. `null` if the text is not TOML. Values of keys that need quotes are left out.
+/// What [`without`] cannot remove is not removable: tables with a header, dotted keys, entries of a list.
 pub fn values(text: &str) -> Value {
     let Ok(root) = DeTable::parse(text) else { return Value::Null };
     let places = Places::of(text);
     let mut all = Vec::new();
     for (key, value) in root.get_ref() {
         if is_bare(key.get_ref()) {
-            gather(text, &places, key.get_ref(), value, &mut all);
+            let place = Place { key: key.span(), value: value.span(), inline: false };
+            gather(text, &places, key.get_ref(), Some(&place), value, &mut all);
         }
     }
     all.into()
 }
 
-fn gather(text: &str, places: &Places, path: &str, value: &Spanned<DeValue<'_>>, all: &mut Vec<Value>) {
+/// Adds a value and those in it; a key has a place, an entry of a list has none.
+fn gather(
+    text: &str,
+    places: &Places,
+    path: &str,
+    place: Option<&Place>,
+    value: &Spanned<DeValue<'_>>,
+    all: &mut Vec<Value>,
+) {
     let span = value.span();
     let raw = text.get(span.clone()).unwrap_or_default();
     let (kind, shown) = match value.get_ref() {
@@ -34,15 +44,20 @@ fn gather(text: &str, places: &Places, path: &str, value: &Spanned<DeValue<'_>>,
         DeValue::Table(_) => ("table", String::new()),
     };
     let (from, to) = (places.at(text, span.start), places.at(text, span.end));
-    all.push(json!({ "path": path, "kind": kind, "text": shown, "from": from, "to": to }));
+    let removable = place.is_some_and(|place| place.inline || lines(text, place).is_some());
+    all.push(json!({ "path": path, "kind": kind, "text": shown, "from": from, "to": to, "removable": removable }));
     match value.get_ref() {
         DeValue::Table(entries) => {
             let bare = entries.iter().filter(|(key, _)| is_bare(key.get_ref()));
-            bare.for_each(|(key, value)| gather(text, places, &format!("{path}.{}", key.get_ref()), value, all));
+            let inline = raw.starts_with('{');
+            for (key, value) in bare {
+                let place = Place { key: key.span(), value: value.span(), inline };
+                gather(text, places, &format!("{path}.{}", key.get_ref()), Some(&place), value, all);
+            }
         }
         DeValue::Array(entries) => {
             let tables = entries.iter().enumerate().filter(|(_, entry)| entry.get_ref().is_table());
-            tables.for_each(|(number, entry)| gather(text, places, &format!("{path}[{number}]"), entry, all));
+            tables.for_each(|(number, entry)| gather(text, places, &format!("{path}[{number}]"), None, entry, all));
         }
         _ => {}
     }
@@ -168,11 +183,11 @@ mod tests {
             |path: &str| all.as_array().expect("a list").iter().find(|of| of["path"] == path).expect("a value").clone();
         assert_eq!(
             of("title"),
-            json!({ "path": "title", "kind": "string", "text": "Äpfel", "from": [1, 9], "to": [1, 16] })
+            json!({ "path": "title", "kind": "string", "text": "Äpfel", "from": [1, 9], "to": [1, 16], "removable": true })
         );
         assert_eq!(
             of("contact[0].friction"),
-            json!({ "path": "contact[0].friction", "kind": "number", "text": "0.30", "from": [4, 12], "to": [4, 16] })
+            json!({ "path": "contact[0].friction", "kind": "number", "text": "0.30", "from": [4, 12], "to": [4, 16], "removable": true })
         );
         assert_eq!(
             (of("body[0].box.max")["text"].as_str(), of("body[0]")["kind"].as_str()),
@@ -201,6 +216,22 @@ mod tests {
         }
         assert!(without("a.b = 1\na.c = 2\n", "a.b").is_err(), "a dotted key");
         assert!(without("a = ", "a").is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_removed_is_known() {
+        let text = "[x]\na = 1\nb.c = 2\nd = { e = 1, f = [{ g = 1 }] } # d\n[x.y]\nz = [\n  1,\n]\n[[x.l]]\nm = 1\n";
+        for text in [text, TEXT] {
+            for one in values(text).as_array().expect("a list") {
+                let path = one["path"].as_str().expect("a path");
+                assert_eq!(one["removable"], without(text, path).is_ok(), "{path}");
+            }
+        }
+        let all = values(text);
+        let removable = all.as_array().expect("a list").iter().filter(|one| one["removable"] == true);
+        let mut paths: Vec<_> = removable.map(|one| one["path"].as_str().expect("a path")).collect();
+        paths.sort_unstable();
+        assert_eq!(paths, ["x.a", "x.d", "x.d.e", "x.d.f", "x.d.f[0].g", "x.l[0].m", "x.y.z"]);
     }
 
     #[test]

@@ -162,14 +162,18 @@ fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, Str
         line
     };
     if command == "export" {
-        folder.run(run)?;
+        let directory = folder.run(run)?;
         let Some((option, ending)) = EXPORTS.iter().find(|(option, _)| *option == kind) else {
             return Err(Failure::input(format!("{kind:?} cannot be exported"), "use the buttons of the page"));
         };
         let mut to = format!("{run}{ending}");
-        if kind == "step" && folder.is_step_of_cad(&to) {
-            // the file from which the case was made
+        let source = |to: &str| folder.is_step_of_cad(to) || folder.is_step_of_case(&directory, to);
+        if kind == "step" && source(&to) {
             to = format!("{run}_optimized.step");
+            if source(&to) {
+                let message = format!("{to} is a file of another program, or that from which the case was made");
+                return Err(Failure::input(message, "rename it, so that the export does not replace it"));
+            }
         }
         folder.within(&to)?;
         let line = words(&["export", &argument(run), &format!("--{option}"), &argument(&to)]);

@@ -36,7 +36,7 @@ pub struct Models {
 /// A page, of several in the browser, and a case.
 type Draft = [String; 2];
 
-/// Most texts that are kept; a page checks its text again before it asks for a model.
+/// Most texts that are kept. A page whose text is gone learns this, and checks it again.
 const MOST_DRAFTS: usize = 16;
 
 /// The model that the page shows.
@@ -88,11 +88,12 @@ impl Models {
         built
     }
 
-    /// The model of the text that a page checked last, otherwise of the file.
+    /// The model of the text that a page checked last, otherwise of the file; with a stamp, only that of the text with
+    /// this hash.
     ///
     /// # Errors
     /// [`Failure`] if the text is not valid, or its mesh cannot be built.
-    pub fn page(&self, page: &str, name: &str, path: &Path) -> Outcome<Response> {
+    pub fn page(&self, page: &str, name: &str, path: &Path, stamp: &str) -> Outcome<Response> {
         let turn = 1 + self.newest.fetch_add(1, Ordering::SeqCst);
         let of = [page.to_owned(), name.to_owned()];
         let draft = self.draft(&of);
@@ -103,6 +104,10 @@ impl Models {
             Some(text) => text,
             None => raw_text(path)?,
         };
+        if !stamp.is_empty() && sha256(&text) != stamp {
+            let message = "the text of this page is no longer in memory: press \u{201c}Model\u{201d} to check it again";
+            return Ok(Response::plain(409, message.into()));
+        }
         *building = None;
         let (case, mesh) = meshed(path, &text)?;
         let names = marks(&serde_json::to_value(&case).unwrap_or_default());
@@ -145,9 +150,9 @@ impl Models {
             return Err(Failure::input("a deck has no [[surface]] tables", cure));
         }
         let facets = facets_of(case, mesh, &wanted.points)?;
-        let sides = match wanted.purpose {
+        let (sides, why) = match wanted.purpose {
             "contact" => sides(mesh, &facets)?,
-            _ => vec![(wanted.name.to_owned(), facets.clone())],
+            _ => (vec![(wanted.name.to_owned(), facets.clone())], ""),
         };
         let (mut added, mut surfaces) = (Vec::new(), Vec::new());
         for (end, facets) in &sides {
@@ -158,7 +163,7 @@ impl Models {
             surfaces.push(surface);
         }
         let known = added.is_empty();
-        added.extend(purpose(wanted.purpose, &surfaces)?);
+        added.extend(purpose(wanted.purpose, &surfaces, why)?);
         can_follow(text, &added)?;
         if wanted.sure && !added.is_empty() {
             let (_, tried) = meshed(path, &joined(text, &added))?;
@@ -209,8 +214,9 @@ fn keys(surface: &Surface) -> Vec<Vec<u32>> {
     keys
 }
 
-/// The picked facets of two bodies, those of the slave first: its facets are smaller in the mean.
-fn sides(mesh: &Mesh, facets: &[Facet]) -> Outcome<Vec<(String, Vec<Facet>)>> {
+/// The picked facets of two bodies, those of the slave first: it deforms, and if both do, its facets are smaller in
+/// the mean; and which of both it is.
+fn sides(mesh: &Mesh, facets: &[Facet]) -> Outcome<(Vec<(String, Vec<Facet>)>, &'static str)> {
     let mut all: Vec<(usize, Vec<Facet>)> = Vec::new();
     for facet in facets {
         let body = mesh.body_of_element(facet.element as usize).unwrap_or(0);
@@ -227,20 +233,23 @@ fn sides(mesh: &Mesh, facets: &[Facet]) -> Outcome<Vec<(String, Vec<Facet>)>> {
         return Err(Failure::input(message, cure));
     }
     let size = |of: &[Facet]| mesh.surface_area(&Surface { facets: of.to_vec() }) / of.len() as f64;
-    // of equal sizes, the first one
-    if size(&all[1].1) < size(&all[0].1) * (1.0 - 1e-9) {
+    let rigid = [0, 1].map(|k| mesh.rigid.iter().any(|rigid| rigid.body == all[k].0));
+    let (swapped, why) = match rigid {
+        [first, second] if first != second => (first, "the master is rigid"),
+        // of equal sizes, the first one
+        _ => (size(&all[1].1) < size(&all[0].1) * (1.0 - 1e-9), "smaller facets"),
+    };
+    if swapped {
         all.swap(0, 1);
     }
-    Ok(["slave", "master"].map(str::to_owned).into_iter().zip(all.into_iter().map(|(_, own)| own)).collect())
+    Ok((["slave", "master"].map(str::to_owned).into_iter().zip(all.into_iter().map(|(_, own)| own)).collect(), why))
 }
 
-/// A table that uses surfaces: one, or the two of a contact pair.
-fn purpose(purpose: &str, surfaces: &[String]) -> Outcome<Option<String>> {
+/// A table that uses surfaces: one, or the two of a contact pair, whose slave was chosen for a reason.
+fn purpose(purpose: &str, surfaces: &[String], why: &str) -> Outcome<Option<String>> {
     let names: Vec<toml::Value> = surfaces.iter().map(|name| name.as_str().into()).collect();
     if let ("contact", [slave, master]) = (purpose, &names[..]) {
-        return Ok(Some(format!(
-            "[[contact]]\nslave = {slave}   # smaller facets\nmaster = {master}\nfriction = 0.2\n"
-        )));
+        return Ok(Some(format!("[[contact]]\nslave = {slave}   # {why}\nmaster = {master}\nfriction = 0.2\n")));
     }
     let name = &names[0];
     Ok(Some(match purpose {

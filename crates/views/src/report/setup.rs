@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use slipstick_case::file::Case;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Facet, Mesh};
 use slipstick_model::words::counted;
 
 use super::frames::Frames;
@@ -52,11 +52,26 @@ pub fn model_nodes(case: &Case, mesh: &Mesh, options: &PageOptions) -> Vec<u32> 
     Layout::new(case, mesh, options.whole_elements).nodes
 }
 
+/// Corners of the face of which a facet of a second-order element is a part: the view draws elements without their
+/// mid-side nodes, but skins as facets.
+fn whole_face(mesh: &Mesh, facet: &Facet) -> Option<[u32; 4]> {
+    let element = &mesh.elements[facet.element as usize];
+    if !element.is_second_order() {
+        return None;
+    }
+    let sorted = facet.nodes.sorted();
+    let side = (0..element.sides()).find(|&side| element.side(side).sorted() == sorted)?;
+    let face = element.face((0..element.faces()).find(|&face| element.sides_of(face).contains(&side))?);
+    let corners = if face.len() == 6 { 3 } else { 4 };
+    Some(std::array::from_fn(|k| face[k.min(corners - 1)]))
+}
+
 fn marks(mesh: &Mesh, layout: &Layout, names: &[String]) -> Vec<Mark> {
     let point = |node: &u32| layout.nodes.binary_search(node).ok().map(|point| point as u32);
     let mark = |name: &String| {
         if let Some(surface) = mesh.surfaces.get(name) {
-            let corners = surface.facets.iter().flat_map(|facet| four(&facet.nodes));
+            let drawn = surface.facets.iter().flat_map(|facet| [Some(four(&facet.nodes)), whole_face(mesh, facet)]);
+            let corners = drawn.flatten().flatten();
             let quads = integers(corners.map(|node| point(&node).unwrap_or(u32::MAX)));
             return Some(Mark { name: name.clone(), quads: Some(quads), points: None });
         }

@@ -85,6 +85,37 @@ fn a_model_that_has_not_run_is_shown() {
     assert!(page.notes[0].contains("too large") && page.html.len() < 100_000, "{:?}", page.notes);
 }
 
+/// Elements of second order are drawn without their mid-side nodes; the marked surface covers as many of their faces as
+/// it has facets, 4 for each face.
+#[test]
+fn surfaces_of_second_order_elements_are_marked() {
+    let text = slipstick_case::file::template("half-ball").expect("a template").text;
+    let text = text.replace("name = \"ball\"\n", "name = \"ball\"\norder = 2\n");
+    let case = slipstick_case::file::parse_case(&text, "half_ball.toml").expect("a case").case;
+    let mesh = slipstick_case::construct::build_mesh(&case).expect("a mesh");
+    let options = PageOptions { whole_elements: mesh.elements.len(), ..PageOptions::default() };
+    let page = model_page(&case, &mesh, &["ball_dome".to_owned()], &options);
+    let data = page.html.split("application/json\">").nth(1).and_then(|rest| rest.split("</script>").next());
+    let data: Value = serde_json::from_str(data.expect("data")).expect("JSON");
+    let points = |value: &Value| -> Vec<u32> {
+        let bytes = STANDARD.decode(value.as_str().expect("text")).expect("base64");
+        bytes.as_chunks::<4>().0.iter().map(|four| u32::from_le_bytes(*four)).collect()
+    };
+    let key = |corners: [u32; 4]| {
+        let mut corners = corners;
+        corners.sort_unstable();
+        corners
+    };
+    let marked = points(&data["marks"][0]["quads"]);
+    let marked: std::collections::HashSet<_> = marked.as_chunks::<4>().0.iter().map(|&corners| key(corners)).collect();
+    let hexes = points(&data["model"]["hexes"]);
+    let sides = [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+    let faces = hexes.as_chunks::<8>().0.iter().flat_map(|hex| sides.map(|side| key(side.map(|k: usize| hex[k]))));
+    let facets = mesh.surfaces["ball_dome"].facets.len();
+    assert!(facets > 0 && facets.is_multiple_of(4), "{facets}");
+    assert_eq!(faces.filter(|face| marked.contains(face)).count(), facets / 4);
+}
+
 #[test]
 fn text_is_no_markup() {
     assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");

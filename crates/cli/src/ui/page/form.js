@@ -102,9 +102,9 @@ function field(path, key, node, needed) {
   input.addEventListener("blur", () => { if (kept) { kept = false; form().catch(fail); } });
   return make("div", { class: "field" }, make("label", { for: id }, key), make("span", { class: "value" }, input, ...remover(path, needed)), ...note(path, about(node)));
 }
-// Removes a key that the text has and does not need; the focus goes to the list of keys that can be added.
+// Removes a key that the text has on lines of its own or in an inline table, and does not need; the focus goes to the list of keys that can be added.
 function remover(path, needed) {
-  if (!places.has(path) || needed || !path.includes(".")) return [];
+  if (!places.get(path)?.removable || needed || !path.includes(".")) return [];
   const button = make("button", { type: "button", class: "remove", id: `remove-${path}`, title: `Remove ${path} from the text`, "aria-label": `Remove ${path} from the text` }, "×");
   button.addEventListener("click", attempt(async () => {
     kept = false;

@@ -165,7 +165,7 @@ function model() {
   if (now.tab !== "model") return;
   unpicked();
   coming = now.checked; // the text that was checked last
-  load(`model?${query({ case: now.case, run: now.run, page, version: ++version })}`);
+  load(`model?${query({ case: now.case, run: now.run, page, stamp: coming ? coming.stamp : "", version: ++version })}`);
 }
 function choose(tab) {
   now.tab = tab;

@@ -111,6 +111,30 @@ fn two_picked_faces_become_a_contact_pair() {
     assert!(one.status == 400 && one.body.contains("picked are those of `slab`"), "{}", one.body);
 }
 
+/// The slave deforms, although the facets of the rigid body are smaller.
+#[test]
+fn a_rigid_body_becomes_the_master() {
+    let place = Place::new();
+    let head = CASE.split("[[contact]]").next().expect("bodies");
+    let (slab, block) = head.split_once("name = \"block\"").expect("two bodies");
+    let rigid = block.lines().filter(|line| !line.starts_with("material")).collect::<Vec<_>>().join("\n");
+    place.write(
+        "case.toml",
+        &format!(
+            "{slab}name = \"block\"{rigid}\nrigid = {{}}\n[[load]]\nsurface = \"slab_ymax\"\npressure = 1.0\n\
+             [[dirichlet]]\nset = \"slab_ymin\"\n[[dirichlet]]\nset = \"block\"\n[[contact]]\n\
+             slave = \"slab_xmin\"\nmaster = \"block_ymin\"\nfriction = 0.2\n[load_path]\nsteps = 1\n"
+        ),
+    );
+    let served = Served::new(&place, "case.toml");
+    let model = served.get("model?case=case.toml");
+    let points = [faces(&model.body, "block_ymin"), faces(&model.body, "slab_ymax")].concat();
+    let pick = format!("pick?case=case.toml&name=touch&use=contact&stamp={}", stamp(&served, "case.toml"));
+    let found = served.post(&pick, &body(&points)).json();
+    assert_eq!(found["surfaces"], serde_json::json!(["slab_ymax", "block_ymin"]), "{found}");
+    assert!(found["added"].as_str().is_some_and(|text| text.contains("# the master is rigid")), "{found}");
+}
+
 /// Two pages edit one case: each gets the model of its own text.
 #[test]
 fn pages_have_texts_of_their_own() {
@@ -126,6 +150,18 @@ fn pages_have_texts_of_their_own() {
     assert_eq!((elements("a"), elements("b")), (serde_json::json!([0, 32]), serde_json::json!([0, 16])));
     // the file of a page that has checked nothing
     assert_eq!(elements("c"), serde_json::json!([0, 16]));
+    // the text of a page is forgotten after those of many others; another model is not shown instead
+    let checked = served.post("check?case=case.toml&page=a", &finer).json()["stamp"].clone();
+    let of_a = format!("model?case=case.toml&page=a&stamp={}", checked.as_str().expect("a stamp"));
+    assert_eq!(served.get(&of_a).status, 200);
+    for page in 0..16 {
+        served.post(&format!("check?case=case.toml&page=other{page}"), CASE);
+    }
+    let late = served.get(&of_a);
+    assert!(late.status == 409 && late.body.contains("no longer in memory"), "{}", late.body);
+    // unless the saved file has this text
+    place.write("case.toml", &finer);
+    assert_eq!(served.get(&of_a).status, 200);
 }
 
 /// A table after a list in one line would be no TOML.
@@ -234,6 +270,17 @@ fn exports_and_new_cases_are_commands() {
     assert!(place.read("case.step").contains("'CAD'"));
     std::fs::copy(place.path("case_optimized.step"), place.path("case.step")).expect("copied");
     assert_eq!(line(""), "slipstick export case --step case.step");
+    // nor is that from which the case was made, even if this program has written it
+    place.write("case_mesh.py", "STEP = \"case.step\"\n");
+    assert_eq!(line("&force=true"), "slipstick export case --step case_optimized.step --force");
+    place.write("case_mesh.py", "STEP = \"other.step\"\n");
+    assert_eq!(line("&force=true"), "slipstick export case --step case.step --force");
+    for name in ["case.step", "case_optimized.step"] {
+        place.write(name, "ISO-10303-21;\nHEADER;\nFILE_NAME('','',(''),(''),'','CAD','');\nENDSEC;\n");
+    }
+    let refused = served.post("start?command=export&run=case&kind=step&force=true", "");
+    assert!(refused.status == 400 && refused.body.contains("case_optimized.step is a file of"), "{}", refused.body);
+    assert!(place.read("case_optimized.step").contains("'CAD'"));
     // existing files are only replaced if this is asked for
     assert_eq!(served.done("command=export&run=case&kind=vtu")["job"]["code"], 2);
     assert_eq!(served.done("command=export&run=case&kind=vtu&force=true")["job"]["code"], 0);
