@@ -214,9 +214,12 @@ fn keys(surface: &Surface) -> Vec<Vec<u32>> {
     keys
 }
 
+/// Names and facets of surfaces.
+type Surfaces = Vec<(String, Vec<Facet>)>;
+
 /// The picked facets of two bodies, those of the slave first: it deforms, and if both do, its facets are smaller in
 /// the mean; and which of both it is.
-fn sides(mesh: &Mesh, facets: &[Facet]) -> Outcome<(Vec<(String, Vec<Facet>)>, &'static str)> {
+fn sides(mesh: &Mesh, facets: &[Facet]) -> Outcome<(Surfaces, &'static str)> {
     let mut all: Vec<(usize, Vec<Facet>)> = Vec::new();
     for facet in facets {
         let body = mesh.body_of_element(facet.element as usize).unwrap_or(0);

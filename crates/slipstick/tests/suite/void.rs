@@ -113,7 +113,7 @@ fn an_enclosed_void_can_be_compressed() {
              [objective]\nmaximise = {{ quantity = 'push' }}\n"
         );
         let mut problem = problem(&text);
-        let density = problem.initial_density();
+        let density: ElementValues = problem.initial_density().clone();
         forward(&mut problem, &density).value
     };
     let empty = force("simp = { p = 3, min = 1e-7 }\nvoid_poisson_ratio = 0.0");
