@@ -255,14 +255,7 @@ impl Factorization for CudssFactorization {
     fn cost(&self) -> Option<Cost> {
         let factorization = BYTES_PER_OPERATION * self.operations + BYTES_PER_ENTRY * self.entries as f64;
         let substitution = BYTES_PER_BYTE * self.bytes as f64 + (self.n() * 24) as f64;
-        Some(Cost {
-            factorization,
-            made: factorization,
-            renewal: factorization,
-            substitution,
-            solves_per_digit: 0.0,
-            further: 1.0,
-        })
+        Some(Cost { factorization, substitution, solves_per_digit: 0.0, further: 1.0 })
     }
 
     fn part(&self) -> FactorPart {

@@ -19,11 +19,6 @@ const TEST_TOLERANCE: f64 = 1e-4;
 /// that the method is too weak. Round-off leaves up to about 1e-13 in place of a zero.
 const SINGULAR_PIVOT: f64 = 1e-11;
 
-/// Change of the entries of the scaled matrix up to which factors in single precision are kept. With a
-/// tenth, GMRES takes about as many iterations as with new factors, and nine tenths of the operations
-/// of *press and slide* are saved while the pattern does not change.
-const CHANGE: f64 = 0.1;
-
 /// Number of iterations allowed in that test. Single precision needs two to six on hard problems.
 const TEST_ITERATIONS: usize = 12;
 
@@ -51,7 +46,7 @@ impl SolverChoice {
         match self {
             Self::Strict => vec![strict],
             Self::Auto | Self::Multifrontal { precision: Precision::F32 } => {
-                let single = double.in_precision(Precision::F32).following(CHANGE);
+                let single = double.in_precision(Precision::F32);
                 vec![Link::new(single), Link::new(double), strict]
             }
             Self::Multifrontal { precision: Precision::F64 } => vec![Link::new(double), strict],
@@ -89,21 +84,9 @@ impl Link {
         !self.passed_over && n <= self.most_unknowns
     }
 
-    /// Factors that have passed a test: those that reuse a part of earlier ones, or else new ones.
-    fn attempt(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
-        let mut result = self.tested(symbolic, a);
-        if result.is_err() && self.solver.forget_factors() {
-            result = self.tested(symbolic, a);
-        }
-        if result.is_err() {
-            self.solver.forget_factors();
-        }
-        result
-    }
-
     /// Factors that have passed a test. Safe ones and those of an iterative solver are not tested: that
     /// would take as long as a solve, and every solve is verified anyway.
-    fn tested(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+    fn attempt(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let factors = self.solver.factorize(symbolic, a)?;
         if self.solver.is_iterative() || factors.is_safe() {
             return Ok(factors);
@@ -275,16 +258,9 @@ impl LinearSolver for RobustSolver {
         let mut changes = false;
         for link in self.chain.iter_mut().filter(|link| !link.passed_over && link.solver.is_iterative()) {
             link.passed_over = alternative;
-            link.solver.forget_factors();
             changes |= alternative;
         }
         changes
-    }
-
-    fn forget_factors(&mut self) -> bool {
-        let mut any = false;
-        self.chain.iter_mut().for_each(|link| any |= link.solver.forget_factors());
-        any
     }
 
     /// Skips the solvers in single precision; if there are no others, insists with each of them.
@@ -294,7 +270,6 @@ impl LinearSolver for RobustSolver {
         let mut changes = false;
         for link in self.chain.iter_mut().filter(|link| !link.passed_over && !is_double(link)) {
             link.passed_over = alternative;
-            link.solver.forget_factors();
             changes |= alternative || link.solver.insist_on_double();
         }
         changes

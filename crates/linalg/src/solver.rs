@@ -97,12 +97,6 @@ pub trait LinearSolver: Send {
     fn insist_on_double(&mut self) -> bool {
         false
     }
-
-    /// Drops what it has kept of the latest factors, so that it computes the next ones from the
-    /// beginning; returns whether the latest ones reused earlier ones.
-    fn forget_factors(&mut self) -> bool {
-        false
-    }
 }
 
 /// Creates solvers, and defines which ranks share their matrices.
@@ -137,11 +131,6 @@ pub trait Backend: Send + Sync + Debug {
 pub struct Cost {
     /// Cost of another factorization like this one, without the analysis. \[bytes moved\]
     pub factorization: f64,
-    /// Cost of these factors, of which the solver may have reused parts. \[bytes moved\]
-    pub made: f64,
-    /// Cost of the factors of a matrix nearby, if the solver reuses a part of these; otherwise the same.
-    /// \[bytes moved\]
-    pub renewal: f64,
     /// Cost of one solve. \[bytes moved\]
     pub substitution: f64,
     /// Number of solves that reduce a residual of the factorized matrix to a tenth; 0 for factors
@@ -192,12 +181,6 @@ pub trait Factorization: Send + Sync {
     /// Memory of the factors in bytes.
     fn bytes(&self) -> usize;
 
-    /// Parts of [`bytes`](Self::bytes) that later factors may share: an address that no other living part
-    /// has, and its bytes. None if nothing is shared.
-    fn shared_parts(&self) -> Vec<(usize, usize)> {
-        Vec::new()
-    }
-
     /// Number format of the factors.
     fn precision(&self) -> Precision;
 
@@ -227,11 +210,6 @@ pub trait Factorization: Send + Sync {
     /// Whether pivots and their growth show that the matrix is far from singular and the factors are
     /// accurate, so that a test solve would be wasted.
     fn is_safe(&self) -> bool {
-        false
-    }
-
-    /// Whether these factors contain parts of earlier ones, so that they belong to a matrix nearby.
-    fn reuses_earlier(&self) -> bool {
         false
     }
 
@@ -294,10 +272,6 @@ impl Factorization for Transposed<'_> {
 
     fn is_safe(&self) -> bool {
         self.0.is_safe()
-    }
-
-    fn reuses_earlier(&self) -> bool {
-        self.0.reuses_earlier()
     }
 
     fn solve_many(&self, rhs: &mut [f64]) {

@@ -5,14 +5,12 @@
 //! precondition GMRES on the current one, until new factors cost less (`reuse.rs`). Factors that the
 //! march kept for the adjoint are used in the same way.
 
-mod counts;
 mod reduced;
 mod tolerance;
 
 use crate::failure::StepFailureKind;
-use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED, Renewals};
+use crate::reuse::{InUse, KeptFactors, LEAST_BUDGET, MOST_CHANGED};
 use crate::timings::{Phase, Timings};
-pub use counts::SolveCounts;
 use reduced::Cached;
 pub(crate) use reduced::Reduced;
 use slipstick_linalg::{
@@ -53,13 +51,11 @@ struct SystemData {
     /// The latest analysis, of the pattern of `cached` or of an earlier one.
     symbolic: Option<Symbolic>,
     lagged: Option<InUse>,
-    renewals: Renewals,
 }
 
 impl SystemData {
     fn new(backend: &dyn Backend) -> Self {
-        let renewals = Renewals::default();
-        Self { solver: backend.solver(), cached: None, symbolic: None, lagged: None, renewals }
+        Self { solver: backend.solver(), cached: None, symbolic: None, lagged: None }
     }
 
     fn is_of(&self, fixed: &[bool]) -> bool {
@@ -67,14 +63,29 @@ impl SystemData {
     }
 }
 
+/// Counts of factorizations and solves since the system was created.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SolveCounts {
+    /// Factorizations.
+    pub factorizations: usize,
+    /// Solves with the factors of an earlier tangent.
+    pub lagged: usize,
+    /// Iterations of these solves.
+    pub lagged_iterations: usize,
+    /// Attempts with earlier factors that were abandoned.
+    pub given_up: usize,
+    /// Systems that the iterative solver did not solve, so that direct solvers took over.
+    pub fallbacks: usize,
+    /// Maximum memory of factors on this rank. \[bytes\]
+    pub factor_bytes: usize,
+    /// Floating-point operations of this rank for factors; zero if the solver does not count them.
+    pub operations: f64,
+}
+
 /// Maximum number of iterations with the factors of an iterative solver, and maximum number of
 /// iterations before a restart: each keeps two vectors.
 const MOST_ITERATIONS: usize = 200;
 const RESTART: usize = 100;
-
-/// Maximum number of iterations with factors that reuse a part of earlier ones. They take one to eight;
-/// all others cost as much as this many.
-const MOST_WITH_REUSED: usize = 20;
 
 impl LinearSystem {
     /// With solvers of the given kind, like a [`SolverChoice`](slipstick_linalg::SolverChoice).
@@ -96,7 +107,15 @@ impl LinearSystem {
 
     /// Adds what another system has counted and measured, which then starts from zero.
     pub fn absorb(&mut self, other: &mut Self) {
-        self.counts.add(std::mem::take(&mut other.counts));
+        let SolveCounts { factorizations, lagged, lagged_iterations, given_up, fallbacks, factor_bytes, operations } =
+            std::mem::take(&mut other.counts);
+        self.counts.factorizations += factorizations;
+        self.counts.lagged += lagged;
+        self.counts.lagged_iterations += lagged_iterations;
+        self.counts.given_up += given_up;
+        self.counts.fallbacks += fallbacks;
+        self.counts.factor_bytes = self.counts.factor_bytes.max(factor_bytes);
+        self.counts.operations += operations;
         self.timings = self.timings + other.timings;
         other.timings = other.timings.restarted();
     }
@@ -159,14 +178,11 @@ impl LinearSystem {
         self.previous = SystemData::new(&*self.backend);
     }
 
-    /// Drops factors of earlier tangents, and parts of them. Solvers keep their elimination order,
-    /// scaling, and coarse spaces.
+    /// Drops factors of earlier tangents. Solvers keep their elimination order, scaling, and data for
+    /// similar matrices.
     pub(crate) fn forget_factors(&mut self) {
-        for data in [&mut self.current, &mut self.previous] {
-            data.lagged = None;
-            data.renewals = Renewals::default();
-            data.solver.forget_factors();
-        }
+        self.current.lagged = None;
+        self.previous.lagged = None;
     }
 
     /// `y = A x` with the whole matrix, of which `part` belongs to this rank.
@@ -243,10 +259,6 @@ impl LinearSystem {
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
-        // the sweep solves each tangent once, to many digits
-        if system.transposed || self.current.renewals.exhausted {
-            self.current.solver.forget_factors();
-        }
         let mut singular = None;
         let factors = match self.current.solver.factorize(symbolic, &system.matrix) {
             Err(error @ FactorizationError::Singular { .. }) => {
@@ -258,9 +270,6 @@ impl LinearSystem {
         };
         self.timings.end(Phase::Factor, begin);
         let factors: Arc<dyn Factorization> = factors.map_err(fail)?.into();
-        if !system.transposed {
-            self.current.renewals.add_factors(&*factors, &system.on(self.backend.ranks()));
-        }
         self.counts.fallbacks += usize::from(self.current.solver.is_iterative() && !is_iterative(&*factors));
         let part = factors.part();
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
@@ -350,9 +359,9 @@ impl LinearSystem {
         Ok((x, true))
     }
 
-    /// The solutions with new factors, and these factors. If those that reuse a part of earlier ones do
-    /// not lead to a solution, all of them are computed. If those of an iterative solver do not, direct
-    /// solvers are used from then on; if those in single precision do not, double precision.
+    /// The solutions with new factors, and these factors. If those of an iterative solver do not lead
+    /// to a solution, direct solvers are used from then on; if those in single precision do not,
+    /// double precision.
     fn solve_with_new_factors(
         &mut self,
         system: &Reduced<'_>,
@@ -366,16 +375,11 @@ impl LinearSystem {
         let failed = match result {
             Ok((x, reports)) => {
                 let mut made = InUse::new(factors);
-                let used = made.count(&system.on(self.backend.ranks()), system.transposed, &reports, wanted);
-                self.add_use(system, &mut made, used);
+                made.count(&system.on(self.backend.ranks()), &reports, wanted);
                 return Ok((x, made));
             }
             Err(failed) => failed,
         };
-        if factors.factors.reuses_earlier() && self.current.solver.forget_factors() {
-            drop(factors);
-            return self.solve_with_new_factors(system, starts, rhs, tolerance);
-        }
         let precision = factors.factors.precision();
         let iterative = is_iterative(&*factors.factors);
         drop(factors);
@@ -405,9 +409,6 @@ impl LinearSystem {
         let matrix = system.on(self.backend.ranks());
         let options = match is_iterative(&*factors.factors) {
             true => SolveOptions { max_iterations: MOST_ITERATIONS, restart: RESTART, ..SolveOptions::new(tolerance) },
-            false if factors.factors.reuses_earlier() => {
-                SolveOptions { max_iterations: MOST_WITH_REUSED, ..SolveOptions::new(tolerance) }
-            }
             false => SolveOptions::new(tolerance),
         };
         let results = solve_many_from(&matrix, factors.factors.as_ref(), false, rhs, &mut x, &options);
@@ -475,17 +476,8 @@ impl LinearSystem {
             }
         }
         if self.budget.is_none() {
-            let used = in_use.count(matrix, system.transposed, &reports, tolerance);
-            self.add_use(system, in_use, used);
+            in_use.count(matrix, &reports, tolerance);
         }
         unsolved
-    }
-
-    /// Counts the use of factors by the march: if all factors are to be computed again, it does so next.
-    fn add_use(&mut self, system: &Reduced<'_>, in_use: &mut InUse, used: Option<(f64, f64)>) {
-        if let Some(used) = used.filter(|_| !system.transposed) {
-            self.current.renewals.add_use(used);
-            in_use.outdated |= in_use.factors.factors.reuses_earlier() && self.current.renewals.exhausted;
-        }
     }
 }

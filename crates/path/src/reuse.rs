@@ -10,7 +10,6 @@
 use crate::failure::StepFailureKind;
 use slipstick_linalg::{Alternative, Cost, Factorization, Operator, SolveReport};
 use slipstick_status::ContactStatus;
-use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
@@ -36,16 +35,6 @@ impl KeptFactors {
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         self.factors.bytes()
-    }
-
-    /// Memory of what these do not share with earlier factors that are still there. \[bytes\]
-    pub fn bytes_beyond(self: &Arc<Self>, earlier: &Arc<Self>) -> usize {
-        if Arc::ptr_eq(self, earlier) {
-            return 0;
-        }
-        let there: HashSet<(usize, usize)> = earlier.factors.shared_parts().into_iter().collect();
-        let shared = self.factors.shared_parts().into_iter().filter(|part| there.contains(part));
-        self.bytes() - shared.map(|(_, bytes)| bytes).sum::<usize>()
     }
 }
 
@@ -90,22 +79,15 @@ impl InUse {
     pub fn alternative(&self, matrix: &dyn Operator, transposed: bool, count: usize) -> Option<Alternative> {
         let cost = self.factors.factors.cost()?;
         let patience = if transposed { 1.0 } else { PATIENCE };
-        let preparation = (patience * renewal(cost, transposed, matrix) / together(cost, count)).min(MOST_BUDGET);
+        let preparation = (patience * factorization(cost, matrix) / together(cost, count)).min(MOST_BUDGET);
         Some(Alternative { preparation, per_digit: cost.solves_per_digit })
     }
 
-    /// Counts a solve with these reports, and decides whether the factors are outdated. Returns the solves and
-    /// digits, none without a cost or a report.
-    pub fn count(
-        &mut self,
-        matrix: &dyn Operator,
-        transposed: bool,
-        reports: &[SolveReport],
-        tolerance: f64,
-    ) -> Option<(f64, f64)> {
-        let cost = self.factors.factors.cost()?;
+    /// Counts a solve with these reports, and decides whether the factors are outdated.
+    pub fn count(&mut self, matrix: &dyn Operator, reports: &[SolveReport], tolerance: f64) {
+        let Some(cost) = self.factors.factors.cost() else { return };
         let weight = together(cost, reports.len());
-        let longest = reports.iter().max_by_key(|report| report.solves())?;
+        let Some(longest) = reports.iter().max_by_key(|report| report.solves()) else { return };
         let solves = weight * longest.solves() as f64;
         let digits = weight * (longest.initial_residual / tolerance).log10().max(0.0);
         self.solves += solves;
@@ -113,65 +95,13 @@ impl InUse {
         // Newton's method alternates between few digits, which cost more each, and many
         let [recent, recent_digits] = [self.last[0] + solves, self.last[1] + digits];
         self.last = [solves, digits];
-        self.outdated = recent * self.digits > (renewal(cost, transposed, matrix) + self.solves) * recent_digits;
-        Some((solves, digits))
+        self.outdated = recent * self.digits > (factorization(cost, matrix) + self.solves) * recent_digits;
     }
 }
 
-/// What the factors of a march have cost since its solver last computed all of them, and what they have done.
-///
-/// A solver may renew a part of its factors only; they are then those of a matrix nearby, which moves away like the
-/// tangent of earlier factors. All factors are computed again as soon as a digit costs more than the average digit
-/// since then, everything included.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Renewals {
-    /// Cost of factors and solves \[solves\], and the digits that they brought.
-    total: Rate,
-    /// Those since the last use but one.
-    recent: [Rate; 2],
-    /// Whether all factors are expected to cost less.
-    pub exhausted: bool,
-}
-
-/// A cost in solves, and digits.
-#[derive(Debug, Clone, Copy, Default)]
-struct Rate {
-    cost: f64,
-    digits: f64,
-}
-
-impl Renewals {
-    /// Counts new factors: all of them, or renewed ones.
-    pub fn add_factors(&mut self, factors: &dyn Factorization, matrix: &dyn Operator) {
-        let made = factors.cost().map_or(0.0, |cost| in_solves(cost.made, cost, matrix));
-        if !factors.reuses_earlier() {
-            *self = Self { total: Rate { cost: made, digits: 0.0 }, ..Self::default() };
-            return;
-        }
-        self.total.cost += made;
-        self.recent[1].cost += made;
-    }
-
-    /// Counts a use.
-    pub fn add_use(&mut self, (solves, digits): (f64, f64)) {
-        self.total = Rate { cost: self.total.cost + solves, digits: self.total.digits + digits };
-        self.recent[1] = Rate { cost: self.recent[1].cost + solves, digits: self.recent[1].digits + digits };
-        let [before, now] = self.recent;
-        let recent = Rate { cost: before.cost + now.cost, digits: before.digits + now.digits };
-        self.exhausted = recent.cost * self.total.digits > self.total.cost * recent.digits;
-        self.recent = [now, Rate::default()];
-    }
-}
-
-/// A cost in bytes, in iterations for one right-hand side.
-fn in_solves(bytes: f64, cost: Cost, matrix: &dyn Operator) -> f64 {
-    bytes / (cost.substitution + matrix.product_cost())
-}
-
-/// The cost of new factors, in iterations for one right-hand side. Those of the march follow each other
-/// closely, so that the solver may reuse a part of them.
-fn renewal(cost: Cost, transposed: bool, matrix: &dyn Operator) -> f64 {
-    in_solves(if transposed { cost.factorization } else { cost.renewal }, cost, matrix)
+/// The cost of new factors, in iterations for one right-hand side.
+fn factorization(cost: Cost, matrix: &dyn Operator) -> f64 {
+    cost.factorization / (cost.substitution + matrix.product_cost())
 }
 
 /// The cost of an iteration for `count` right-hand sides together, relative to that for one.
@@ -209,17 +139,6 @@ mod tests {
         }
     }
 
-    fn cost() -> Cost {
-        Cost {
-            factorization: 2000.0,
-            made: 2000.0,
-            renewal: 2000.0,
-            substitution: 88.0,
-            solves_per_digit: 0.0,
-            further: 0.4,
-        }
-    }
-
     fn in_use(cost: Option<Cost>) -> InUse {
         let (fixed, active_set) = (vec![false], Vec::new());
         let factors = Arc::new(Costly(cost));
@@ -240,26 +159,15 @@ mod tests {
     fn earlier_factors_are_given_what_new_ones_cost() {
         let matrix = matrix();
         let of = |factorization, substitution| {
-            let cost = Cost {
-                factorization,
-                made: factorization,
-                renewal: factorization,
-                substitution,
-                solves_per_digit: 0.0,
-                further: 0.4,
-            };
+            let cost = Cost { factorization, substitution, solves_per_digit: 0.0, further: 0.4 };
             in_use(Some(cost)).alternative(&matrix, false, 1).unwrap().cost(10.0)
         };
         assert_eq!((of(2000.0, 88.0), of(2000.0, 38.0), of(2e6, 88.0), of(0.0, 88.0)), (10.0, 20.0, 60.0, 0.0));
         assert_eq!(in_use(None).alternative(&matrix, true, 1), None);
-        let cost = cost();
+        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 };
         assert_eq!(in_use(Some(cost)).alternative(&matrix, true, 1).unwrap().cost(10.0), 20.0);
         let of_six = in_use(Some(cost)).alternative(&matrix, true, 6).unwrap().cost(10.0);
         assert!((of_six - 20.0 / 3.0).abs() < 1e-14, "{of_six}");
-        // the march reuses a part of the factors, which leaves 1/4 of the cost
-        let reused = in_use(Some(Cost { renewal: 500.0, ..cost }));
-        let of = |transposed| reused.alternative(&matrix, transposed, 1).unwrap().cost(10.0);
-        assert_eq!((of(false), of(true)), (2.5, 20.0));
         let iterative = Cost { solves_per_digit: 3.0, ..cost };
         assert_eq!(in_use(Some(iterative)).alternative(&matrix, false, 1).unwrap().cost(4.0), 12.0 + 10.0);
     }
@@ -271,7 +179,7 @@ mod tests {
     /// (20 + 1.4 · 60) for 1.4 · 20.
     #[test]
     fn factors_serve_until_digits_cost_more_than_on_average() {
-        let cost = cost();
+        let cost = Cost { factorization: 2000.0, substitution: 88.0, solves_per_digit: 0.0, further: 0.4 };
         let uses = |reports: usize| {
             let mut in_use = in_use(Some(cost));
             let mut solves = 6;
@@ -280,62 +188,10 @@ mod tests {
                 let [relative_residual, initial_residual] = [1e-10, 1e-6];
                 let report =
                     SolveReport { relative_residual, backward_error: 0.0, initial_residual, iterations: solves };
-                in_use.count(&matrix(), false, &vec![report; reports], 1e-10);
+                in_use.count(&matrix(), &vec![report; reports], 1e-10);
             }
             (solves - 6) / 2
         };
         assert_eq!((uses(1), uses(2)), (6, 5));
-    }
-
-    /// Factors that reuse a part of earlier ones.
-    struct Renewed(Cost);
-
-    impl Factorization for Renewed {
-        fn solve(&self, _: &mut [f64]) {}
-
-        fn solve_transpose(&self, _: &mut [f64]) {}
-
-        fn n(&self) -> usize {
-            1
-        }
-
-        fn bytes(&self) -> usize {
-            0
-        }
-
-        fn precision(&self) -> Precision {
-            Precision::F32
-        }
-
-        fn cost(&self) -> Option<Cost> {
-            Some(self.0)
-        }
-
-        fn reuses_earlier(&self) -> bool {
-            true
-        }
-    }
-
-    /// By hand: all factors cost 20 solves, and the k-th use takes 2 k solves for four digits. With the mean of the
-    /// last two uses, a digit costs (4 k − 2)/8, and on average (20 + k (k + 1))/(4 k): more from k = 6 on. If factors
-    /// are renewed for 5 solves before each use but the first, it is (4 k + 8)/8 and (15 + k (k + 6))/(4 k): more than
-    /// the average only from k = 6 on, too. New factors start from zero.
-    #[test]
-    fn all_factors_are_computed_once_digits_cost_more_than_on_average() {
-        let (whole, renewed) = (Costly(Some(cost())), Renewed(Cost { made: 500.0, ..cost() }));
-        let mut renewals = Renewals::default();
-        for renews in [false, true] {
-            renewals.add_factors(&whole, &matrix());
-            assert!(!renewals.exhausted);
-            let mut uses = 0;
-            while !renewals.exhausted {
-                if renews && uses > 0 {
-                    renewals.add_factors(&renewed, &matrix());
-                }
-                uses += 1;
-                renewals.add_use((2.0 * f64::from(uses), 4.0));
-            }
-            assert_eq!(uses, 6);
-        }
     }
 }

@@ -145,12 +145,12 @@ impl Path {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
     }
 
-    /// Returns the factors to keep with the next state, if they can be reused and fit; what they share
-    /// with the factors kept last needs no extra memory.
+    /// Returns the factors to keep with the next state, if they can be reused and fit; factors shared
+    /// with the previous state need no extra memory.
     pub(crate) fn keep(&mut self, latest: Option<&Arc<KeptFactors>>, memory: usize) -> Option<Arc<KeptFactors>> {
         let latest = latest.filter(|latest| latest.factors.cost().is_some())?;
-        let last = self.states.iter().rev().find_map(|state| state.factors.as_ref());
-        let bytes = self.factor_bytes + last.map_or(latest.bytes(), |last| latest.bytes_beyond(last));
+        let shared = self.states.last().and_then(|s| s.factors.as_ref()).is_some_and(|f| Arc::ptr_eq(f, latest));
+        let bytes = self.factor_bytes + if shared { 0 } else { latest.bytes() };
         if bytes > memory {
             return None;
         }

@@ -357,14 +357,7 @@ impl Factorization for PetscFactorization {
     fn cost(&self) -> Option<Cost> {
         let factorization = BYTES_PER_OPERATION * self.facts.operations;
         let substitution = self.facts.bytes as f64;
-        (factorization > 0.0).then_some(Cost {
-            factorization,
-            made: factorization,
-            renewal: factorization,
-            substitution,
-            solves_per_digit: 0.0,
-            further: 1.0,
-        })
+        (factorization > 0.0).then_some(Cost { factorization, substitution, solves_per_digit: 0.0, further: 1.0 })
     }
 
     fn part(&self) -> FactorPart {

@@ -12,7 +12,6 @@ use super::symbolic::{Entry, MISSING, Places, Structure, Supernode, front_operat
 use super::trapezoid::Trapezoid;
 use super::{dense, pivoting};
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Number of entries of the contributions from which several threads add them.
 pub(super) const WORTH_SHARING: usize = 200_000;
@@ -32,52 +31,27 @@ pub(super) struct Front<T> {
     pub delayed_rows: Vec<u32>,
     pub delayed_columns: Vec<u32>,
     /// L11 over L21: Cholesky's factor if the front is symmetric, otherwise with a unit diagonal.
-    pub lower: Arc<Trapezoid<T>>,
+    pub lower: Trapezoid<T>,
     /// The transpose of U11 beside U12; none if the front is symmetric.
-    pub upper: Option<Arc<Trapezoid<T>>>,
+    pub upper: Option<Trapezoid<T>>,
     /// Largest entry of U11 and U12, or of L11 and L21.
     pub growth: f64,
     /// Size and column of the smallest pivot.
     pub smallest_pivot: Option<(f64, u32)>,
 }
 
-impl<T> Clone for Front<T> {
-    /// Shares the entries.
-    fn clone(&self) -> Self {
-        Self {
-            pivot_rows: self.pivot_rows.clone(),
-            pivot_columns: self.pivot_columns.clone(),
-            delayed_rows: self.delayed_rows.clone(),
-            delayed_columns: self.delayed_columns.clone(),
-            lower: Arc::clone(&self.lower),
-            upper: self.upper.clone(),
-            ..*self
-        }
-    }
-}
-
 impl<T: Scalar> Front<T> {
-    /// All lists of unknowns.
-    pub fn unknowns_mut(&mut self) -> [&mut Vec<u32>; 4] {
-        [&mut self.pivot_rows, &mut self.pivot_columns, &mut self.delayed_rows, &mut self.delayed_columns]
-    }
-
     pub fn is_symmetric(&self) -> bool {
         self.upper.is_none()
     }
 
-    /// Address and memory of the entries, which clones share.
-    pub fn part(&self) -> (usize, usize) {
-        (Arc::as_ptr(&self.lower) as usize, self.bytes())
-    }
-
     pub fn entries(&self) -> usize {
-        self.lower.entries() + self.upper.as_ref().map_or(0, |upper| upper.entries())
+        self.lower.entries() + self.upper.as_ref().map_or(0, Trapezoid::entries)
     }
 
     /// Memory of the entries. \[bytes\]
     pub fn bytes(&self) -> usize {
-        self.lower.bytes() + self.upper.as_ref().map_or(0, |upper| upper.bytes())
+        self.lower.bytes() + self.upper.as_ref().map_or(0, Trapezoid::bytes)
     }
 
     /// Entries that a substitution reads: those of a symmetric front twice.
@@ -87,9 +61,8 @@ impl<T: Scalar> Front<T> {
 
     /// Stores the entries with 16 bits each.
     pub fn pack(&mut self) {
-        let pack = |factor: &mut Arc<Trapezoid<T>>| Arc::get_mut(factor).expect("not shared yet").pack();
-        pack(&mut self.lower);
-        self.upper.iter_mut().for_each(pack);
+        self.lower.pack();
+        self.upper.iter_mut().for_each(Trapezoid::pack);
     }
 
     /// Floating-point operations of the factorization.
@@ -115,23 +88,11 @@ pub(super) enum Content {
 }
 
 /// The contribution of a front to its parent: a square matrix over its delayed and its other rows.
-#[derive(Debug)]
 pub(super) struct Contribution<T> {
     pub delayed_rows: Vec<u32>,
     pub delayed_columns: Vec<u32>,
-    pub values: Arc<Vec<T>>,
+    pub values: Vec<T>,
     pub content: Content,
-}
-
-impl<T> Clone for Contribution<T> {
-    fn clone(&self) -> Self {
-        Self {
-            delayed_rows: self.delayed_rows.clone(),
-            delayed_columns: self.delayed_columns.clone(),
-            values: Arc::clone(&self.values),
-            content: self.content,
-        }
-    }
 }
 
 /// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate in the
@@ -246,7 +207,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
             }
         }
         self.add_children(&mut f12, &mut f22, |child| &child.beyond_sources);
-        self.release(buffers);
+        self.children.drain(..).for_each(|child| buffers.put(child.contribution.values));
         (f12, f22)
     }
 
@@ -262,12 +223,6 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         };
         self.children.iter().all(|child| child.contribution.content != Content::All)
             && self.entries().iter().all(is_mirrored)
-    }
-
-    /// Returns the memory of the children's contributions, unless they are kept.
-    pub fn release(&mut self, buffers: &Buffers<T>) {
-        let values = self.children.drain(..).filter_map(|child| Arc::try_unwrap(child.contribution.values).ok());
-        values.for_each(|values| buffers.put(values));
     }
 
     pub fn own(&self) -> usize {
@@ -338,16 +293,13 @@ impl<'a, T: Scalar> Assembly<'a, T> {
             pivot_columns: self.columns.clone(),
             delayed_rows: Vec::new(),
             delayed_columns: Vec::new(),
-            lower: Arc::new(Trapezoid::of_unit_lower(&lu, &lower, p)),
-            upper: Some(Arc::new(Trapezoid::of_upper(&lu, &f12, p))),
+            lower: Trapezoid::of_unit_lower(&lu, &lower, p),
+            upper: Some(Trapezoid::of_upper(&lu, &f12, p)),
             growth: dense::largest(&lu).max(dense::largest(&f12)),
             smallest_pivot: smallest((0..p).map(|i| lu[i + i * p].absolute().to_f64()), &self.columns),
         };
         let content = if symmetric { Content::Symmetric } else { Content::All };
-        Ok((
-            front,
-            Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: Arc::new(f22), content },
-        ))
+        Ok((front, Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: f22, content }))
     }
 
     /// Threshold pivoting; rejected rows and columns stay in the contribution.
@@ -387,15 +339,14 @@ impl<'a, T: Scalar> Assembly<'a, T> {
             pivot_columns: columns[..q].to_vec(),
             delayed_rows: rows[q..].to_vec(),
             delayed_columns: columns[q..].to_vec(),
-            lower: Arc::new(Trapezoid::of_unit_lower(&lu, &lower, q)),
-            upper: Some(Arc::new(Trapezoid::of_upper(&lu, &upper, q))),
+            lower: Trapezoid::of_unit_lower(&lu, &lower, q),
+            upper: Some(Trapezoid::of_upper(&lu, &upper, q)),
             growth: dense::largest(&lu).max(dense::largest(&upper)),
             smallest_pivot: smallest((0..q).map(|i| lu[i + i * q].absolute().to_f64()), &columns),
         };
         buffers.put(f22);
         let (delayed_rows, delayed_columns) = (rows[q..].to_vec(), columns[q..].to_vec());
-        let contribution =
-            Contribution { delayed_rows, delayed_columns, values: Arc::new(values), content: Content::All };
+        let contribution = Contribution { delayed_rows, delayed_columns, values, content: Content::All };
         (front, contribution, done.best_rejected)
     }
 }
@@ -441,8 +392,7 @@ impl<T: Scalar> Child<T> {
     /// Fills the upper triangle of a symmetric contribution.
     fn complete(&mut self) {
         if self.contribution.content == Content::LowerTriangle {
-            let values: &mut Vec<T> = Arc::make_mut(&mut self.contribution.values);
-            dense::mirror(values, self.size);
+            dense::mirror(&mut self.contribution.values, self.size);
             self.contribution.content = Content::Symmetric;
         }
     }

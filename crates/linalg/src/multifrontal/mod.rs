@@ -20,9 +20,6 @@
 //! the memory; if it is not positive definite, by LU. Row and column of a displacement share their
 //! scaling, and a small contact zone is eliminated last, so that most fronts are symmetric.
 //!
-//! A solver that [follows](MultifrontalSolver::following) its matrices computes only the fronts that have
-//! changed, with those above them (`partial`).
-//!
 //! References: Duff and Reid, The multifrontal solution of unsymmetric sets of linear equations,
 //! SIAM J. Sci. Stat. Comput. 5 (1984); Amestoy, Duff, L'Excellent and Koster, A fully asynchronous
 //! multifrontal solver, SIAM J. Matrix Anal. Appl. 23 (2001) (pivoting); Karypis and Kumar, SIAM J.
@@ -34,7 +31,6 @@ mod elimination;
 mod front;
 mod numeric;
 mod ordering;
-mod partial;
 mod pivoting;
 mod scalar;
 mod solve;
@@ -52,7 +48,6 @@ use crate::solver::{
 use crate::symbolic::Symbolic;
 pub use elimination::EliminationTree;
 use front::Front;
-use partial::{Earlier, Kept};
 use scalar::Scalar;
 use std::sync::{Arc, Mutex, PoisonError};
 use symbolic::{Ordering, Places, Structure};
@@ -80,9 +75,6 @@ const NAME: &str = "multifrontal LU";
 /// of the break-even number of iterations, so its speed is not sensitive to the ratio. Its results
 /// are, within the tolerance of the solves: the ratio decides which factors it reuses.
 pub(crate) const BYTES_PER_OPERATION: f64 = 0.4;
-
-/// Memory traffic per entry of the matrix for scaling it and comparing it with an earlier one.
-const BYTES_TO_COMPARE: f64 = 60.0;
 
 /// [`Cost::further`], measured by `cargo run --release -p slipstick-linalg --example factor`.
 const FURTHER: f64 = 0.4;
@@ -121,33 +113,20 @@ pub struct MultifrontalSolver {
     /// The scaling of the latest matrix of this solver and of those
     /// [in another precision](Self::in_precision).
     scaling: Arc<Mutex<Option<Scaling>>>,
-    /// Change of a scaled entry up to which fronts are kept; none are without it.
-    tolerance: Option<f64>,
-    latest: Latest,
-    /// Whether the latest factors reused earlier ones.
-    reused: bool,
-}
-
-/// What later factors may use of the latest ones.
-#[derive(Debug, Default)]
-struct Latest {
-    double: Option<Earlier<f64>>,
-    single: Option<Earlier<f32>>,
 }
 
 /// The analysis of a pattern.
 #[derive(Debug)]
 struct Analysis {
     structure: Arc<Structure>,
-    places: Arc<Places>,
+    places: Places,
     ordering: Arc<Ordering>,
 }
 
 impl MultifrontalSolver {
     /// A solver with factors of the given precision.
     pub fn new(precision: Precision) -> Self {
-        let (scaling, latest) = (Arc::default(), Latest::default());
-        Self { precision, packed: false, threshold: PIVOT_THRESHOLD, scaling, tolerance: None, latest, reused: false }
+        Self { precision, packed: false, threshold: PIVOT_THRESHOLD, scaling: Arc::default() }
     }
 
     /// A solver whose factors are computed in single precision and stored with 16 bits: a preconditioner
@@ -165,28 +144,13 @@ impl MultifrontalSolver {
     /// A solver for the same matrices in another precision. The two share the scaling of the latest
     /// matrix.
     pub fn in_precision(&self, precision: Precision) -> Self {
-        let (scaling, latest) = (Arc::clone(&self.scaling), Latest::default());
-        Self { precision, scaling, latest, ..*self }
-    }
-
-    /// The same solver, which keeps those fronts of its latest factors whose scaled entries have changed
-    /// by at most `tolerance`. Its factors belong to a matrix nearby ([`Factorization::reuses_earlier`]).
-    pub fn following(self, tolerance: f64) -> Self {
-        Self { tolerance: Some(tolerance), ..self }
+        Self { precision, scaling: Arc::clone(&self.scaling), ..*self }
     }
 
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will
     /// need, only from the analysis; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
         Some(Structure::without_entries(pattern, None, true).ok()?.0.size())
-    }
-
-    /// Entries of L and U, operations, and entries that a solver which [follows](Self::following) its
-    /// matrices keeps besides.
-    pub(crate) fn predict_following(pattern: &CsrPattern) -> Option<(f64, f64, f64)> {
-        let structure = Structure::without_entries(pattern, None, true).ok()?.0;
-        let (entries, operations) = structure.size();
-        Some((entries, operations, structure.kept_entries()))
     }
 
     /// The same from an analysis; `None` if it is that of another solver.
@@ -211,18 +175,10 @@ impl MultifrontalSolver {
         let scaling = Scaling::follow(earlier, a);
         *kept() = Some(scaling.clone());
         let factors = match self.precision {
-            Precision::F64 => {
-                let following = self.tolerance.map(|tolerance| (tolerance, &mut self.latest.double));
-                Factors::Double(Numeric::factorize(analysis, scaling, a, following, (self.packed, self.threshold))?)
-            }
-            Precision::F32 => {
-                let following = self.tolerance.map(|tolerance| (tolerance, &mut self.latest.single));
-                Factors::Single(Numeric::factorize(analysis, scaling, a, following, (self.packed, self.threshold))?)
-            }
+            Precision::F64 => Factors::Double(Numeric::factorize(analysis, scaling, a, (self.packed, self.threshold))?),
+            Precision::F32 => Factors::Single(Numeric::factorize(analysis, scaling, a, (self.packed, self.threshold))?),
         };
-        let factors = MultifrontalFactorization { factors };
-        self.reused = factors.reuse().any;
-        Ok(factors)
+        Ok(MultifrontalFactorization { factors })
     }
 }
 
@@ -243,7 +199,7 @@ impl LinearSolver for MultifrontalSolver {
         let known = own().next().map(|(_, analysis)| &analysis.ordering);
         let failed = |reason| FactorizationError::Backend { solver: NAME, n: pattern.n(), reason };
         let (structure, places, ordering) = Structure::analyse(pattern, known).map_err(failed)?;
-        Ok(Symbolic::new(pattern, Analysis { structure: Arc::new(structure), places: Arc::new(places), ordering }))
+        Ok(Symbolic::new(pattern, Analysis { structure: Arc::new(structure), places, ordering }))
     }
 
     fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
@@ -252,11 +208,6 @@ impl LinearSolver for MultifrontalSolver {
 
     fn precision(&self) -> Precision {
         self.precision
-    }
-
-    fn forget_factors(&mut self) -> bool {
-        self.latest = Latest::default();
-        std::mem::take(&mut self.reused)
     }
 
     fn insist_on_double(&mut self) -> bool {
@@ -276,26 +227,12 @@ enum Factors {
     Single(Numeric<f32>),
 }
 
-/// How much of the factors was computed for this matrix.
-#[derive(Debug, Clone, Copy)]
-struct Reuse {
-    /// Operations of the fronts that were computed.
-    computed: f64,
-    /// Those of fronts with the same unknowns as before, whose entries had changed.
-    renewed: f64,
-    /// Memory traffic of the comparison. \[bytes\]
-    read: f64,
-    /// Whether any front was reused.
-    any: bool,
-}
-
 /// Numeric factors in one precision.
 #[derive(Debug)]
 struct Numeric<T> {
     structure: Arc<Structure>,
     scaling: Scaling,
     fronts: Vec<Front<T>>,
-    reuse: Reuse,
     plan: sweep::Plan,
     statistics: FactorStatistics,
 }
@@ -305,28 +242,11 @@ impl<T: Scalar> Numeric<T> {
         analysis: &Analysis,
         scaling: Scaling,
         a: &CsrMatrix,
-        following: Option<(f64, &mut Option<Earlier<T>>)>,
         (packed, threshold): (bool, f64),
     ) -> Result<Self, FactorizationError> {
-        let mut values: Vec<T> = scaling.apply(a, T::from_f64);
-        let (structure, places) = (analysis.structure.clone(), &analysis.places);
-        let (tolerance, mut latest) = following.unzip();
-        let kept = match latest.as_mut().and_then(|latest| latest.take()) {
-            Some(earlier) => Kept::of(earlier, analysis, &a.pattern, &mut values, tolerance.unwrap_or(0.0)),
-            None => Kept::nothing(&structure, tolerance.is_some()),
-        };
-        let done = numeric::factorize(&structure, places, &values, &kept, (packed, threshold))?;
-        let (fronts, contributions): (Vec<_>, Vec<_>) = done.into_iter().unzip();
-        let work = |counts: &dyn Fn(usize) -> bool| -> f64 {
-            (0..fronts.len()).filter(|&k| counts(k)).map(|k| fronts[k].operations()).sum()
-        };
-        let reuse = Reuse {
-            computed: work(&|k| !kept.has(k)),
-            // fronts with other unknowns had to be computed; the next matrix may have the same unknowns
-            renewed: if tolerance.is_some() { work(&|k| kept.changed(k)) } else { work(&|_| true) },
-            read: if tolerance.is_some() { BYTES_TO_COMPARE * a.values.len() as f64 } else { 0.0 },
-            any: kept.any(),
-        };
+        let values: Vec<T> = scaling.apply(a, T::from_f64);
+        let structure = analysis.structure.clone();
+        let fronts = numeric::factorize(&structure, &analysis.places, &values, (packed, threshold))?;
         let growth = fronts.iter().fold(0.0, |m: f64, f| m.max(f.growth));
         if !growth.is_finite() {
             return Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN });
@@ -349,11 +269,7 @@ impl<T: Scalar> Numeric<T> {
             weakest_unknown: structure.permutation.get(weakest as usize).map_or(0, |&i| i as usize),
         };
         let plan = sweep::Plan::new(&structure, &fronts);
-        if let Some(latest) = latest {
-            let (structure, places, fronts) = (structure.clone(), places.clone(), fronts.clone());
-            *latest = Some(Earlier { structure, places, values, fronts, contributions });
-        }
-        Ok(Self { structure, scaling, fronts, reuse, plan, statistics })
+        Ok(Self { structure, scaling, fronts, plan, statistics })
     }
 }
 
@@ -373,13 +289,6 @@ impl MultifrontalFactorization {
         match &self.factors {
             Factors::Double(numeric) => numeric.statistics,
             Factors::Single(numeric) => numeric.statistics,
-        }
-    }
-
-    fn reuse(&self) -> Reuse {
-        match &self.factors {
-            Factors::Double(numeric) => numeric.reuse,
-            Factors::Single(numeric) => numeric.reuse,
         }
     }
 
@@ -422,36 +331,20 @@ impl Factorization for MultifrontalFactorization {
         self.entry_bytes() + self.n() * 24
     }
 
-    fn shared_parts(&self) -> Vec<(usize, usize)> {
-        match &self.factors {
-            Factors::Double(numeric) => numeric.fronts.iter().map(Front::part).collect(),
-            Factors::Single(numeric) => numeric.fronts.iter().map(Front::part).collect(),
-        }
-    }
-
     fn cost(&self) -> Option<Cost> {
         let bytes_per_operation = match self.precision() {
             Precision::F64 => BYTES_PER_OPERATION,
             Precision::F32 => 0.5 * BYTES_PER_OPERATION,
         };
         let factorization = bytes_per_operation * self.statistics().operations;
-        let Reuse { computed, renewed, read, .. } = self.reuse();
-        let (made, renewal) = (bytes_per_operation * computed + read, bytes_per_operation * renewed + read);
         let facts = self.statistics();
         let passes = facts.entries_read as f64 / facts.factor_entries.max(1) as f64;
         let substitution = passes * self.entry_bytes() as f64 + (self.n() * 24) as f64;
-        Some(Cost {
-            factorization,
-            made,
-            renewal: renewal.min(factorization),
-            substitution,
-            solves_per_digit: 0.0,
-            further: FURTHER,
-        })
+        Some(Cost { factorization, substitution, solves_per_digit: 0.0, further: FURTHER })
     }
 
     fn part(&self) -> FactorPart {
-        FactorPart { bytes: self.bytes(), operations: self.reuse().computed }
+        FactorPart { bytes: self.bytes(), operations: self.statistics().operations }
     }
 
     /// The powers of two by which rows were scaled.
@@ -471,10 +364,6 @@ impl Factorization for MultifrontalFactorization {
         let [single, double] = SAFE_PIVOT;
         let pivot = if self.precision() == Precision::F32 { single } else { double };
         self.statistics().smallest_pivot > pivot && self.statistics().growth < SAFE_GROWTH
-    }
-
-    fn reuses_earlier(&self) -> bool {
-        self.reuse().any
     }
 
     fn precision(&self) -> Precision {

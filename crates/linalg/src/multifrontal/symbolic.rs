@@ -97,11 +97,6 @@ impl Ordering {
     }
 }
 
-/// Part of all operations that a subtree must take for its contribution to be kept: without it, the
-/// subtree is computed again with its parent. With a tenth of this, contributions take twice the memory,
-/// and a tenth of the operations is saved.
-const LEAST_SHARE: f64 = 0.03;
-
 /// Growth of the operations beyond which a known order is replaced.
 const WORN: f64 = 1.15;
 
@@ -169,33 +164,6 @@ impl Structure {
             if s.symmetric { trapezoid } else { 2 * trapezoid }
         };
         (self.supernodes.iter().map(of_front).sum::<usize>() as f64, self.operations)
-    }
-
-    /// The original unknown of local row `at` of a front.
-    pub fn unknown(&self, supernode: &Supernode, at: usize) -> u32 {
-        let permuted = match at.checked_sub(supernode.pivots) {
-            None => supernode.first + at,
-            Some(beyond) => supernode.rows[beyond] as usize,
-        };
-        self.permutation[permuted]
-    }
-
-    /// The original unknowns of a front in its order.
-    pub fn unknowns(&self, supernode: &Supernode) -> impl Iterator<Item = u32> {
-        (0..supernode.pivots + supernode.rows.len()).map(|at| self.unknown(supernode, at))
-    }
-
-    /// Entries of the contributions that a solver which [follows](super::MultifrontalSolver::following) its
-    /// matrices keeps.
-    pub fn kept_entries(&self) -> f64 {
-        let kept = (0..self.supernodes.len()).filter(|&k| self.keeps_contribution(k));
-        kept.map(|k| (self.supernodes[k].rows.len() as f64).powi(2)).sum()
-    }
-
-    /// Whether the contribution of a front may be kept.
-    pub fn keeps_contribution(&self, k: usize) -> bool {
-        let supernode = &self.supernodes[k];
-        supernode.parent.is_some() && supernode.subtree_operations >= LEAST_SHARE * self.operations
     }
 
     /// Without the positions of the matrix entries.

@@ -21,7 +21,6 @@ use super::scalar::Scalar;
 use super::symbolic::Entry;
 use super::trapezoid::Trapezoid;
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Largest accepted entry of L21; the scaled matrix has entries of about one.
 const LARGEST: f64 = 10.0;
@@ -55,14 +54,13 @@ impl<T: Scalar> Assembly<'_, T> {
             pivot_columns: self.columns.clone(),
             delayed_rows: Vec::new(),
             delayed_columns: Vec::new(),
-            lower: Arc::new(Trapezoid::of_lower(&lu, &lower, p)),
+            lower: Trapezoid::of_lower(&lu, &lower, p),
             upper: None,
             growth,
             smallest_pivot: smallest((0..p).map(|i| pivot(&lu, i).powi(2)), &self.columns),
         };
         let (delayed_rows, delayed_columns) = (Vec::new(), Vec::new());
-        let contribution =
-            Contribution { delayed_rows, delayed_columns, values: Arc::new(f22), content: Content::LowerTriangle };
+        let contribution = Contribution { delayed_rows, delayed_columns, values: f22, content: Content::LowerTriangle };
         Ok((front, contribution))
     }
 
@@ -92,7 +90,7 @@ impl<T: Scalar> Assembly<'_, T> {
         self.add_below(columns.map(|(j, beyond)| (j, [].as_mut_slice(), beyond)).collect(), |child, j| {
             child.beyond_sources[j]
         });
-        self.release(buffers);
+        self.children.drain(..).for_each(|child| buffers.put(child.contribution.values));
         f22
     }
 

@@ -56,24 +56,20 @@ pub struct Forecast {
     pub direct_entries: f64,
     /// Floating-point operations of direct factors.
     pub direct_operations: f64,
-    /// Memory that direct factors in single precision take besides, once, so that later ones can reuse
-    /// parts of them. \[bytes\]
-    pub direct_kept: f64,
 }
 
 impl Automatic {
     /// The choice for a pattern, from an analysis of direct factors.
     pub fn forecast(pattern: &CsrPattern) -> Forecast {
-        let direct = MultifrontalSolver::predict_following(pattern);
-        let (direct_entries, direct_operations, kept) = direct.unwrap_or((0.0, 0.0, 0.0));
+        let direct = MultifrontalSolver::predict(pattern);
+        let (direct_entries, direct_operations) = direct.unwrap_or((0.0, 0.0));
         let iterative = pattern.n() >= LEAST_UNKNOWNS
-            && direct.is_none_or(|(entries, operations, _)| is_far_cheaper(pattern, entries, operations));
+            && direct.is_none_or(|(entries, operations)| is_far_cheaper(pattern, entries, operations));
         let (bytes, operations) = match iterative {
             true => SchwarzSolver::predict(pattern),
             false => (SINGLE * direct_entries, direct_operations),
         };
-        let direct_kept = SINGLE * kept;
-        Forecast { iterative, bytes, operations, direct_entries, direct_operations, direct_kept }
+        Forecast { iterative, bytes, operations, direct_entries, direct_operations }
     }
 }
 
@@ -160,11 +156,6 @@ impl LinearSolver for AutomaticSolver {
 
     fn insist_on_direct(&mut self) -> bool {
         self.iterative.insist_on_direct()
-    }
-
-    fn forget_factors(&mut self) -> bool {
-        let iterative = self.iterative.forget_factors();
-        self.direct.forget_factors() || iterative
     }
 
     fn insist_on_double(&mut self) -> bool {

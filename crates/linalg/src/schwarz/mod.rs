@@ -361,11 +361,8 @@ impl Factorization for SchwarzFactorization {
     fn cost(&self) -> Option<Cost> {
         let factors: f64 = self.new_factors().filter_map(Factorization::cost).map(|cost| cost.factorization).sum();
         let substitution = self.bytes() as f64 + 4.0 * self.a.values.len() as f64;
-        let factorization = factors + self.coarse.product_cost();
         Some(Cost {
-            factorization,
-            made: factorization,
-            renewal: factorization,
+            factorization: factors + self.coarse.product_cost(),
             substitution,
             solves_per_digit: SOLVES_PER_DIGIT,
             further: FURTHER,

@@ -69,7 +69,7 @@ pub(super) fn factorization(case: &Case, problem: &mut Problem, poses: usize) ->
     let mean = later.iter().map(|(of, _)| *of as f64).sum::<f64>() / (later.len() * grown) as f64;
     Ok(Factorization {
         bytes: last.bytes.max(first.bytes),
-        kept_bytes: first.kept_bytes + mean * (last.kept_bytes - first.kept_bytes).max(0.0),
+        kept_bytes: first.bytes + mean * (last.bytes - first.bytes).max(0.0),
         contact_bytes: last.contact_bytes.max(first.contact_bytes),
         spreads: true,
         ..first
@@ -204,9 +204,7 @@ fn sized(case: &Case, problem: &Problem, tangent: &Tangent) -> Factorization {
         _ => (double, forecast.direct_operations, false),
     };
     let on_ranks = zone.map_or(Factors::direct(double), |(bytes, _)| Factors { bytes, contact_zone: true });
-    let factors = of((bytes, operations), iterative, on_ranks);
-    let reuses = !iterative && matches!(case.solver.linear, LinearSolverChoice::Auto | LinearSolverChoice::Direct);
-    Factorization { bytes: bytes + if reuses { forecast.direct_kept } else { 0.0 }, ..factors }
+    of((bytes, operations), iterative, on_ranks)
 }
 
 /// Memory of the contact-zone preconditioner and operations of its factorization, if the case uses it.
