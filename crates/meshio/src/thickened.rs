@@ -14,7 +14,7 @@ type Vector = [f64; 3];
 impl FileMesh {
     /// Adds a wedge behind each triangle and a hexahedron behind each quadrilateral of these cells, on the side away
     /// from their normals (`outward`) or towards which these point. The new nodes and cells come after all others and
-    /// have greater numbers. Returns the new cells; `None` if a cell is no such facet, or if the facets fold.
+    /// have greater numbers. Returns the new cells; `None` if a cell is not such a facet, or if the facets fold.
     pub fn thicken(&mut self, facets: &[u32], outward: bool) -> Option<Vec<u32>> {
         let corners: Vec<Vec<u32>> = facets.iter().map(|&cell| self.cells.nodes(cell as usize).to_vec()).collect();
         let flat = [CellKind::Triangle3, CellKind::Quad4];

@@ -92,7 +92,7 @@ impl<'a> Terms<'a> {
         self.state.scalings.iter().enumerate().map(of).collect()
     }
 
-    /// A term's share of the energy of an element, and its derivative by r.
+    /// A term's share of the energy of an element, and its derivative with respect to r.
     fn share(&self, term: Term, element: usize, scaling: &ElementScaling) -> [f64; 2] {
         let ratio = scaling.bulk;
         let second = self.second[self.section_of[element] as usize];

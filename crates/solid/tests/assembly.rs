@@ -31,9 +31,18 @@ fn meshes() -> [Mesh; 5] {
     [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 3 == 1), wedges, all]
 }
 
-/// Every section on every mesh.
+/// Every section on every mesh of first order.
 fn models() -> impl Iterator<Item = (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>)> {
     meshes().into_iter().flat_map(|mesh| sections().into_iter().map(move |section| model(mesh.clone(), section)))
+}
+
+/// Elements of second order whose bulk modulus falls faster than their shear modulus, with and without F̄.
+fn softened_models() -> impl Iterator<Item = (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>)> {
+    let middle = |of: &[[f64; 3]]| std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64);
+    let [hexahedra, tetrahedra, _, wedges, _] = meshes();
+    let quadratic = [hexahedra, tetrahedra, wedges].map(|mesh| mesh.second_order(middle).unwrap());
+    let softened: Vec<Section> = sections().into_iter().filter(|of| of.void_poisson_ratio.is_some()).collect();
+    quadratic.into_iter().flat_map(move |mesh| softened.clone().into_iter().map(move |of| model(mesh.clone(), of)))
 }
 
 fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>) {
@@ -48,21 +57,14 @@ fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<Eleme
 fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
     let simp = Simp { penalization: 3.0, minimum: 1e-3 };
     let densities = (0..elements).map(|e| [0.05, 0.19, 0.22, 0.25, 0.6, 1.0][e % 6]).collect();
-    (
-        Interpolation {
-            simp,
-            energy: Some(EnergyInterpolation::PUBLISHED),
-            strength: None,
-            bulk: Interpolation::BULK,
-            mass: 1.0,
-        },
-        densities,
-    )
+    (Interpolation { energy: Some(EnergyInterpolation::PUBLISHED), ..simp.into() }, densities)
 }
 
 #[test]
 fn assembled_tangent_matches_differences_of_the_force() {
-    for ((mesh, model, d, mut scalings), with_voids) in models().flat_map(|m| [(m.clone(), false), (m, true)]) {
+    for ((mesh, model, d, mut scalings), with_voids) in
+        models().chain(softened_models()).flat_map(|m| [(m.clone(), false), (m, true)])
+    {
         if with_voids {
             let (interpolation, densities) = interpolated(mesh.elements.len());
             scalings = densities.iter().map(|&x| interpolation.scaling(x)).collect();
@@ -100,7 +102,7 @@ fn work(model: &SolidModel, d: &[f64], scalings: &[ElementScaling], adjoint: &[f
 /// Through both the stiffness and the interpolation of the energy.
 #[test]
 fn interpolated_pull_back_matches_differences() {
-    for (_, model, d, _) in models() {
+    for (_, model, d, _) in models().chain(softened_models()) {
         let (interpolation, densities) = interpolated(model.elements());
         let scalings: Vec<_> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
         let slopes: Vec<_> = densities.iter().map(|&x| interpolation.derivative(x)).collect();

@@ -37,16 +37,7 @@ fn displacements(n: usize) -> Vec<f64> {
 fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
     let simp = Simp { penalization: 3.0, minimum: 1e-3 };
     let densities = (0..elements).map(|e| [0.6, 0.19, 0.22, 0.25, 0.05, 1.0][e % 6]).collect();
-    (
-        Interpolation {
-            simp,
-            energy: Some(EnergyInterpolation::PUBLISHED),
-            strength: None,
-            bulk: Interpolation::BULK,
-            mass: 1.0,
-        },
-        densities,
-    )
+    (Interpolation { energy: Some(EnergyInterpolation::PUBLISHED), ..simp.into() }, densities)
 }
 
 /// Forces, energies and stresses of expanded elements are those of elements that are larger from the start,

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from chromium import Browser
+from chromium import Browser, page
 
 
 def main(program: str, pictures: Path) -> None:
@@ -27,21 +27,8 @@ def main(program: str, pictures: Path) -> None:
         folder = Path(name)
         subprocess.run([program, "new", "half-ball", "-q"], cwd=folder, check=True)
         case = folder / "half_ball.toml"
-        server = subprocess.Popen(
-            [program, "ui", "half_ball.toml", "--no-browser", "--json"],
-            cwd=folder,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert server.stdout
-        url = json.loads(server.stdout.readline())["url"]
-        browser = Browser(folder / "profile")
-        try:
+        with page(program, folder, case.name) as (browser, url):
             operate(browser, url, program, case, pictures)
-        finally:
-            browser.close()
-            server.terminate()
-            server.wait()
 
 
 def operate(browser: Browser, url: str, program: str, case: Path, pictures: Path) -> None:

@@ -8,6 +8,8 @@ import os
 import shutil
 import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -184,3 +186,20 @@ class Browser:
     def close(self) -> None:
         self.process.terminate()
         self.process.wait()
+
+
+@contextmanager
+def page(program: str, folder: Path, file: str) -> Iterator[tuple[Browser, str]]:
+    """A browser, and the address of the page that `slipstick ui` serves for a file of the folder."""
+    server = subprocess.Popen(
+        [program, "ui", file, "--no-browser", "--json"], cwd=folder, stdout=subprocess.PIPE, text=True
+    )
+    assert server.stdout
+    url = json.loads(server.stdout.readline())["url"]
+    browser = Browser(folder / "profile")
+    try:
+        yield browser, url
+    finally:
+        browser.close()
+        server.terminate()
+        server.wait()

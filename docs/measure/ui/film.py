@@ -19,7 +19,7 @@ import time
 import zlib
 from pathlib import Path
 
-from chromium import Browser
+from chromium import Browser, page
 
 # A saddle of 40 × 20 × 12 mm with a round seat, and a rounded shaft that rests in it, with a gap of 0 to 0.3 mm.
 PARTS = r"""
@@ -59,23 +59,10 @@ def main(program: str, folder: Path, picture: Path | None) -> None:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         place = Path(name)
         subprocess.run([sys.executable, "-c", PARTS], cwd=place, check=True, stdout=subprocess.DEVNULL)
-        server = subprocess.Popen(
-            [program, "ui", "part.step", "--no-browser", "--json"],
-            cwd=place,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert server.stdout
-        url = json.loads(server.stdout.readline())["url"]
-        browser = Browser(place / "profile")
-        try:
+        with page(program, place, "part.step") as (browser, url):
             frames = operate(browser, url, place, folder)
             if picture:
                 strip(browser, frames, picture)
-        finally:
-            browser.close()
-            server.terminate()
-            server.wait()
 
 
 Frame = tuple[Path, str, float]

@@ -155,7 +155,7 @@ impl Folder {
     /// [`Failure::Input`] if it cannot be written.
     pub fn save(&self, name: &str, text: &str) -> Outcome {
         let path = self.case(name)?;
-        // the byte order mark that some editors write is no part of the text
+        // the byte order mark that some editors write is not part of the text
         let marked = bytes_of(&path).is_ok_and(|bytes| bytes.starts_with(MARK));
         let mark = if marked && !text.as_bytes().starts_with(MARK) { MARK } else { b"" };
         Ok(write_atomically(&path, |writer| {

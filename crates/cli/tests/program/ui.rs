@@ -307,7 +307,7 @@ fn an_edited_text_is_checked_and_saved() {
     assert_eq!(place.read("case.toml"), good);
 }
 
-/// The byte order mark that some editors write stays at the start of the file, and is no part of the text.
+/// The byte order mark that some editors write stays at the start of the file, and is not part of the text.
 #[test]
 fn a_byte_order_mark_stays() {
     let place = Place::new();

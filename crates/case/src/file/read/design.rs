@@ -178,8 +178,9 @@ fn check_void_poisson_ratio(table: &Table<'_>, design: &Design, bodies: &[Body])
         for material in body.materials() {
             if material.with_poisson_ratio(ratio).is_none() {
                 let law = material.kind().word();
-                let message = format!("the law `{law}` of `{}` has no bulk modulus of its own", body.name);
-                let help = "omit void_poisson_ratio, or choose an elastic, isotropic law such as neo_hooke";
+                let message =
+                    format!("the void of `{}` cannot have another Poisson's ratio with the law `{law}`", body.name);
+                let help = "omit it, or choose an elastic, isotropic law such as neo_hooke";
                 reader.error(&path, CaseCode::Unsupported, message, help);
             } else if ratio >= material.poisson_ratio() {
                 let own = material.poisson_ratio();
@@ -188,7 +189,7 @@ fn check_void_poisson_ratio(table: &Table<'_>, design: &Design, bodies: &[Body])
                     &path,
                     CaseCode::Simp,
                     message,
-                    "0.3 is usual for nearly incompressible bodies; otherwise omit it",
+                    "0.3 is usual for a nearly incompressible body; for others, omit it",
                 );
             }
         }

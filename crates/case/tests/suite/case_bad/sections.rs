@@ -214,6 +214,11 @@ fn design_and_optimizer() {
     one(31, "1e-3 }", &with("{ sharpness = 0.0 }"), OutOfRange, "0.0");
     one(31, "1e-3 }", &with("true"), WrongType, "true");
     one(31, "1e-3 }", &with("{ beta = 500 }"), UnknownKey, "beta");
+    let void = |keys: &str| format!("1e-3 }}\n{keys}");
+    one(31, "1e-3 }", &void("void_poisson_ratio = 0.5"), Simp, "0.5");
+    one(31, "1e-3 }", &void("void_poisson_ratio = 0.3"), Simp, "0.3");
+    one(31, "1e-3 }", &void("bulk_p = 2"), Simp, "2");
+    one(31, "1e-3 }", &void("void_poisson_ratio = 0.2\nbulk_p = 0.9"), Simp, "0.9");
     one(32, "0.5", "0", OutOfRange, "0");
     one(36, "0.1", "0", OutOfRange, "0 }");
     one(36, "0.1", "0.1, asydecr = 1.2", OutOfRange, "1.2");
