@@ -48,10 +48,13 @@ def check():
         assert 0.58 < fraction < 0.6006, fraction
         # the part has that volume, and lies within the block
         (low, size, _) = two_boxes.BLOCK
-        part = document.getObject("Slipstick_Part").Mesh
+        part = document.getObject("Slipstick_Part").Shape
         close(part.Volume, fraction * size[0] * size[1] * size[2], 0.03, "volume of the part")
         box = part.BoundBox
-        assert part.isSolid() and not part.hasSelfIntersections()
+        assert part.isValid() and len(part.Solids) == 1
+        # what is left of the block's faces is plane again, as large as the bottom that is held
+        bottom = [of for of in part.Faces if of.Surface.TypeId == "Part::GeomPlane" and abs(of.CenterOfMass.y - low[1]) < 1e-6]
+        assert len(bottom) == 1 and bottom[0].Area > 10.0, [of.Area for of in bottom]
         for axis, (least, most) in enumerate(((box.XMin, box.XMax), (box.YMin, box.YMax), (box.ZMin, box.ZMax))):
             assert low[axis] - 1e-4 <= least and most <= low[axis] + size[axis] + 1e-4
         # displacements at the last step: the top of the stamp has moved as prescribed

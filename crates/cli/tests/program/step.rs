@@ -114,7 +114,7 @@ fn wrong_step_files_are_refused() {
     place.write("mesh.STEP", "$MeshFormat\n");
     place.bad("new mesh.STEP", 2, &["is not a STEP file", "ISO-10303-21"]);
     place.bad("new mesh.STEP --mesh a.msh", 2, &["a STEP file cannot be combined with --mesh"]);
-    place.bad("new half-ball --size 2", 2, &["--size and --distance are for STEP files"]);
+    place.bad("new half-ball --size 2", 2, &["--size, --distance and --hexahedra are for STEP files"]);
     place.bad("new mesh.STEP --size 0", 2, &["greater than zero"]);
     if runs("import gmsh") {
         place.write("none.step", "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n");

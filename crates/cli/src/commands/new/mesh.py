@@ -23,6 +23,7 @@ DISTANCE = None  # gaps and overlaps up to this distance in mm count as contact;
 CONTACT_SIZE = 0.7  # length of the edges at contact faces, relative to that of the bodies
 PER_CIRCLE = 20  # number of elements around a full circle
 ORDER = 2  # of the elements
+HEXAHEDRA = False  # whether prisms, which a plane face sweeps, are meshed with hexahedra
 
 try:
     import gmsh
@@ -241,6 +242,54 @@ def warn_of_overlap(names, pairs, distance):
                 )
 
 
+def close(one, other):
+    return abs(one - other) <= 1e-6 * max(abs(one), abs(other))
+
+
+def prism(solid, faces):
+    """A plane face that sweeps a solid, and the way from it to the opposite face; None if there is none.
+
+    Of several, the one with the most edges, then the largest."""
+    centres = {face.tag: gmsh.model.occ.getCenterOfMass(2, face.tag) for face in faces}
+    edges = {face.tag: {tag for _, tag in gmsh.model.getBoundary([(2, face.tag)], oriented=False)} for face in faces}
+    planes = [face for face in faces if face.kind == "Plane" and face.normals]
+    found = []
+    for base in planes:
+        lengths = {edge: gmsh.model.occ.getMass(1, edge) for edge in edges[base.tag]}
+        for top in planes:
+            way = [b - a for a, b in zip(centres[base.tag], centres[top.tag])]
+            height = dot(way, way) ** 0.5
+            if top is base or not close(base.area, top.area) or not close(dot(way, base.normals[0]), -height):
+                continue
+            sides = [face for face in faces if face not in (base, top)]
+            swept = all(
+                close(face.area, height * sum(lengths.get(edge, 0.0) for edge in edges[face.tag])) for face in sides
+            )
+            if swept and close(base.area * height, gmsh.model.occ.getMass(3, solid)):
+                found.append((len(lengths), base.area, -base.tag, base, way))
+    return max(found)[3:] if found else None
+
+
+def sweep(solid, faces, base, way, size):
+    """Replaces a solid by the same one, swept in layers. Returns its tag and the new tags of its faces."""
+    occ = gmsh.model.occ
+    centres = {face.tag: occ.getCenterOfMass(2, face.tag) for face in faces}
+    copy = occ.copy([(2, base.tag)])
+    occ.remove([(3, solid)], recursive=True)
+    layers = max(2, round(dot(way, way) ** 0.5 / size))
+    made = [tag for dim, tag in occ.extrude(copy, *way, numElements=[layers], recombine=True) if dim == 3]
+    occ.synchronize()
+    gmsh.model.mesh.setRecombine(2, copy[0][1])
+    gmsh.model.mesh.setAlgorithm(2, copy[0][1], 8)  # triangles that join to regular quadrangles
+    free = {tag: occ.getCenterOfMass(2, tag) for _, tag in gmsh.model.getBoundary([(3, made[0])], oriented=False)}
+    area, tags = {tag: occ.getMass(2, tag) for tag in free}, {}
+    for face in faces:
+        away = lambda tag: sum((a - b) ** 2 for a, b in zip(free[tag], centres[face.tag])) + abs(area[tag] - face.area)
+        tags[face.tag] = min(free, key=away)
+        del free[tags[face.tag]]
+    return made[0], tags
+
+
 def main():
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
     if not os.path.isfile(STEP):
@@ -294,6 +343,19 @@ def main():
                 counts[kind] = counts.get(kind, 0) + 1
                 own = f"{kind}_{counts[kind]}"
             groups.setdefault(f"{name}_{own}", set()).add(face.tag)
+    if HEXAHEDRA:
+        gmsh.model.mesh.clear()
+        for solid in sorted(names):
+            found = prism(solid, faces[solid])
+            if found is None:
+                print(f"warning {names[solid]} is no prism: it has tetrahedra, not hexahedra")
+                continue
+            near = any(face.tag in finer for face in faces[solid])
+            new, tags = sweep(solid, faces[solid], *found, (CONTACT_SIZE if near else 1.0) * sizes[solid])
+            names[new], sizes[new] = names.pop(solid), sizes.pop(solid)
+            pairs = [(*(new if of == solid else of for of in pair[:2]), *pair[2:]) for pair in pairs]
+            groups = {name: {tags.get(tag, tag) for tag in some} for name, some in groups.items()}
+            finer = [tags.get(tag, tag) for tag in finer]
     for solid, name in names.items():
         gmsh.model.addPhysicalGroup(3, [solid], name=name)
     for name, tags in sorted(groups.items()):
@@ -323,6 +385,8 @@ def main():
     gmsh.option.setNumber("Mesh.ElementOrder", ORDER)
     gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 else 0)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # better elements; 0 if it fails
+    # two edges of a quadrangle on one smooth curve would be a flat corner: it stays two triangles, which sweep wedges
+    gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.model.mesh.clear()
     try:
