@@ -147,6 +147,51 @@ for _, group in gmsh.model.getPhysicalGroups(3):
     }
 }
 
+/// Of many faces, the largest have names of their own, and the others one name together.
+#[test]
+fn small_faces_have_one_name() {
+    if !runs("import gmsh") {
+        return;
+    }
+    let place = Place::new();
+    place.write(
+        "make.py",
+        r#"
+import gmsh
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+bores = [(3, occ.addCylinder(10 * i, 0, -1, 0, 0, 6, 1 + 0.1 * i)) for i in range(5)]
+occ.cut([(3, occ.addBox(-5, -5, 0, 50, 10, 4))], bores)
+occ.synchronize()
+gmsh.write("strip.step")
+"#,
+    );
+    let run = |script: &str| {
+        let ran = Command::new(python()).arg(script).current_dir(place.path("")).output().expect("Python");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    };
+    run("make.py");
+    place.good("new strip.step --size 4");
+    let script = place.read("strip_mesh.py");
+    assert!(script.contains("\nNAMED = 100\n"));
+    place.write("strip_mesh.py", &script.replace("NAMED = 100", "NAMED = 3"));
+    run("strip_mesh.py");
+    place.good("new --mesh strip.msh --out again.toml");
+    let checked = place.good("check again.toml --json").events();
+    let result = checked.into_iter().find(|event| event["event"] == "result").expect("a result");
+    let surfaces = result["inspection"]["surfaces"].as_array().expect("surfaces");
+    let area =
+        |name: &str| surfaces.iter().find(|of| of["name"] == name).map(|of| of["area"].as_f64().expect("an area"));
+    // bores of radius 1.2, 1.3 and 1.4; those of 1 and 1.1 together; facets are 40 around each, 0.10 % too small
+    let pi = std::f64::consts::PI;
+    for (name, radius) in [("part_bore_1", 1.2), ("part_bore_2", 1.3), ("part_bore_3", 1.4), ("part_other", 2.1)] {
+        let (found, expected) = (area(name).expect(name), 2.0 * pi * radius * 4.0);
+        assert!((found / expected - 1.0).abs() < 1.1e-3, "{name}: {found} instead of {expected}");
+    }
+    assert_eq!(area("part_bore_4"), None);
+}
+
 /// Without Gmsh or Python, the script stays, and the error says what to do.
 #[test]
 fn a_step_file_needs_gmsh() {

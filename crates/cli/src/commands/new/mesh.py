@@ -37,6 +37,9 @@ OPPOSED = -0.7
 NO_LABELS = re.compile(r"(open cascade step translator.*|solid|shell|body|compound|shapes|assembly|unnamed|none|\d*)$")
 
 
+# Number of faces of a body that get names from their shapes: the largest. The others become BODY_other.
+NAMED = 100
+
 # Names of faces at the ends of a body.
 SIDES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
 
@@ -331,14 +334,20 @@ def main():
     touching = set().union(*groups.values())
     for solid, name in names.items():
         counts, taken = {}, set()
+        kinds = {face.tag: place(face, boxes[solid]) for face in faces[solid]}
+        shaped = [f for f in faces[solid] if not f.label and f.tag not in touching and kinds[f.tag] not in SIDES]
+        large = {face.tag for face in sorted(shaped, key=lambda face: -face.area)[:NAMED]}
+        taken.update(["other"] if len(shaped) > NAMED else [])
         for face in sorted(faces[solid], key=lambda face: face.box):
-            kind = place(face, boxes[solid])
+            kind = kinds[face.tag]
             if face.label:
                 own = unique(face.label, taken)
             elif face.tag in touching:
                 continue
             elif kind in SIDES:  # all faces on that side together
                 own = kind
+            elif face.tag not in large:
+                own = "other"
             else:
                 counts[kind] = counts.get(kind, 0) + 1
                 own = f"{kind}_{counts[kind]}"
