@@ -2,6 +2,7 @@
 //! contact carries its load.
 
 use crate::common::*;
+use slipstick::design::ElementValues;
 use slipstick::quantities::quantities;
 
 /// The roller of radius 10 is driven by `travel` along `axis` (0 or 2) in the second half of the path; its axle has the
@@ -90,10 +91,9 @@ fn gradient_of_a_free_roller() {
 
 /// A roller of radius 10 between two plates that are pressed together by 1, of which the upper one then moves by 2, in
 /// plane strain, with `layers` elements along the axle. Nothing but contact holds the roller.
-fn between_plates(rigid: bool, layers: usize, order: usize, steps: usize) -> String {
+fn between_plates(rigid: bool, layers: usize, order: usize, [along, around]: [usize; 2], steps: usize) -> String {
     let elastic = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }\n";
     let held = |set: &str, components: &str| format!("[[dirichlet]]\nset = '{set}'\ncomponents = {components}\n");
-    let elements = [if order == 1 { 24 } else { 12 }, if order == 1 { 8 } else { 4 }];
     // exact on curved surfaces: a rule that is not jumps where mesh lines of both sides nearly coincide
     let plate = |name: &str, low: f64, face: &str| {
         format!(
@@ -102,7 +102,7 @@ fn between_plates(rigid: bool, layers: usize, order: usize, steps: usize) -> Str
              [[contact]]\nslave = '{name}_{face}'\nmaster = 'roller_side'\nsides = 'as_given'\nfriction = 0.3\n\
              cell_rule = 12\nenforcement = {{ lagrange = {{}} }}\n{}{}",
             low + 5.0,
-            elements[0],
+            along,
             held(&format!("{name}_zmin"), "['z']"),
             held(&format!("{name}_zmax"), "['z']"),
         )
@@ -123,7 +123,7 @@ fn between_plates(rigid: bool, layers: usize, order: usize, steps: usize) -> Str
          [[quantity]]\nname = 'work'\nexternal_work = {{}}\n\
          [objective]\nminimise = {{ quantity = 'work' }}\n",
         if rigid { "rigid = {}\n" } else { elastic },
-        elements[1],
+        around,
         plate("low", -15.0, "ymax"),
         plate("up", 10.0, "ymin"),
     )
@@ -131,7 +131,7 @@ fn between_plates(rigid: bool, layers: usize, order: usize, steps: usize) -> Str
 
 /// The forces along and across the upper plate, and the Newton iterations of the path.
 fn pressed_between(rigid: bool, layers: usize, order: usize) -> ([f64; 2], usize) {
-    let mut problem = problem(&between_plates(rigid, layers, order, 10));
+    let mut problem = problem(&between_plates(rigid, layers, order, [24 / order, 8 / order], 10));
     let density = vec![1.0; problem.initial_density().len()].into();
     let run = forward(&mut problem, &density);
     assert_eq!(run.path.steps, 10);
@@ -157,5 +157,27 @@ fn a_roller_between_plates_in_plane_strain_has_any_number_of_layers() {
             assert!(apart < 1e-9 * one[1].abs(), "{layers} layers change the forces {one:?} to {more:?}");
             assert!(needed <= iterations + 10, "{needed} iterations instead of {iterations}");
         }
+    }
+}
+
+/// The derivative along a random direction with the roller in place, rigid and elastic, against central differences
+/// (order 4) of the whole path.
+#[test]
+fn gradient_of_plates_around_a_roller() {
+    for rigid in [true, false] {
+        let mut problem = problem(&between_plates(rigid, 2, 1, [16, 8], 10));
+        let density = problem.initial_density().clone();
+        let base = forward(&mut problem, &density);
+        let gradient = problem.analysis.gradient(&base).expect("a gradient");
+        let direction = Random::new(5).vector(density.len(), 1.0);
+        let mut at = |h: f64| {
+            let moved: ElementValues = density.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
+            forward(&mut problem, &moved).value
+        };
+        let h = 1e-5;
+        let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+        let found: f64 = gradient.iter().zip(&direction).map(|(g, v)| g * v).sum();
+        println!("rigid {rigid}: {found:e} and {expected:e}");
+        assert!((found / expected - 1.0).abs() < 1e-7, "rigid {rigid}: {found:e} instead of {expected:e}");
     }
 }
