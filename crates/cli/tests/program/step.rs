@@ -183,11 +183,12 @@ gmsh.write("strip.step")
     let surfaces = result["inspection"]["surfaces"].as_array().expect("surfaces");
     let area =
         |name: &str| surfaces.iter().find(|of| of["name"] == name).map(|of| of["area"].as_f64().expect("an area"));
-    // bores of radius 1.2, 1.3 and 1.4; those of 1 and 1.1 together; facets are 40 around each, 0.10 % too small
+    // bores of radius 1.2, 1.3 and 1.4; those of 1 and 1.1 together. At least 36 facets around each are at most
+    // 1 − sin(π/36)/(π/36) = 0.13 % too small
     let pi = std::f64::consts::PI;
     for (name, radius) in [("part_bore_1", 1.2), ("part_bore_2", 1.3), ("part_bore_3", 1.4), ("part_other", 2.1)] {
         let (found, expected) = (area(name).expect(name), 2.0 * pi * radius * 4.0);
-        assert!((found / expected - 1.0).abs() < 1.1e-3, "{name}: {found} instead of {expected}");
+        assert!((found / expected - 1.0).abs() < 1.3e-3, "{name}: {found} instead of {expected}");
     }
     assert_eq!(area("part_bore_4"), None);
 }
