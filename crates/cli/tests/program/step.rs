@@ -84,9 +84,9 @@ fn a_step_file_becomes_a_case() {
     assert!(said.contains("no faces of two bodies are within 0.01 mm") && said.contains("--distance"), "{said}");
 }
 
-/// Prisms consist of hexahedra (Gmsh's type 12, of second order), and of wedges (13) where a smooth edge of the base
-/// would have flattened a corner. Their volumes are those of the shapes, and groups keep their faces. A body that is no
-/// prism has tetrahedra (11), which a warning says.
+/// A prism is meshed with second-order hexahedra (Gmsh's type 12), and with wedges (13) where two edges of a hexahedron
+/// would meet at a flat corner on a smooth curve. Its volume is that of the shape, and each surface still consists of
+/// the same faces. Any other body gets tetrahedra (11), with a warning.
 #[test]
 fn prisms_are_meshed_with_hexahedra() {
     if !runs("import gmsh") {
@@ -113,7 +113,7 @@ for _, group in gmsh.model.getPhysicalGroups(3):
     };
     run("make.py");
     let said = place.good("new Lug.STP --size 4 --hexahedra --out lug.toml").err;
-    assert!(said.contains("ball is no prism") && !said.contains("lug is") && !said.contains("pin is"), "{said}");
+    assert!(said.contains("ball is not a prism") && !said.contains("lug is") && !said.contains("pin is"), "{said}");
     let kinds = run("kinds.py");
     for (body, expected) in [("my_lug", vec!["12", "12 13"]), ("pin", vec!["12", "12 13"]), ("ball", vec!["11"])] {
         let found = kinds.lines().find_map(|line| line.strip_prefix(&format!("{body} "))).expect("a body");

@@ -9,7 +9,7 @@
 Each solid becomes a body, with the name that it has in the STEP file. Facing surfaces of two bodies
 become BODY_touches_OTHER and OTHER_touches_BODY. Other faces get names too, for
 supports and loads: their own name in the STEP file, or the side of the body on which they lie, or
-their shape and a number.
+their shape and a number. With HEXAHEDRA, prisms are extruded from one of their faces in layers.
 """
 import os
 import re
@@ -23,7 +23,7 @@ DISTANCE = None  # gaps and overlaps up to this distance in mm count as contact;
 CONTACT_SIZE = 0.7  # length of the edges at contact faces, relative to that of the bodies
 PER_CIRCLE = 20  # number of elements around a full circle
 ORDER = 2  # of the elements
-HEXAHEDRA = False  # whether prisms, which a plane face sweeps, are meshed with hexahedra
+HEXAHEDRA = False  # whether prisms, which are extrusions of a plane face, are meshed with hexahedra
 
 try:
     import gmsh
@@ -36,8 +36,7 @@ OPPOSED = -0.7
 # Labels that programs write where the user gave none.
 NO_LABELS = re.compile(r"(open cascade step translator.*|solid|shell|body|compound|shapes|assembly|unnamed|none|\d*)$")
 
-
-# Number of faces of a body that get names from their shapes: the largest. The others become BODY_other.
+# How many faces of a body are named after their shapes, the largest first. All others are BODY_other.
 NAMED = 100
 
 # Names of faces at the ends of a body.
@@ -246,13 +245,14 @@ def warn_of_overlap(names, pairs, distance):
 
 
 def close(one, other):
+    """Whether two numbers agree to a millionth."""
     return abs(one - other) <= 1e-6 * max(abs(one), abs(other))
 
 
 def prism(solid, faces):
-    """A plane face that sweeps a solid, and the way from it to the opposite face; None if there is none.
+    """A plane face whose extrusion is the solid, and the vector to the opposite face; None if there is none.
 
-    Of several, the one with the most edges, then the largest."""
+    Of several, the one with the most edges, then the largest. Volume and areas of the sides decide."""
     centres = {face.tag: gmsh.model.occ.getCenterOfMass(2, face.tag) for face in faces}
     edges = {face.tag: {tag for _, tag in gmsh.model.getBoundary([(2, face.tag)], oriented=False)} for face in faces}
     planes = [face for face in faces if face.kind == "Plane" and face.normals]
@@ -270,11 +270,11 @@ def prism(solid, faces):
             )
             if swept and close(base.area * height, gmsh.model.occ.getMass(3, solid)):
                 found.append((len(lengths), base.area, -base.tag, base, way))
-    return max(found)[3:] if found else None
+    return max(found, key=lambda some: some[:3])[3:] if found else None
 
 
-def sweep(solid, faces, base, way, size):
-    """Replaces a solid by the same one, swept in layers. Returns its tag and the new tags of its faces."""
+def extrude(solid, faces, base, way, size):
+    """Replaces a solid by an extrusion of its base in layers. Returns the new tags of the solid and of its faces."""
     occ = gmsh.model.occ
     centres = {face.tag: occ.getCenterOfMass(2, face.tag) for face in faces}
     copy = occ.copy([(2, base.tag)])
@@ -357,10 +357,10 @@ def main():
         for solid in sorted(names):
             found = prism(solid, faces[solid])
             if found is None:
-                print(f"warning {names[solid]} is no prism: it has tetrahedra, not hexahedra")
+                print(f"warning {names[solid]} is not a prism: it gets tetrahedra instead of hexahedra")
                 continue
             near = any(face.tag in finer for face in faces[solid])
-            new, tags = sweep(solid, faces[solid], *found, (CONTACT_SIZE if near else 1.0) * sizes[solid])
+            new, tags = extrude(solid, faces[solid], *found, (CONTACT_SIZE if near else 1.0) * sizes[solid])
             names[new], sizes[new] = names.pop(solid), sizes.pop(solid)
             pairs = [(*(new if of == solid else of for of in pair[:2]), *pair[2:]) for pair in pairs]
             groups = {name: {tags.get(tag, tag) for tag in some} for name, some in groups.items()}
@@ -394,7 +394,7 @@ def main():
     gmsh.option.setNumber("Mesh.ElementOrder", ORDER)
     gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 else 0)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # better elements; 0 if it fails
-    # two edges of a quadrangle on one smooth curve would be a flat corner: it stays two triangles, which sweep wedges
+    # two edges of a quadrangle on one smooth curve would meet at a flat corner: two triangles, and so wedges, instead
     gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.model.mesh.clear()
