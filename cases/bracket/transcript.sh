@@ -33,15 +33,15 @@ rm -rf case
 
 Two pins hold a wall bracket. A pad is pressed onto its shelf and dragged towards the tip, with
 friction. The bracket may use 45 % of its volume; the design should carry as much force as possible
-at the final position of the pad. [A script](transcript.sh) writes this page: it
-runs each command below and records its output.
+at the final position of the pad. [A script](transcript.sh) writes this page: it runs each command
+below and records its output.
 
 ## The mesh
 
-[bracket.geo](bracket.geo) draws the side view, with a solid square around each
-pin, and extrudes it into hexahedra. Its physical groups name what the case needs: the volumes
-`bracket` and `pad`, and the surfaces `shelf`, `pins`, `sole` and `grip`. The pad's sole is crowned,
-so that it does not slide on its edges.
+[bracket.geo](bracket.geo) draws the side view, with a solid square around each pin, and extrudes it
+into hexahedra. Its physical groups name what the case needs: the volumes `bracket` and `pad`, and
+the surfaces `shelf`, `pins`, `sole` and `grip`. The sole of the pad is crowned, so that the pad
+does not slide on the edges of its sole.
 
 TEXT
     show "gmsh -3 bracket.geo -o bracket.msh" "nodes|Writing"
@@ -53,7 +53,7 @@ Edited, it becomes [case.toml](case.toml), whose main part is:
 TEXT
     printf '```toml\n'
     sed -n '/^\[\[contact/,/^contact_force/p' case.toml
-    printf '```\n\n## Before it runs\n\n'
+    printf '```\n\n## Check the case\n\n'
     show "slipstick check case.toml"
     cat <<'TEXT'
 
@@ -80,7 +80,8 @@ TEXT
     show "slipstick export case --threshold 0.5 --smooth 40 --stl case/bracket.stl --3mf case/bracket.3mf"
     cat <<'TEXT'
 
-`report.html` is a single file that opens in any browser. Another program checks the surface:
+`report.html` is a single file that opens in any browser. The script `surface.py` checks the surface
+with another program, trimesh:
 
 TEXT
     show "python3 surface.py case/bracket.stl case/bracket.3mf"
