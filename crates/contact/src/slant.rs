@@ -25,7 +25,7 @@ impl ContactInterface {
     /// # Errors
     /// If the surface is folded.
     ///
-    /// Test: `gaps_between_arcs_do_not_depend_on_the_facets` (tests/kinematics.rs).
+    /// Test: `gaps_between_arcs_do_not_depend_on_the_facets` (tests/suite/kinematics.rs).
     pub fn slants(&self, coordinates: &[f64]) -> Result<Vec<f64>, InterfaceError> {
         let [heights, _] = self.heights();
         let curved = |facet: u32| heights.get(facet as usize).is_some_and(Option::is_some);

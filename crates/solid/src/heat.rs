@@ -15,7 +15,7 @@
 //! ```
 //!
 //! For small-strain laws ε_e = ε − α ΔT and v = u − (θ − 1) X, without factors. Test:
-//! `expanded_elements_are_those_of_another_size` (tests/heat.rs).
+//! `expanded_elements_are_those_of_another_size` (tests/suite/heat.rs).
 
 use crate::assembly::local;
 use crate::block::State;

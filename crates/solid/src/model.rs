@@ -110,7 +110,13 @@ impl SolidModel {
         sections: impl Into<Sections>,
         has: impl Fn(usize) -> bool,
     ) -> Result<Self, InvertedElements> {
-        let Sections { list: sections, regions } = sections.into();
+        Self::build(mesh, sections.into(), &has)
+    }
+
+    /// [`part`](Self::part) without type parameters: it names the kernels of all elements, which then are compiled
+    /// in this crate only.
+    fn build(mesh: &Mesh, sections: Sections, has: &dyn Fn(usize) -> bool) -> Result<Self, InvertedElements> {
+        let Sections { list: sections, regions } = sections;
         assert_eq!(mesh.bodies.len() + regions.len(), sections.len(), "one section per body and region");
         let mut section_of = vec![0; mesh.elements.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {

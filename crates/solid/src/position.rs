@@ -24,7 +24,7 @@
 //! The modes are 1 and, in hex27, X itself: their change is δX at the point. Thermal expansion and the interpolation
 //! of the energy enter as in [`crate::heat`] and [`crate::interpolation`].
 //!
-//! Test: `forces_and_histories_by_positions` (tests/positions.rs).
+//! Test: `forces_and_histories_by_positions` (tests/suite/positions.rs).
 
 use crate::block::{State, visit};
 use crate::dual::Dual;

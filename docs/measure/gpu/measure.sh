@@ -9,7 +9,7 @@ if [ -n "${PROGRAMS:-}" ]; then
     programs=$PROGRAMS
 else
     cargo build --release -p slipstick-cli --features cudss
-    cargo build --release -p slipstick-cudss --example measure
+    cargo build --release -p slipstick-cudss --example measure_gpu
     cargo build --release -p slipstick --example export_matrix --features cudss
 fi
 program=$programs/slipstick
@@ -26,7 +26,7 @@ factors() {
     local unknowns
     for unknowns in 100000 300000 1000000; do
         "$programs/examples/export_matrix" $unknowns "$work/blocks.bin" >&2
-        "$programs/examples/measure" "$work/blocks.bin" f32 f64
+        "$programs/examples/measure_gpu" "$work/blocks.bin" f32 f64
     done
 }
 

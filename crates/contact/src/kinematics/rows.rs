@@ -303,7 +303,7 @@ impl NodeKinematics {
 /// Replaces the direction `facing`, with its gradient over the support, by its projection onto the
 /// normal cone of the node; `gradient` is empty if none is wanted.
 ///
-/// Test: `gap_and_slip_gradients` (tests/kinematics.rs).
+/// Test: `gap_and_slip_gradients` (tests/suite/kinematics.rs).
 fn project(slave: &SlaveNode, ring: &[Vector3<f64>], facing: &mut Vector3<f64>, gradient: &mut [f64]) -> Option<()> {
     let normal =
         |corners: &Vec<RingCorner>, gradient: &mut [f64]| averaged_normal(ring, corners, slave.mirrored, gradient);

@@ -26,7 +26,7 @@
 //!
 //! References: Smith, Bjørstad and Gropp, *Domain Decomposition*, Cambridge University Press (1996);
 //! Cai and Sarkis, SIAM J. Sci. Comput. 21 (1999), for restricted additive Schwarz; Vaněk, Mandel and
-//! Brezina, Computing 56 (1996), for smoothed aggregation. Test: `crates/linalg/tests/schwarz.rs`.
+//! Brezina, Computing 56 (1996), for smoothed aggregation. Test: `crates/linalg/tests/suite/schwarz.rs`.
 
 mod aggregates;
 mod choice;

@@ -239,7 +239,7 @@ fn gradients_with_respect_to_variables_of_the_first_random_problems() {
 /// The same of load cases with friction, moduli, motions and positions of their own.
 #[test]
 fn gradients_of_random_load_cases() {
-    suite(FIRST_OF_SCENARIOS + 20..FIRST_OF_SCENARIOS + 32, With::Variables);
+    suite(FIRST_OF_SCENARIOS + 20..FIRST_OF_SCENARIOS + 26, With::Variables);
 }
 
 /// The same of tied surfaces, offsets, largest shear stresses, and pairs that act during a part of

@@ -1,5 +1,5 @@
 //! Thermal expansion: free and constrained bodies, a bimetal strip, a shrink fit, energy, derivatives of whole
-//! paths. Elements alone: `solid/tests/heat.rs`.
+//! paths. Elements alone: `solid/tests/suite/heat.rs`.
 
 use crate::common::scene::*;
 use crate::common::*;

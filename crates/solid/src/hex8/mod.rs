@@ -22,7 +22,7 @@
 //! kernel. The disadvantages: a wedge costs as much as a hexahedron (8 points; 6 would suffice),
 //! and in a distorted wedge the integration error depends on which node comes first.
 //! Tests: `wedges_deform_uniformly`, `a_wedge_has_the_stiffness_of_its_shape_functions`
-//! (tests/wedges.rs).
+//! (tests/suite/wedges.rs).
 
 mod block;
 mod f_bar;

@@ -277,7 +277,7 @@ mod tests {
         };
         let slopes = vec![ElementScaling { gamma: 1.0, ..ElementScaling::NONE }; n];
         let weights: Vec<f64> = (0..STRESS_POINTS * n).map(|i| (i as f64 * 0.9).cos()).collect();
-        // laws with memory: tests/plasticity.rs
+        // laws with memory: tests/suite/plasticity.rs
         for kind in LawKind::ALL.iter().filter(|kind| !kind.has_memory()) {
             for formulation in [Formulation::Full, Formulation::FBar] {
                 let material = kind.like(100.0, 0.35).unwrap();

@@ -291,7 +291,7 @@ impl<S: Simd, L: Stress> ModuliAt<'_, S, L> {
 /// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to
 /// the densities; see [`crate::hex8::interpolated::pull_back`]. NaN for inverted elements.
 ///
-/// Test: `interpolated_pull_back_matches_differences` (tests/assembly.rs).
+/// Test: `interpolated_pull_back_matches_differences` (tests/suite/assembly.rs).
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd>(
     simd: S,

@@ -1,7 +1,7 @@
 //! Times and memory of cuDSS on a matrix from a file.
 //!
 //! ```text
-//! cargo run --release -p slipstick-cudss --example measure -- FILE [f32|f64]...
+//! cargo run --release -p slipstick-cudss --example measure_gpu -- FILE [f32|f64]...
 //! ```
 //!
 //! `crates/slipstick/examples/export_matrix.rs` writes such files. The first factorization contains

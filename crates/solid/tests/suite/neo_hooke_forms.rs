@@ -1,7 +1,7 @@
 //! The three forms of the neo-Hookean law in one element against their closed forms, and how much
 //! they differ. The table in docs/measurements/elements.md is written by
 //!
-//!     cargo test --release -p slipstick-solid --test neo_hooke_forms -- --nocapture
+//!     cargo test --release -p slipstick-solid --test suite forms -- --nocapture
 
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_solid::{ElementScaling, Formulation, LawKind, Material, Section, SolidModel};

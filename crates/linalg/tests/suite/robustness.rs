@@ -1,15 +1,12 @@
 //! Singular, ill-conditioned, badly scaled and broken matrices.
 
-mod common;
-mod supernodal;
-
-use common::{Brick, Random, relative_residual};
+use crate::common::{Brick, Random, relative_residual};
+use crate::supernodal::SupernodalSolver;
 use slipstick_linalg::{
     CsrMatrix, CsrPattern, FactorizationError, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolverChoice,
     solve_verified,
 };
 use std::sync::Arc;
-use supernodal::SupernodalSolver;
 
 const BRICK: Brick =
     Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };

@@ -1,8 +1,6 @@
 //! Chains of solvers, with solvers that the crate does not know.
 
-mod common;
-
-use common::{Brick, Random, relative_residual};
+use crate::common::{Brick, Random, relative_residual};
 use slipstick_linalg::{
     Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Link, MultifrontalSolver,
     Precision, RobustSolver, SolverChoice, Symbolic,

@@ -1,16 +1,13 @@
 //! Verified solves: single-precision and lagged factors, stalls and bad input.
 
-mod common;
-mod supernodal;
-
-use common::{Brick, Random, difference, relative_residual};
+use crate::common::{Brick, Random, difference, relative_residual};
+use crate::supernodal::SupernodalSolver;
 use slipstick_linalg::{
     Alternative, CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalFactorization, MultifrontalSolver,
     Precision, RobustSolver, SolveError, SolveOptions, SolverChoice, Transposed, solve_from, solve_many_from,
     solve_verified, solve_with,
 };
 use std::sync::Arc;
-use supernodal::SupernodalSolver;
 
 const BRICK: Brick =
     Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };

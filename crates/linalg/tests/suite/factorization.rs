@@ -1,15 +1,12 @@
 //! Direct solvers against dense elimination, against each other and by their residuals.
 
-mod common;
-mod supernodal;
-
-use common::{Brick, Random, difference, relative_residual};
+use crate::common::{Brick, Random, difference, relative_residual};
+use crate::supernodal::SupernodalSolver;
 use slipstick_linalg::{
     CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, MultifrontalFactorization,
     MultifrontalSolver, Precision, RobustSolver, SolverChoice, Symbolic, Transposed, solve_verified,
 };
 use std::sync::Arc;
-use supernodal::SupernodalSolver;
 
 const BRICK: Brick =
     Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };

@@ -1,8 +1,6 @@
 //! Matrices in parts, with vectors divided among ranks, against the same matrix on one.
 
-mod common;
-
-use common::{Brick, Random, difference};
+use crate::common::{Brick, Random, difference};
 use slipstick_linalg::{
     Alone, CsrMatrix, CsrPattern, Factorization, Layout, MultifrontalFactorization, Operator, Precision, Ranks,
     SolveError, Summed, best_in_spans, own_range, solve_verified,

@@ -1,6 +1,6 @@
 //! The pictures in the documentation of the crate and in the book are the one that the example draws.
 
-#[path = "../examples/mortar_picture.rs"]
+#[path = "../../examples/mortar_picture.rs"]
 #[allow(dead_code)]
 mod mortar_picture;
 

@@ -1,8 +1,6 @@
 //! The elimination tree for other solvers, by its definition.
 
-mod common;
-
-use common::Brick;
+use crate::common::Brick;
 use slipstick_linalg::EliminationTree;
 
 const BRICK: Brick =

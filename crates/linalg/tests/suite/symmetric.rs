@@ -1,11 +1,8 @@
 //! Matrices that are symmetric outside the contact zone, against an independent LU factorization.
 
-mod common;
-mod supernodal;
-
-use common::{Brick, Random, difference};
+use crate::common::{Brick, Random, difference};
+use crate::supernodal::SupernodalSolver;
 use slipstick_linalg::{CsrMatrix, Factorization, LinearSolver, MultifrontalFactorization, Precision, solve_verified};
-use supernodal::SupernodalSolver;
 
 const TALL: Brick = Brick { nodes: [6, 6, 60], multipliers: true, contrast: 3.0, nonsymmetry: 0.0, fixed_bottom: true };
 

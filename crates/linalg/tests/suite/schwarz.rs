@@ -1,8 +1,6 @@
 //! The Schwarz preconditioner on model problems with multipliers.
 
-mod common;
-
-use common::{Brick, Random, difference};
+use crate::common::{Brick, Random, difference};
 use slipstick_linalg::{
     Backend, CsrMatrix, Factorization, FactorizationError, LinearSolver, MultifrontalFactorization, Nodes, Precision,
     Schwarz, SchwarzSolver, SolveOptions, solve_verified, solve_with,

@@ -1,0 +1,6 @@
+//! Tests of the public functions: against finite differences, dual numbers and an independent implementation.
+
+mod kinematics;
+mod picture;
+mod random_poses;
+mod reference;
