@@ -376,6 +376,7 @@ fn build_interfaces(
             edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
             pressure: contact.enforcement.pressure_law(),
+            at_points: contact.enforcement.is_at_points(),
             interface,
         });
     }

@@ -1,8 +1,9 @@
 //! A contact interface: slave and master surfaces, and the evaluation of all its nodes.
 
 use crate::cones::{self, Wanted};
+use crate::enforcement::soft::PressureLaw;
 use crate::kinematics::cell_rule::CellPoint;
-use crate::kinematics::coupling::{FacetCoupling, Settings};
+use crate::kinematics::coupling::{FacetCoupling, FoldedFacet, PointPressure, Settings};
 use crate::kinematics::height::{CurvedFacet, FacetHeight};
 use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use crate::slave_node::{SlaveNode, following, slave_topology};
@@ -268,6 +269,17 @@ impl ContactInterface {
         self.reach
     }
 
+    /// Values of slave nodes at the corners of the slave facets.
+    fn at_corners(&self, values: &[f64]) -> Vec<[f64; 4]> {
+        let mut out = vec![[0.0; 4]; self.slave_facets.len()];
+        for (slave, value) in self.slave_nodes.iter().zip(values) {
+            for &(facet, corner) in &slave.facets {
+                out[facet as usize][usize::from(corner)] = *value;
+            }
+        }
+        out
+    }
+
     /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of
     /// the slave nodes of the workspace, and leaves the others empty.
     ///
@@ -282,6 +294,23 @@ impl ContactInterface {
         workspace: &mut InterfaceWorkspace,
         out: &mut Vec<NodeKinematics>,
     ) -> Result<(), InterfaceError> {
+        self.evaluate_pressed(x, with_gradient, None, workspace, out)
+    }
+
+    /// As [`Self::evaluate`], with the pressure of a law at each integration point, whose gap is reduced by
+    /// offsets (one for each slave node) interpolated from the nodes. \[L\]
+    ///
+    /// # Errors
+    /// As for [`Self::evaluate`].
+    pub fn evaluate_pressed(
+        &self,
+        x: &[f64],
+        with_gradient: bool,
+        pressure: Option<(&PressureLaw, &[f64])>,
+        workspace: &mut InterfaceWorkspace,
+        out: &mut Vec<NodeKinematics>,
+    ) -> Result<(), InterfaceError> {
+        let offsets = pressure.map(|(_, offsets)| self.at_corners(offsets));
         let InterfaceWorkspace { tree, couplings, nodes, facets } = workspace;
         tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
@@ -303,10 +332,15 @@ impl ContactInterface {
             let candidates =
                 hits.iter().map(|&h| CurvedFacet { nodes: masters[h as usize], height: height(1, h as usize) });
             let candidates = candidates.filter(|master| !neighbour(&master.nodes));
-            coupling.evaluate(CurvedFacet { nodes: *facet, height: height(0, number) }, *sharp, candidates, settings)
+            let slave = CurvedFacet { nodes: *facet, height: height(0, number) };
+            coupling.evaluate(slave, *sharp, candidates.clone(), settings)?;
+            if let (Some((law, _)), Some(offsets)) = (pressure, &offsets) {
+                coupling.press(slave, candidates, settings, PointPressure { law, offsets: offsets[number] });
+            }
+            Ok(())
         });
         // the first one by facet number, regardless of which thread finishes first
-        let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
+        let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|FoldedFacet(facet)| facet)).collect();
         if let Some(&nodes) = folded.first() {
             return Err(InterfaceError::FoldedFacet { nodes });
         }
@@ -317,7 +351,7 @@ impl ContactInterface {
             .zip(&self.slave_nodes)
             .zip(&*nodes)
             .filter_map(|((row, slave), &evaluated)| {
-                let folded = evaluated && !row.gather(slave, couplings, x, with_gradient);
+                let folded = evaluated && !row.gather(slave, couplings, x, with_gradient, pressure.is_some());
                 folded.then_some(slave.node)
             })
             .min();

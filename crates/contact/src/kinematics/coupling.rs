@@ -13,12 +13,14 @@
 //! ```
 
 mod dual;
+mod pressed;
 
 use super::clip::{PLANE_COORDINATES, Point};
 use super::facet_pair::{PairHeights, PairIntegrals, integrate_pair};
 use super::height::{AlongRay, CurvedFacet};
 use super::inverse_map::Unmappable;
 pub use super::plane::Settings;
+pub use pressed::PointPressure;
 use super::plane::{Coupled, FacetNormal, Plane, position};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -81,6 +83,11 @@ pub struct FacetCoupling {
     pub height: Vec<f64>,
     /// `height_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂height/∂x_t; empty with `height`. \[L²\]
     pub height_gradient: Vec<f64>,
+    /// Like `coefficient`, for the integrals ∫ p N_j N_s of a pressure p at the points; empty if there is
+    /// none ([`Self::press`]). \[F\]
+    pub pressed: Vec<f64>,
+    /// Like `gradient`, ∂pressed/∂x_t. \[F/L\]
+    pub pressed_gradient: Vec<f64>,
     sharp: [bool; 4],
     overlapping: Vec<usize>,
 }
@@ -116,6 +123,8 @@ impl FacetCoupling {
         self.nodes.clear();
         self.height.clear();
         self.height_gradient.clear();
+        self.pressed.clear();
+        self.pressed_gradient.clear();
         self.corners = slave.nodes.len();
         // the shapes of one corner combine the integrals of all
         let mixed = settings.shape == MultiplierShape::Mean && sharp.contains(&true);

@@ -5,7 +5,7 @@
 //! triangles), `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one
 //! pair), [`height`] (the true surface above a facet), `plane` (the auxiliary plane of a slave facet), [`coupling`] (one slave facet with all
 //! its masters, dual shapes), [`frame`] (nodal normal and tangents), [`cone`] (the normal at an edge), [`rows`] (everything collected
-//! per slave node), [`slip`] (the slip increment of a node).
+//! per slave node), [`pressed`] (rows weighted by the pressure at the integration points), [`slip`] (the slip increment of a node).
 
 pub mod cell_rule;
 pub mod clip;
@@ -16,6 +16,8 @@ pub mod frame;
 pub mod height;
 mod inverse_map;
 mod plane;
+mod pressed_pair;
+pub mod pressed;
 pub mod rows;
 pub mod slip;
 

@@ -134,7 +134,8 @@ impl<const S: usize> Plane<S> {
         [self.axes[0].dot(&d), self.axes[1].dot(&d)]
     }
 
-    fn height(&self, p: &Vector3<f64>) -> f64 {
+    /// Height of a point above the plane, along n₀. \[L\]
+    pub fn height(&self, p: &Vector3<f64>) -> f64 {
         self.normal.dot(&(p - self.origin))
     }
 
@@ -159,6 +160,30 @@ impl<const S: usize> Plane<S> {
             for c in 0..3 {
                 add(i, c, slope[0] * self.axes[0][c] + slope[1] * self.axes[1][c]);
             }
+        }
+        for i in 0..S {
+            for c in 0..3 {
+                add(i, c, tilt[0] * self.tilt[0][i][c] + tilt[1] * self.tilt[1][i][c]);
+            }
+        }
+    }
+
+    /// As [`Self::chain`] for a gradient in the heights of the corners above the plane (from 4 on of the
+    /// master), whose sum is zero, so that it does not depend on the plane's origin.
+    pub fn chain_heights<const M: usize>(
+        &self,
+        slope: &[f64; 8],
+        corners: &[Vector3<f64>; S],
+        points: &[Vector3<f64>; M],
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let mut tilt = [0.0; 2];
+        let masters = points.iter().enumerate().map(|(i, point)| (4 + i, point));
+        for (i, point) in corners.iter().enumerate().chain(masters) {
+            // δh = n₀ · δx + Σ_a q_a (e_a · δn₀)
+            let at = self.project(point);
+            (0..2).for_each(|a| tilt[a] += at[a] * slope[i]);
+            (0..3).for_each(|c| add(i, c, slope[i] * self.normal[c]));
         }
         for i in 0..S {
             for c in 0..3 {

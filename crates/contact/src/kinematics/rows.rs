@@ -2,6 +2,7 @@
 
 use super::cone::{Projection, WIDENING};
 use super::coupling::FacetCoupling;
+use super::pressed::PressedRow;
 use super::frame::{NodalFrame, RingCorner, averaged_normal, nodal_frame, normalisation_slope, within};
 use crate::slave_node::SlaveNode;
 use nalgebra::Vector3;
@@ -40,6 +41,8 @@ pub struct NodeKinematics {
     pub height: Vector3<f64>,
     /// `height_gradient[c * 3 |support| + t]` = ∂v_c/∂x_t; empty if there are no heights. \[L²\]
     pub height_gradient: Vec<f64>,
+    /// The pressure at the integration points, if the pair has one.
+    pub pressed: Option<PressedRow>,
 }
 
 impl NodeKinematics {
@@ -55,13 +58,24 @@ impl NodeKinematics {
             self.own_frame.as_ref().map_or(&self.frame.gradient, |own| &own.gradient),
         ];
         let lists = &lists[..if self.own_frame.is_some() { 7 } else { 6 }];
-        size_of::<Self>() + 4 * self.support.len() + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
+        let of_pressure = self.pressed.as_ref().map_or(0, |pressed| {
+            8 * (pressed.coefficient.len() + pressed.gradient.len() + pressed.load_gradient.len())
+        });
+        size_of::<Self>() + 4 * self.support.len() + of_pressure + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
     }
 
     /// Assembles the node's row from the facets around it. Coordinates `x`: 3 per node.
     ///
     /// Returns `false` if the frame is degenerate (facets folded onto each other).
-    pub fn gather(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], x: &[f64], with_gradient: bool) -> bool {
+    /// `pressed`: with the pressure at the integration points.
+    pub fn gather(
+        &mut self,
+        slave: &SlaveNode,
+        couplings: &[FacetCoupling],
+        x: &[f64],
+        with_gradient: bool,
+        pressed: bool,
+    ) -> bool {
         self.node = slave.node;
         self.ring = slave.ring.len();
         self.support.clear();
@@ -110,6 +124,10 @@ impl NodeKinematics {
         }
         self.form_relative(x, with_gradient);
         self.gather_height(slave, couplings, with_gradient);
+        self.pressed = None;
+        if pressed {
+            self.gather_pressed(slave, couplings, with_gradient);
+        }
         true
     }
 
@@ -182,7 +200,7 @@ impl NodeKinematics {
         self.frame.turn_to(&facing, &gradient, slave.mirrored, with_gradient)
     }
 
-    fn position_of(&self, node: u32, on_slave: bool) -> usize {
+    pub(super) fn position_of(&self, node: u32, on_slave: bool) -> usize {
         if on_slave {
             self.support[..self.ring].iter().position(|&s| s == node).expect("the ring holds its facets' corners")
         } else {
@@ -233,6 +251,7 @@ impl NodeKinematics {
             own_frame: None,
             height: Vector3::zeros(),
             height_gradient: Vec::new(),
+            pressed: None,
             ..self.clone()
         };
         let own = position(d, self.node);
@@ -370,6 +389,7 @@ mod tests {
             own_frame: None,
             height: Vector3::new(7.0, 7.0, 7.0),
             height_gradient: vec![7.0; 27],
+            pressed: None,
         };
         let d = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.5, 0.1, 0.2];
         let bonded = row.bonded(&d);

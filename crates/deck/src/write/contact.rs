@@ -83,7 +83,8 @@ impl Writer<'_> {
             if self.is_curved([&pair.slave, &pair.slave]) {
                 self.line("multiplier_shape = \"dual\"");
             }
-            self.line(format!("enforcement = {{ penalty = {{ {law} }} }}"));
+            let place = if pair.at_points { ", pressure_at = \"points\"" } else { "" };
+            self.line(format!("enforcement = {{ penalty = {{ {law}{place} }} }}"));
         }
     }
 

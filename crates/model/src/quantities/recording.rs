@@ -224,7 +224,7 @@ impl<'a> Recording<'a> {
                 .model
                 .interfaces()
                 .iter()
-                .any(|pair| pair.pressure.is_some() || pair.is_active(old.time) && !pair.is_active(at.time));
+                .any(|pair| pair.pressure.is_some() || pair.at_points || pair.is_active(old.time) && !pair.is_active(at.time));
             let released = (!recorder.model.has_memory() && !apart).then(|| {
                 let (done, contact) = (external + offset + thermal, [&before.nodes[..], &contact.nodes[..]]);
                 ReleasedEnergy::between(

@@ -175,7 +175,7 @@ impl Writer<'_> {
             self.slope = Some(slope);
             return [Some(slope); 2];
         }
-        let Enforcement::Penalty { pressure, stiffness, scaling } = &contact.enforcement else { return [None; 2] };
+        let Enforcement::Penalty { pressure, stiffness, scaling, .. } = &contact.enforcement else { return [None; 2] };
         if self.is_curved(contact) && contact.multiplier_shape != Some(MultiplierShape::Dual) {
             let message = "linear contact of second-order elements is read with dual shapes";
             self.warn(at("multiplier_shape"), message, "set it to \"dual\" to compare the same pressures");
