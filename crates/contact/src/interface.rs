@@ -340,7 +340,8 @@ impl ContactInterface {
             Ok(())
         });
         // the first one by facet number, regardless of which thread finishes first
-        let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|FoldedFacet(facet)| facet)).collect();
+        let folded: Vec<FacetNodes> =
+            folded.filter_map(|result| result.err().map(|FoldedFacet(facet)| facet)).collect();
         if let Some(&nodes) = folded.first() {
             return Err(InterfaceError::FoldedFacet { nodes });
         }

@@ -195,11 +195,21 @@ fn all_enforcements_and_shapes_are_read() {
     );
     assert_eq!(
         with("{ penalty = {} }"),
-        Enforcement::Penalty { pressure: None, pressure_at: PressureAt::Nodes, stiffness: None, scaling: StiffnessScaling::Area }
+        Enforcement::Penalty {
+            pressure: None,
+            pressure_at: PressureAt::Nodes,
+            stiffness: None,
+            scaling: StiffnessScaling::Area
+        }
     );
     assert_eq!(
         with("{ penalty = { stiffness = 1000, scaling = \"weighted\" } }"),
-        Enforcement::Penalty { pressure: None, pressure_at: PressureAt::Nodes, stiffness: both(1000.0), scaling: StiffnessScaling::Weighted }
+        Enforcement::Penalty {
+            pressure: None,
+            pressure_at: PressureAt::Nodes,
+            stiffness: both(1000.0),
+            scaling: StiffnessScaling::Weighted
+        }
     );
     assert_eq!(
         with("{ penalty = { stiffness = { normal = 2.0, tangential = 1.0 } } }"),

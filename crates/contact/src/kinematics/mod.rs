@@ -16,8 +16,8 @@ pub mod frame;
 pub mod height;
 mod inverse_map;
 mod plane;
-mod pressed_pair;
 pub mod pressed;
+mod pressed_pair;
 pub mod rows;
 pub mod slip;
 

@@ -2,8 +2,8 @@
 
 use super::cone::{Projection, WIDENING};
 use super::coupling::FacetCoupling;
-use super::pressed::PressedRow;
 use super::frame::{NodalFrame, RingCorner, averaged_normal, nodal_frame, normalisation_slope, within};
+use super::pressed::PressedRow;
 use crate::slave_node::SlaveNode;
 use nalgebra::Vector3;
 
@@ -61,7 +61,10 @@ impl NodeKinematics {
         let of_pressure = self.pressed.as_ref().map_or(0, |pressed| {
             8 * (pressed.coefficient.len() + pressed.gradient.len() + pressed.load_gradient.len())
         });
-        size_of::<Self>() + 4 * self.support.len() + of_pressure + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
+        size_of::<Self>()
+            + 4 * self.support.len()
+            + of_pressure
+            + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
     }
 
     /// Assembles the node's row from the facets around it. Coordinates `x`: 3 per node.

@@ -74,8 +74,6 @@ pub struct Pair {
     pub active: Vec<[usize; 2]>,
     /// Steps with the penetration that they allow at their start and resolve: `*CONTACT INTERFERENCE`.
     pub interferences: Vec<(usize, f64)>,
-    /// Whether its pressure follows from the gap at each integration point: `TYPE=SURFACE TO SURFACE`.
-    pub at_points: bool,
     pub line: usize,
 }
 
@@ -84,8 +82,7 @@ impl Pair {
     pub(super) fn new(slave: String, master: String, interaction: &str, line: usize) -> Self {
         let (interaction, interferences) = (interaction.to_owned(), Vec::new());
         let (tied, name, adjust, active) = (false, None, None, vec![[0, usize::MAX]]);
-        let at_points = false;
-        Self { slave, master, interaction, tied, name, adjust, active, interferences, at_points, line }
+        Self { slave, master, interaction, tied, name, adjust, active, interferences, line }
     }
 }
 
@@ -200,8 +197,7 @@ impl Reader<'_> {
                 if !(slope > 0.0) {
                     return self.ledger.wrong("SURFACE BEHAVIOR", [line; 2], "the slope must be positive", DAMAGED);
                 }
-                let how = "`penalty` with this pressure per penetration, at each point if TYPE=SURFACE TO SURFACE";
-                self.ledger.translated("SURFACE BEHAVIOR", line, how);
+                self.ledger.translated("SURFACE BEHAVIOR", line, "`penalty` with this pressure per penetration");
                 Behavior::Linear(slope)
             }
             "EXPONENTIAL" => {
@@ -307,8 +303,6 @@ impl Reader<'_> {
             None => None,
         };
         let interaction = keyword.parameter("INTERACTION").unwrap_or_default().to_ascii_uppercase();
-        let way = keyword.parameter("TYPE").unwrap_or_default();
-        let at_points = way.eq_ignore_ascii_case("SURFACE TO SURFACE");
         self.ledger.translated(
             "CONTACT PAIR",
             line,
@@ -322,8 +316,7 @@ impl Reader<'_> {
             let (slave, master) = (plain(slave), plain(master));
             let name = keyword.parameter("CPSET").map(str::to_ascii_uppercase);
             let (tied, adjust) = (keyword.has("TIED"), adjust.clone());
-            let pair = Pair::new(slave, master, &interaction, line);
-            self.deck.pairs.push(Pair { tied, name, adjust, at_points, ..pair });
+            self.deck.pairs.push(Pair { tied, name, adjust, ..Pair::new(slave, master, &interaction, line) });
         }
     }
 

@@ -83,8 +83,7 @@ impl Writer<'_> {
             if self.is_curved([&pair.slave, &pair.slave]) {
                 self.line("multiplier_shape = \"dual\"");
             }
-            let place = if pair.at_points { ", pressure_at = \"points\"" } else { "" };
-            self.line(format!("enforcement = {{ penalty = {{ {law}{place} }} }}"));
+            self.line(format!("enforcement = {{ penalty = {{ {law} }} }}"));
         }
     }
 

@@ -94,8 +94,10 @@ fn kinds() -> Vec<Kind> {
     let fields = "[[load]]\ncentrifugal = { point = [-3, 2, 1], direction = [1, 2, -2], angular_velocity = 2 }\n";
     // with a pressure at the points, all nodes slide at the end of this scene
     let varied = |name: &str| !name.contains("at points");
-    let mut kinds: Vec<Kind> =
-        scenes.iter().map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: varied(name) }).collect();
+    let mut kinds: Vec<Kind> = scenes
+        .iter()
+        .map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: varied(name) })
+        .collect();
     for (name, enforcement) in [&methods[0], &methods[1], &methods[4]] {
         let (_, base) = scene("", enforcement, "standard");
         let text = Scene { design: "yield_p = 2.5".into(), ..base }.text();

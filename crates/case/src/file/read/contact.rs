@@ -5,8 +5,8 @@ use super::super::document::Table;
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Pressure, PressureAt, Shape, Sides, Stiffness,
-    StiffnessScaling, Surfaces, ToleranceScaling,
+    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Pressure, PressureAt, Shape, Sides,
+    Stiffness, StiffnessScaling, Surfaces, ToleranceScaling,
 };
 use super::motion;
 use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, FrictionPoint, OffsetPoint};
@@ -174,6 +174,11 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
             "omit `enforcement`",
         );
     }
+    if adjust.is_some() && enforcement.is_at_points() {
+        let message = "the initial gaps of nodes do not close the gaps at the points between them";
+        let help = "omit `adjust`, and let the meshes touch, or use `pressure_at = \"nodes\"`";
+        table.reader.error(&table.path_of("adjust"), CaseCode::Unsupported, message, help);
+    }
     table.finish();
     Contact {
         slave,
@@ -334,7 +339,8 @@ fn penalty(table: &Table<'_>) -> Enforcement {
     let places = [("nodes", PressureAt::Nodes), ("points", PressureAt::Points)];
     let pressure_at = table.word("pressure_at", &places).or(PressureAt::Nodes);
     if pressure_at == PressureAt::Points && scaling != StiffnessScaling::Area {
-        let message = "at an integration point, the stiffness multiplies the gap itself, not that of a node over its area";
+        let message =
+            "at an integration point, the stiffness multiplies the gap itself, not that of a node over its area";
         table.reader.error(&table.path_of("scaling"), CaseCode::Unsupported, message, "omit `scaling`");
     }
     Enforcement::Penalty { pressure, pressure_at, stiffness, scaling }

@@ -127,9 +127,8 @@ impl FacetCoupling {
             return Ok(());
         }
         let n = self.nodes.len();
-        let place: [usize; M] = master.map(|m| {
-            S + self.nodes[S..].iter().position(|&s| s == m).expect("collected when the overlaps were found")
-        });
+        let place: [usize; M] = master
+            .map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected when the overlaps were found"));
         let local = |corner: usize| if corner < 4 { corner } else { place[corner - 4] };
         for j in 0..S {
             let of_slave = (0..S).map(|k| (4 * j + k, k, 1.0));
