@@ -63,7 +63,7 @@ SHARED = (
     "`names` (str or sequence of str): Quantities",
     "`problem` (Problem or MappedProblem)",
     "`AnalysisError`: If a load step does not converge.",
-    "`KeyboardInterrupt`: After Ctrl-C.",
+    "`KeyboardInterrupt`: After Ctrl-C",
     "`pathlib.Path`: The",
     "`CaseError`",
     "`InputError`",

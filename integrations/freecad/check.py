@@ -32,6 +32,7 @@ def close(found, expected, tolerance, what):
 
 def check():
     import FreeCAD
+    import Mesh
     import two_boxes
 
     macro = load()
@@ -48,10 +49,22 @@ def check():
         assert 0.58 < fraction < 0.6006, fraction
         # the part has that volume, and lies within the block
         (low, size, _) = two_boxes.BLOCK
-        part = document.getObject("Slipstick_Part").Mesh
+        part = document.getObject("Slipstick_Part").Shape
         close(part.Volume, fraction * size[0] * size[1] * size[2], 0.03, "volume of the part")
         box = part.BoundBox
-        assert part.isSolid() and not part.hasSelfIntersections()
+        assert part.isValid() and len(part.Solids) == 1
+        # the same part as triangles: its volume, and the area of the bottom, which is one plane face of the solid
+        triangles = os.path.join(folder, "part.stl")
+        macro.call(["export", macro.RUN, "--stl", triangles], folder)
+        mesh = Mesh.Mesh(triangles)
+        assert mesh.isSolid() and not mesh.hasSelfIntersections()
+        close(part.Volume, mesh.Volume, 2e-3, "volume of the solid")
+        planes = [of for of in part.Faces if of.Surface.TypeId == "Part::GeomPlane"]
+        bottom = [of for of in planes if abs(of.CenterOfMass.y - low[1]) < 1e-6]
+        assert len(bottom) == 1, [of.Area for of in bottom]
+        flat = [of for of in mesh.Facets if all(abs(point[1] - low[1]) < 1e-4 for point in of.Points)]
+        close(bottom[0].Area, sum(of.Area for of in flat), 1e-3, "area of the bottom")
+        print(f"volume {part.Volume:.2f}, of the triangles {mesh.Volume:.2f}; bottom {bottom[0].Area:.3f}")
         for axis, (least, most) in enumerate(((box.XMin, box.XMax), (box.YMin, box.YMax), (box.ZMin, box.ZMax))):
             assert low[axis] - 1e-4 <= least and most <= low[axis] + size[axis] + 1e-4
         # displacements at the last step: the top of the stamp has moved as prescribed

@@ -61,7 +61,7 @@ pub enum NoticeKind {
     CoarseSlave,
     /// A surface of a rigid body is the slave of a pair with multipliers.
     RigidSlave,
-    /// Supports on one plane hold both sides of a contact pair.
+    /// Supports on one plane hold both sides of a tie.
     HeldTwice,
     /// Supports hold slave nodes, and the objective leaves out the contact forces there.
     HeldInObjective,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Notice, NoticeKind};
-use crate::file::{Case, Contact, Enforcement, ObjectiveKind};
+use crate::file::{Case, Contact, ObjectiveKind};
 use slipstick_contact::ContactInterface;
 use slipstick_mesh::{FacetNodes, Mesh};
 use slipstick_model::words::counted;
@@ -11,9 +11,9 @@ use slipstick_model::words::counted;
 /// Coordinates on one plane agree to this fraction of a surface's extent.
 const EQUAL: f64 = 1e-6;
 
-/// A notice if `[[dirichlet]]` tables hold nodes of both sides in the plane of the pair, along the
-/// normal of a plane on which these nodes lie. Nothing then determines the traction along the normal
-/// at the slave nodes on the plane, or it depends on the meshes. A symmetry plane releases it.
+/// A notice if `[[dirichlet]]` tables hold nodes of both sides of a tie along the normal of a plane on which these nodes
+/// lie. Nothing then determines the traction along the normal at the slave nodes on the plane, or it depends on the
+/// meshes. A symmetry plane releases it; contact has no traction across such a plane.
 pub(super) fn on_both_sides(
     interface: &ContactInterface,
     pair: usize,
@@ -21,8 +21,7 @@ pub(super) fn on_both_sides(
     contact: &Contact,
     mesh: &Mesh,
 ) -> Option<Notice> {
-    let multipliers = !matches!(contact.enforcement, Enforcement::Penalty { .. });
-    if !(contact.tied || contact.friction > 0.0 && multipliers) {
+    if !contact.tied {
         return None;
     }
     let [slave, master] = [interface.slave_facets(), interface.master_facets()].map(nodes_of);

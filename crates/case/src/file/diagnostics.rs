@@ -133,7 +133,7 @@ case_codes! {
     AveragedNormals => "averaged_normals",
     /// The slave facets of a contact pair are much coarser than the master facets (warning).
     CoarseSlave => "coarse_slave",
-    /// Supports on one plane hold both sides of a contact pair (warning).
+    /// Supports on one plane hold both sides of a tie (warning).
     HeldTwice => "held_twice",
     /// The slave surface belongs to a rigid body (warning).
     RigidSlave => "rigid_slave",

@@ -158,9 +158,9 @@ impl CaseCode {
                  the sides with `sides = \"as_given\"`."
             }
             HeldTwice => {
-                "At a symmetry plane, use `[[symmetry]]` instead, which holds the nodes as well. Otherwise friction or \
-                 a tie can transmit any force along the normal of the plane, since neither side can move along it, and \
-                 the supports react to it."
+                "At a symmetry plane, use `[[symmetry]]` instead, which holds the nodes as well. Otherwise the tie can \
+                 transmit any force along the normal of the plane, since neither side can move along it, and the \
+                 supports react to it."
             }
             RigidSlave => {
                 "Swap slave and master, or use the penalty method. The nodes of a rigid body cannot move relative to \

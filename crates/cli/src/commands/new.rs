@@ -36,9 +36,9 @@ pub fn run(context: &Context, args: &New) -> Outcome {
     if let Some(file) = args.template.as_deref().filter(|name| step::is_step(name)) {
         return step::of_step(context, args, Path::new(file));
     }
-    if args.size.is_some() || args.distance.is_some() {
+    if args.size.is_some() || args.distance.is_some() || args.hexahedra {
         let cure = "name the STEP file: `slipstick new part.step`";
-        return Err(Failure::input("--size and --distance are for STEP files", cure));
+        return Err(Failure::input("--size, --distance and --hexahedra are for STEP files", cure));
     }
     let name = args.template.as_deref().map(|name| name.replace('_', "-"));
     match (name.as_deref(), &args.mesh) {

@@ -84,6 +84,115 @@ fn a_step_file_becomes_a_case() {
     assert!(said.contains("no faces of two bodies are within 0.01 mm") && said.contains("--distance"), "{said}");
 }
 
+/// A prism is meshed with second-order hexahedra (Gmsh's type 12), and with wedges (13) where two edges of a hexahedron
+/// would meet at a flat corner on a smooth curve. Its volume is that of the shape, and each surface still consists of
+/// the same faces. Any other body gets tetrahedra (11), with a warning.
+#[test]
+fn prisms_are_meshed_with_hexahedra() {
+    if !runs("import gmsh") {
+        return;
+    }
+    const KINDS: &str = r#"
+import gmsh
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+gmsh.open("lug.msh")
+for _, group in gmsh.model.getPhysicalGroups(3):
+    solids = gmsh.model.getEntitiesForPhysicalGroup(3, group)
+    kinds = {int(kind) for solid in solids for kind in gmsh.model.mesh.getElements(3, solid)[0]}
+    print(gmsh.model.getPhysicalName(3, group), *sorted(kinds))
+"#;
+    let place = Place::new();
+    let ball = LUG.replace("occ.synchronize()", "occ.addSphere(0, 0, 0.022, 0.0099)\nocc.synchronize()");
+    place.write("make.py", &ball.replace("(2, \"pin\"))", "(2, \"pin\"), (3, \"ball\"))"));
+    place.write("kinds.py", KINDS);
+    let run = |script: &str| {
+        let ran = Command::new(python()).arg(script).current_dir(place.path("")).output().expect("Python");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        String::from_utf8_lossy(&ran.stdout).into_owned()
+    };
+    run("make.py");
+    let said = place.good("new Lug.STP --size 4 --hexahedra --out lug.toml").err;
+    assert!(said.contains("ball is not a prism") && !said.contains("lug is") && !said.contains("pin is"), "{said}");
+    let kinds = run("kinds.py");
+    for (body, expected) in [("my_lug", vec!["12", "12 13"]), ("pin", vec!["12", "12 13"]), ("ball", vec!["11"])] {
+        let found = kinds.lines().find_map(|line| line.strip_prefix(&format!("{body} "))).expect("a body");
+        assert!(expected.contains(&found), "{kinds}");
+    }
+    let checked = place.good("check lug.toml --json").events();
+    let result = checked.into_iter().find(|event| event["event"] == "result").expect("a result");
+    let pi = std::f64::consts::PI;
+    let lug = 30.0 * 30.0 * 8.0 - pi * 25.0 * 8.0;
+    let pin = pi * 4.95 * 4.95 * 16.0;
+    for (name, volume) in [("my_lug", lug), ("pin", pin)] {
+        let bodies = result["inspection"]["bodies"].as_array().expect("bodies");
+        let body = bodies.iter().find(|body| body["name"] == name).expect("a body");
+        let found = body["volume"].as_f64().expect("a volume");
+        assert!((found / volume - 1.0).abs() < 1e-4, "{name}: {found} instead of {volume}");
+        // a flat corner has almost none
+        assert!(body["quality"].as_f64().expect("a quality") > 0.1, "{body}");
+    }
+    // The pin's cylinder, in and beyond the bore, its lower end, and a side. Areas are those of the facets: with 40 around
+    // a circle (half of a quadratic edge each), that of a cylinder is too small by 1 − sin(π/40)/(π/40), 0.10 %,
+    // and that of a disc by 1 − sin(π/20)/(π/20), 0.41 %.
+    for (surface, area, facets) in [
+        ("pin_touches_my_lug", 2.0 * pi * 4.95 * 16.0, 1.1e-3),
+        ("my_lug_touches_pin", 2.0 * pi * 5.0 * 8.0, 1.1e-3),
+        ("pin_zmin", pi * 4.95 * 4.95, 4.2e-3),
+        ("my_lug_xmin", 30.0 * 8.0, 1e-9),
+    ] {
+        let surfaces = result["inspection"]["surfaces"].as_array().expect("surfaces");
+        let found = surfaces.iter().find(|of| of["name"] == surface).expect("a surface")["area"].as_f64();
+        assert!((found.expect("an area") / area - 1.0).abs() < facets, "{surface}: {found:?} instead of {area}");
+    }
+}
+
+/// Of many faces, the largest have names of their own, and the others one name together.
+#[test]
+fn small_faces_have_one_name() {
+    if !runs("import gmsh") {
+        return;
+    }
+    let place = Place::new();
+    place.write(
+        "make.py",
+        r#"
+import gmsh
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+bores = [(3, occ.addCylinder(10 * i, 0, -1, 0, 0, 6, 1 + 0.1 * i)) for i in range(5)]
+occ.cut([(3, occ.addBox(-5, -5, 0, 50, 10, 4))], bores)
+occ.synchronize()
+gmsh.write("strip.step")
+"#,
+    );
+    let run = |script: &str| {
+        let ran = Command::new(python()).arg(script).current_dir(place.path("")).output().expect("Python");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    };
+    run("make.py");
+    place.good("new strip.step --size 4");
+    let script = place.read("strip_mesh.py");
+    assert!(script.contains("\nNAMED = 100\n"));
+    place.write("strip_mesh.py", &script.replace("NAMED = 100", "NAMED = 3"));
+    run("strip_mesh.py");
+    place.good("new --mesh strip.msh --out again.toml");
+    let checked = place.good("check again.toml --json").events();
+    let result = checked.into_iter().find(|event| event["event"] == "result").expect("a result");
+    let surfaces = result["inspection"]["surfaces"].as_array().expect("surfaces");
+    let area =
+        |name: &str| surfaces.iter().find(|of| of["name"] == name).map(|of| of["area"].as_f64().expect("an area"));
+    // bores of radius 1.2, 1.3 and 1.4; those of 1 and 1.1 together. At least 36 facets around each are at most
+    // 1 − sin(π/36)/(π/36) = 0.13 % too small
+    let pi = std::f64::consts::PI;
+    for (name, radius) in [("part_bore_1", 1.2), ("part_bore_2", 1.3), ("part_bore_3", 1.4), ("part_other", 2.1)] {
+        let (found, expected) = (area(name).expect(name), 2.0 * pi * radius * 4.0);
+        assert!((found / expected - 1.0).abs() < 1.3e-3, "{name}: {found} instead of {expected}");
+    }
+    assert_eq!(area("part_bore_4"), None);
+}
+
 /// Without Gmsh or Python, the script stays, and the error says what to do.
 #[test]
 fn a_step_file_needs_gmsh() {
@@ -114,7 +223,7 @@ fn wrong_step_files_are_refused() {
     place.write("mesh.STEP", "$MeshFormat\n");
     place.bad("new mesh.STEP", 2, &["is not a STEP file", "ISO-10303-21"]);
     place.bad("new mesh.STEP --mesh a.msh", 2, &["a STEP file cannot be combined with --mesh"]);
-    place.bad("new half-ball --size 2", 2, &["--size and --distance are for STEP files"]);
+    place.bad("new half-ball --size 2", 2, &["--size, --distance and --hexahedra are for STEP files"]);
     place.bad("new mesh.STEP --size 0", 2, &["greater than zero"]);
     if runs("import gmsh") {
         place.write("none.step", "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n");

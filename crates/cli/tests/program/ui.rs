@@ -401,7 +401,7 @@ fn a_run_that_fails_says_why() {
 #[test]
 #[cfg(unix)]
 fn a_stopped_run_resumes_bit_for_bit() {
-    let place = Place::with("iterations = 4", "iterations = 60");
+    let place = Place::with("iterations = 4", "iterations = 200");
     let served = Served::new(&place, "case.toml");
     assert_eq!(served.post("start?command=optimize&case=case.toml", "").status, 200);
     let begin = Instant::now();

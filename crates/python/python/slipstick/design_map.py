@@ -233,7 +233,7 @@ class MappedProblem:
         return self.problem.volume_fraction(self.density(x))
 
     def solve(self, x: ArrayLike | None = None, *, progress: bool = False) -> Path:
-        """March along the load path; see :meth:`Problem.solve`.
+        """Solve the load path; see :meth:`Problem.solve`.
 
         Parameters
         ----------

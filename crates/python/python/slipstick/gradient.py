@@ -156,8 +156,8 @@ class Variants:
 class PullBack:
     """The transposed derivative of quantities at all load steps: maps weights to a gradient.
 
-    It holds the load path, and the factors that speed up the sweep, in memory as long as it exists.
-    Each call sweeps once along the path, whatever the number of quantities and steps.
+    It holds the load path and factorizations in memory as long as it exists. Each call costs one
+    adjoint solve, whatever the number of quantities and steps.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ class PullBack:
     def with_parameters(
         self, weights: Mapping[str, ArrayLike] | ArrayLike
     ) -> tuple[NDArray[np.float64], dict[Parameter, float]]:
-        """The same gradient, and the derivatives with respect to friction, moduli and amplitudes.
+        """The same gradient, and the derivatives with respect to the parameters.
 
         Parameters
         ----------

@@ -5,8 +5,8 @@ respect to the densities and to parameters such as friction, moduli and amplitud
 
 | in JAX | |
 |---|---|
-| ``grad``, ``value_and_grad``, ``vjp`` | one sweep along the load path |
-| ``jacrev`` | one sweep for each row of the Jacobian, along the same path |
+| ``grad``, ``value_and_grad``, ``vjp`` | one adjoint solve |
+| ``jacrev`` | one adjoint solve for each row of the Jacobian |
 | ``jit`` | works; load paths are computed as without it |
 | ``vmap`` | works; densities are analysed one after the other |
 | ``jvp``, ``jacfwd`` | a ``TypeError``: there is no forward mode |

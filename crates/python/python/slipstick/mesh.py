@@ -137,15 +137,15 @@ class Mesh:
     densities: hexahedra first, then wedges, then tetrahedra, unless their numbers are given.
 
     A mesh can be the ``mesh`` of a body in a case, also as ``{"file": mesh, "part": NAME, "scale":
-    FACTOR}``, where `part` is one of its bodies. Elements whose nodes are numbered in inverted
-    order are then corrected, with a warning.
+    FACTOR}``, where `part` is one of its bodies. Elements with inverted node numbering are then
+    corrected, with a warning.
 
     The nodes of a second-order element are its corners, then nodes on its edges, then at the
     centres of its quadrilaterals; a hexahedron also has one at its own. All elements of a body have
-    the same order. If bodies differ, so that one array holds elements of both orders, linear ones
-    have -1 for the nodes that they lack.
+    the same order. In an array with elements of both orders, linear ones have -1 for the nodes that
+    they lack.
 
-    Arguments are attributes, too. Then `surfaces` have four columns, which for ``problem.mesh`` are
+    Arguments are attributes, too. There, `surfaces` have four columns, in ``problem.mesh``
     counter-clockwise seen from outside, and `sets` contain the nodes of surfaces.
 
     Parameters

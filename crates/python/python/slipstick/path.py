@@ -47,7 +47,7 @@ class Contact(SlaveNodes):
     pressure : ndarray, shape (k,)
         Contact pressure per current area, at least 0 in compression. [F/L²]
     traction : ndarray, shape (k, 3)
-        Traction on the slave surface per current area, friction included. [F/L²]
+        Normal and tangential traction on the slave, per current area. [F/L²]
     force : ndarray, shape (k, 3)
         Force that contact exerts on the node. [F]
     gap : ndarray, shape (k,)
@@ -105,7 +105,7 @@ class Step:
 
 
 class Path:
-    """A marched load path.
+    """A solved load path.
 
     Attributes
     ----------

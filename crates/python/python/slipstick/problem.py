@@ -39,7 +39,7 @@ class Problem:
     effect on the states and should stay at 1; :attr:`designed` lists the elements that an
     optimization changes.
 
-    Results do not depend on earlier calls or on the number of threads, bit for bit.
+    Results are bit-identical for any number of threads, and after any earlier calls.
 
     Examples
     --------
@@ -320,7 +320,7 @@ class Problem:
         return _arrays.density(density, self._problem.element_count)
 
     def solve(self, density: ArrayLike | None = None, *, progress: bool = False) -> Path:
-        """March along the load path.
+        """Solve the load path.
 
         Parameters
         ----------
@@ -441,7 +441,6 @@ class Problem:
             The quantities at the ends of the load steps.
         pullback : PullBack
             ``pullback(weights)`` returns the gradient of the sum of all values times their weights.
-            It holds the load path in memory as long as it exists.
 
         Raises
         ------

@@ -351,7 +351,7 @@ def resume(
     callback: Callable[[Iteration], object] | None = None,
     progress: bool = False,
 ) -> Result:
-    """Continue an optimization from its last finished iteration, bit for bit.
+    """Continue an optimization from its last finished iteration, with bit-identical results.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ The functions are ``torch.autograd.Function``; analyses use 64-bit floats on the
 
 | in PyTorch | |
 |---|---|
-| ``backward``, ``torch.autograd.grad`` | one sweep along the load path |
+| ``backward``, ``torch.autograd.grad`` | one adjoint solve |
 | ``torch.autograd.gradcheck`` | passes |
 | derivatives of derivatives | a ``RuntimeError``: there are no second derivatives |
 | ``torch.func`` and ``torch.compile`` | not supported |

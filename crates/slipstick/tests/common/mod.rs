@@ -124,6 +124,20 @@ pub fn deviation(a: &[f64], b: &[f64]) -> f64 {
     norm(&difference) / norm(b)
 }
 
+/// The derivative of θ along a random direction of the design, from the gradient and from central differences of order
+/// 4 of the whole path, which must not pass a kink.
+pub fn along_a_direction(problem: &mut Problem, density: &ElementValues, seed: u64, h: f64) -> (f64, f64) {
+    let base = forward(problem, density);
+    let gradient = problem.analysis.gradient(&base).unwrap_or_else(|e| panic!("{e}"));
+    let direction = Random::new(seed).vector(density.len(), 1.0);
+    let mut at = |h: f64| {
+        let moved: ElementValues = density.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
+        forward(problem, &moved).value
+    };
+    let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+    (gradient.iter().zip(&direction).map(|(g, v)| g * v).sum(), expected)
+}
+
 /// Central differences of θ over the whole design, of order 4: `(8 (θ₊₁ − θ₋₁) − (θ₊₂ − θ₋₂))/12h`.
 /// `None` if an active set at one of the points differs from `expected`, so that a kink may lie
 /// within ±2h. The steps must be those of the base run: use [`fix_steps`] for sub-steps.

@@ -1,6 +1,7 @@
 //! A rigid roller that a load presses onto a block and that turns freely: only friction holds its rotation, and only
 //! contact carries its load.
 
+use crate::common::scene::{LAGRANGE, augmented, penalty};
 use crate::common::*;
 use slipstick::quantities::quantities;
 
@@ -86,4 +87,109 @@ fn gradient_of_a_free_roller() {
     let check = check_gradient(&mut problem, &density);
     println!("error {:.1e}, {:?}", check.error, check.statuses);
     assert!(check.error < 1e-7, "the gradient is off by {:e}", check.error);
+}
+
+/// A roller of radius 10 between two plates that are pressed together by 1, of which the upper one then moves by 2, in
+/// plane strain, with `layers` elements along the axle. Nothing but contact holds the roller.
+fn between_plates(
+    enforcement: &str,
+    rigid: bool,
+    layers: usize,
+    order: usize,
+    [along, around]: [usize; 2],
+    steps: usize,
+) -> String {
+    let elastic = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }\n";
+    let held = |set: &str, components: &str| format!("[[dirichlet]]\nset = '{set}'\ncomponents = {components}\n");
+    // exact on curved surfaces: a rule that is not jumps where mesh lines of both sides nearly coincide
+    let plate = |name: &str, low: f64, face: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\norder = {order}\n{elastic}\
+             box = {{ min = [-12, {low:?}, 0], max = [12, {:?}, 2], elements = [{}, 4, {layers}] }}\n\
+             [[contact]]\nslave = '{name}_{face}'\nmaster = 'roller_side'\nsides = 'as_given'\nfriction = 0.3\n\
+             cell_rule = 12\nenforcement = {enforcement}\n{}{}",
+            low + 5.0,
+            along,
+            held(&format!("{name}_zmin"), "['z']"),
+            held(&format!("{name}_zmax"), "['z']"),
+        )
+    };
+    let roller = match rigid {
+        true => held("roller", "['z', 'rx', 'ry']"),
+        false => held("roller_bottom", "['z']") + &held("roller_top", "['z']"),
+    };
+    format!(
+        "[[body]]\nname = 'roller'\norder = {order}\n{}\
+         cone = {{ bottom_radius = 10, top_radius = 10, height = 2, elements = [{}, 4, {layers}] }}\n\
+         place = {{ rotate = {{ axis = [1, 0, 0], degrees = 90 }} }}\n\
+         {}{}{roller}[[dirichlet]]\nset = 'low_ymin'\n\
+         [[dirichlet]]\nset = 'up_ymax'\n\
+         motion = [{{ t = 0.5, u = [0, -1, 0] }}, {{ t = 1, u = [2, -1, 0] }}]\n\
+         [load_path]\nsteps = {steps}\ntolerance = {{ relative = 1e-11 }}\n\
+         [design]\nbodies = ['low', 'up']\ninitial = 0.9\nsimp = {{ p = 3, min = 1e-3 }}\n\
+         [[quantity]]\nname = 'work'\nexternal_work = {{}}\n\
+         [objective]\nminimise = {{ quantity = 'work' }}\n",
+        if rigid { "rigid = {}\n" } else { elastic },
+        around,
+        plate("low", -15.0, "ymax"),
+        plate("up", 10.0, "ymin"),
+    )
+}
+
+/// The forces along and across the upper plate, and the Newton iterations of the path.
+fn pressed_between(enforcement: &str, rigid: bool, layers: usize, order: usize) -> ([f64; 2], usize) {
+    let mut problem = problem(&between_plates(enforcement, rigid, layers, order, [24 / order, 8 / order], 10));
+    let density = vec![1.0; problem.initial_density().len()].into();
+    let run = forward(&mut problem, &density);
+    assert_eq!(run.path.steps, 10);
+    assert_eq!(run.path.failed_iterations(), 0, "rigid {rigid}, {layers} layers of order {order}");
+    let iterations = run.path.states.iter().map(|at| at.report.iterations.len()).sum();
+    let found = quantities(&problem, &run.path);
+    let last =
+        |axis: &str| *found.get(&format!("reaction_up_ymax_{axis}")).expect("a reaction").last().expect("a step");
+    (["x", "y"].map(last), iterations)
+}
+
+/// In plane strain, elements along the axle change neither the forces nor, with Lagrange multipliers, the iterations by
+/// more than one per step, whether the roller is rigid or elastic, with linear and with quadratic elements, of which
+/// one layer has nodes between the planes.
+#[test]
+fn a_roller_between_plates_in_plane_strain_has_any_number_of_layers() {
+    for (enforcement, rigid, order, others) in [
+        (LAGRANGE, true, 1, &[2, 3][..]),
+        (LAGRANGE, false, 1, &[2, 3]),
+        (LAGRANGE, true, 2, &[2]),
+        (LAGRANGE, false, 2, &[2]),
+        (&augmented(1e4, 1e-11), false, 1, &[2]),
+        (&penalty(1e4), false, 1, &[2]),
+    ] {
+        let (one, iterations) = pressed_between(enforcement, rigid, 1, order);
+        for &layers in others {
+            let (more, needed) = pressed_between(enforcement, rigid, layers, order);
+            let case = format!("{enforcement}, rigid {rigid}, order {order}, {layers} layers");
+            println!("{case}: {more:?}, {needed}; one: {one:?}, {iterations}");
+            let apart = (more[0] - one[0]).hypot(more[1] - one[1]);
+            assert!(apart < 1e-9 * one[1].abs(), "{case}: {one:?} becomes {more:?}");
+            // Uzawa's updates may need more
+            let bound = if enforcement == LAGRANGE { iterations + 10 } else { 2 * iterations };
+            assert!(needed <= bound, "{case}: {needed} iterations instead of {iterations}");
+        }
+    }
+}
+
+/// The derivative along a random direction with the roller in place, rigid and elastic, against central differences
+/// (order 4) of the whole path.
+#[test]
+fn gradient_of_plates_around_a_roller() {
+    let augmented = augmented(1e4, 1e-11);
+    for (enforcement, rigid) in [(LAGRANGE, true), (LAGRANGE, false), (&augmented, false)] {
+        let mut problem = problem(&between_plates(enforcement, rigid, 2, 1, [16, 8], 10));
+        let density = problem.initial_density().clone();
+        let (found, expected) = along_a_direction(&mut problem, &density, 5, 1e-5);
+        println!("{enforcement}, rigid {rigid}: {found:e} and {expected:e}");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-7,
+            "{enforcement}, rigid {rigid}: {found:e} instead of {expected:e}"
+        );
+    }
 }

@@ -191,16 +191,7 @@ fn gradients_of_a_part_match_finite_differences() {
         let cut = Cut { axes: [false, true], slides: true, shape: "standard", smooth: false, wedges: false };
         let mut problem = cut.problem(&enforcement);
         let density = random_density(&problem, 3);
-        let base = forward(&mut problem, &density);
-        let gradient = problem.analysis.gradient(&base).unwrap();
-        let direction = Random::new(9).vector(density.len(), 1.0);
-        let mut at = |h: f64| {
-            let moved: ElementValues = density.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
-            forward(&mut problem, &moved).value
-        };
-        let h = 1e-5;
-        let expected = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-        let found: f64 = gradient.iter().zip(&direction).map(|(g, v)| g * v).sum();
+        let (found, expected) = along_a_direction(&mut problem, &density, 9, 1e-5);
         assert!((found / expected - 1.0).abs() < 1e-7, "{enforcement}: {found:e} instead of {expected:e}");
     }
 }

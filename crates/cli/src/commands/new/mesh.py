@@ -9,7 +9,7 @@
 Each solid becomes a body, with the name that it has in the STEP file. Facing surfaces of two bodies
 become BODY_touches_OTHER and OTHER_touches_BODY. Other faces get names too, for
 supports and loads: their own name in the STEP file, or the side of the body on which they lie, or
-their shape and a number.
+their shape and a number. With HEXAHEDRA, prisms are extruded from one of their faces in layers.
 """
 import os
 import re
@@ -23,6 +23,7 @@ DISTANCE = None  # gaps and overlaps up to this distance in mm count as contact;
 CONTACT_SIZE = 0.7  # length of the edges at contact faces, relative to that of the bodies
 PER_CIRCLE = 20  # number of elements around a full circle
 ORDER = 2  # of the elements
+HEXAHEDRA = False  # whether prisms, which are extrusions of a plane face, are meshed with hexahedra
 
 try:
     import gmsh
@@ -35,6 +36,8 @@ OPPOSED = -0.7
 # Labels that programs write where the user gave none.
 NO_LABELS = re.compile(r"(open cascade step translator.*|solid|shell|body|compound|shapes|assembly|unnamed|none|\d*)$")
 
+# How many faces of a body are named after their shapes, the largest first. All others are BODY_other.
+NAMED = 100
 
 # Names of faces at the ends of a body.
 SIDES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
@@ -241,6 +244,55 @@ def warn_of_overlap(names, pairs, distance):
                 )
 
 
+def close(one, other):
+    """Whether two numbers agree to a millionth."""
+    return abs(one - other) <= 1e-6 * max(abs(one), abs(other))
+
+
+def prism(solid, faces):
+    """A plane face whose extrusion is the solid, and the vector to the opposite face; None if there is none.
+
+    Of several, the one with the most edges, then the largest. Volume and areas of the sides decide."""
+    centres = {face.tag: gmsh.model.occ.getCenterOfMass(2, face.tag) for face in faces}
+    edges = {face.tag: {tag for _, tag in gmsh.model.getBoundary([(2, face.tag)], oriented=False)} for face in faces}
+    planes = [face for face in faces if face.kind == "Plane" and face.normals]
+    found = []
+    for base in planes:
+        lengths = {edge: gmsh.model.occ.getMass(1, edge) for edge in edges[base.tag]}
+        for top in planes:
+            way = [b - a for a, b in zip(centres[base.tag], centres[top.tag])]
+            height = dot(way, way) ** 0.5
+            if top is base or not close(base.area, top.area) or not close(dot(way, base.normals[0]), -height):
+                continue
+            sides = [face for face in faces if face not in (base, top)]
+            swept = all(
+                close(face.area, height * sum(lengths.get(edge, 0.0) for edge in edges[face.tag])) for face in sides
+            )
+            if swept and close(base.area * height, gmsh.model.occ.getMass(3, solid)):
+                found.append((len(lengths), base.area, -base.tag, base, way))
+    return max(found, key=lambda some: some[:3])[3:] if found else None
+
+
+def extrude(solid, faces, base, way, size):
+    """Replaces a solid by an extrusion of its base in layers. Returns the new tags of the solid and of its faces."""
+    occ = gmsh.model.occ
+    centres = {face.tag: occ.getCenterOfMass(2, face.tag) for face in faces}
+    copy = occ.copy([(2, base.tag)])
+    occ.remove([(3, solid)], recursive=True)
+    layers = max(2, round(dot(way, way) ** 0.5 / size))
+    made = [tag for dim, tag in occ.extrude(copy, *way, numElements=[layers], recombine=True) if dim == 3]
+    occ.synchronize()
+    gmsh.model.mesh.setRecombine(2, copy[0][1])
+    gmsh.model.mesh.setAlgorithm(2, copy[0][1], 8)  # triangles that join to regular quadrangles
+    free = {tag: occ.getCenterOfMass(2, tag) for _, tag in gmsh.model.getBoundary([(3, made[0])], oriented=False)}
+    area, tags = {tag: occ.getMass(2, tag) for tag in free}, {}
+    for face in faces:
+        away = lambda tag: sum((a - b) ** 2 for a, b in zip(free[tag], centres[face.tag])) + abs(area[tag] - face.area)
+        tags[face.tag] = min(free, key=away)
+        del free[tags[face.tag]]
+    return made[0], tags
+
+
 def main():
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
     if not os.path.isfile(STEP):
@@ -282,18 +334,37 @@ def main():
     touching = set().union(*groups.values())
     for solid, name in names.items():
         counts, taken = {}, set()
+        kinds = {face.tag: place(face, boxes[solid]) for face in faces[solid]}
+        shaped = [f for f in faces[solid] if not f.label and f.tag not in touching and kinds[f.tag] not in SIDES]
+        large = {face.tag for face in sorted(shaped, key=lambda face: -face.area)[:NAMED]}
+        taken.update(["other"] if len(shaped) > NAMED else [])
         for face in sorted(faces[solid], key=lambda face: face.box):
-            kind = place(face, boxes[solid])
+            kind = kinds[face.tag]
             if face.label:
                 own = unique(face.label, taken)
             elif face.tag in touching:
                 continue
             elif kind in SIDES:  # all faces on that side together
                 own = kind
+            elif face.tag not in large:
+                own = "other"
             else:
                 counts[kind] = counts.get(kind, 0) + 1
                 own = f"{kind}_{counts[kind]}"
             groups.setdefault(f"{name}_{own}", set()).add(face.tag)
+    if HEXAHEDRA:
+        gmsh.model.mesh.clear()
+        for solid in sorted(names):
+            found = prism(solid, faces[solid])
+            if found is None:
+                print(f"warning {names[solid]} is not a prism: it gets tetrahedra instead of hexahedra")
+                continue
+            near = any(face.tag in finer for face in faces[solid])
+            new, tags = extrude(solid, faces[solid], *found, (CONTACT_SIZE if near else 1.0) * sizes[solid])
+            names[new], sizes[new] = names.pop(solid), sizes.pop(solid)
+            pairs = [(*(new if of == solid else of for of in pair[:2]), *pair[2:]) for pair in pairs]
+            groups = {name: {tags.get(tag, tag) for tag in some} for name, some in groups.items()}
+            finer = [tags.get(tag, tag) for tag in finer]
     for solid, name in names.items():
         gmsh.model.addPhysicalGroup(3, [solid], name=name)
     for name, tags in sorted(groups.items()):
@@ -323,6 +394,8 @@ def main():
     gmsh.option.setNumber("Mesh.ElementOrder", ORDER)
     gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 else 0)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # better elements; 0 if it fails
+    # two edges of a quadrangle on one smooth curve would meet at a flat corner: two triangles, and so wedges, instead
+    gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.model.mesh.clear()
     try:

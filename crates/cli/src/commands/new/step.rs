@@ -126,6 +126,9 @@ fn script(step: &str, files: &Files, args: &New) -> String {
             text = text.replace(&format!("\n{option} = None"), &format!("\n{option} = {value:?}"));
         }
     }
+    if args.hexahedra {
+        text = text.replace("\nHEXAHEDRA = False", "\nHEXAHEDRA = True");
+    }
     text
 }
 
@@ -222,6 +225,7 @@ mod tests {
             "MESH = \"part.msh\"",
             "\nSIZE = None",
             "\nDISTANCE = None",
+            "\nHEXAHEDRA = False",
         ] {
             assert_eq!(SCRIPT.matches(option).count(), 1, "{option}");
         }

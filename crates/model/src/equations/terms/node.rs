@@ -36,6 +36,27 @@ const MOVES: f64 = 1e-9;
 /// Squared component along a normal or tangent plane below which an axis is perpendicular to it.
 const PERPENDICULAR: f64 = 1e-12;
 
+/// Distance below which two nodes lie on one plane, relative to the facet size.
+const SAME_PLANE: f64 = 1e-6;
+
+/// Component of the normal along an axis beyond which slip along the axis is mostly a change of the gap.
+const ACROSS: f64 = 0.5;
+
+/// Whether supports hold the node, and nodes opposite to it, on one plane across an axis, as in plane strain with
+/// several elements along the axis. As on a plane of symmetry, nothing slips across the plane: a condition there would
+/// be one too many for the nodes between two such planes, and the tangent would be singular. `largest` is the row's
+/// largest coefficient.
+fn held_on_plane(now: &NodeKinematics, largest: f64, axis: usize, x: &[f64], fixed: &[bool]) -> bool {
+    let unknown = |node: u32| 3 * node as usize + axis;
+    let own = unknown(now.node);
+    if !fixed[own] || now.frame.vector(0)[axis].abs() > ACROSS {
+        return false;
+    }
+    let masters = now.support[now.ring..].iter().zip(&now.coefficient[now.ring..]);
+    let mut opposite = masters.filter(|(_, b)| b.abs() > MOVES * largest).map(|(&node, _)| unknown(node));
+    opposite.any(|other| fixed[other] && (x[other] - x[own]).abs() <= SAME_PLANE * largest.sqrt())
+}
+
 /// Measures of a slave node in the current step with their gradients over the union of the current
 /// and the previous mortar row's support.
 #[derive(Debug, Clone, Default)]
@@ -53,8 +74,11 @@ pub struct NodeStep {
     /// Distance by which the surfaces touch before their meshes do, with the initial gap that counts
     /// as closed. \[L\]
     pub offset: f64,
-    /// Coordinate axes along which every node of the row is prescribed.
+    /// Coordinate axes along which the displacements of the row's nodes are prescribed: those of all of them, or, if
+    /// supports hold both sides on a plane across the axis, of those on the plane.
     pub prescribed: [bool; 3],
+    /// The axis across such a plane.
+    plane: Option<usize>,
     scratch: SlipIncrement,
 }
 
@@ -80,6 +104,8 @@ impl NodeStep {
             row.filter(|(_, b)| b.abs() > MOVES * largest).any(|(&node, _)| !fixed[3 * node as usize + axis])
         };
         self.prescribed = std::array::from_fn(|axis| !moving(axis));
+        self.plane = (0..3).find(|&axis| !self.prescribed[axis] && held_on_plane(now, largest, axis, x, fixed));
+        self.plane.into_iter().for_each(|axis| self.prescribed[axis] = true);
         now.slip(previous, x, x_before, with_gradient, &mut self.scratch);
         self.slip = self.scratch.value;
         self.support.clear();
@@ -145,7 +171,8 @@ impl NodeStep {
     /// With one prescribed axis k, this is the slip perpendicular to the tangential part of k; with
     /// two, there is no slip, unless the free axes do not change the gap. The prescribed slip is
     /// the remainder when the free axes close the present gap. If nothing slips at present, as in a
-    /// step without motion, it is zero, whatever gap a compliant condition leaves.
+    /// step without motion, it is zero, whatever gap a compliant condition leaves. Across a plane on which supports
+    /// hold both sides, nothing slips.
     fn freedom(&self, now: &NodeKinematics, resting: f64) -> Freedom {
         let normal = now.frame.vector(0);
         let count = self.prescribed.iter().filter(|&&p| p).count();
@@ -157,13 +184,17 @@ impl NodeStep {
                 Some((direction, length)) => {
                     let present = direction.dot(&self.slip);
                     let slip = present + self.gap(now) * normal[axis] / length;
-                    Freedom::SlipAcross { direction, driven: slip.abs().min(present.abs()) > resting }
+                    let driven = self.plane.is_none() && slip.abs().min(present.abs()) > resting;
+                    Freedom::SlipAcross { direction, driven }
                 }
             },
             (2, _, Some(axis)) if normal[axis] * normal[axis] > PERPENDICULAR => {
                 let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
-                let slip = self.slip - along * (self.gap(now) / normal[axis]);
-                Freedom::Gap { driven: slip.norm().min(self.slip.norm()) > resting }
+                let of_plane = |axis: usize| Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
+                let across = self.plane.map_or_else(Vector2::zeros, |axis| of_plane(axis).normalize());
+                let present = self.slip - across * across.dot(&self.slip);
+                let slip = present - along * (self.gap(now) / normal[axis]);
+                Freedom::Gap { driven: slip.norm().min(present.norm()) > resting }
             }
             _ => Freedom::None,
         }
