@@ -303,6 +303,12 @@ fn interface_of(
         surfaces::heights(smooth, facets, points)
     });
     let interface = interface.with_heights(heights);
+    let interface = if contact.enforcement.is_at_points() {
+        let faces = [interface.slave_facets(), interface.master_facets()].map(|facets| mesh.quadratic_facets(facets));
+        interface.with_quadratic_faces(faces)
+    } else {
+        interface
+    };
     let mean = contact.multiplier_shape.is_none() && interface.is_coarse(points.as_flattened());
     Ok(if mean { interface.with_shape(MultiplierShape::Mean) } else { interface })
 }

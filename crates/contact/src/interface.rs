@@ -8,7 +8,7 @@ use crate::kinematics::height::{CurvedFacet, FacetHeight};
 use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use crate::slave_node::{SlaveNode, following, slave_topology};
 use rayon::prelude::*;
-use slipstick_mesh::{FacetNodes, FacetTree};
+use slipstick_mesh::{FacetNodes, FacetTree, QuadraticFacet};
 
 /// Why a contact interface cannot be built or evaluated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -81,6 +81,9 @@ pub struct ContactInterface {
     /// For the facets of slave and master, the height of the true surface above them; empty where
     /// all facets of a side are the surface itself.
     heights: [Vec<Option<FacetHeight>>; 2],
+    /// For the facets of slave and master, the quadratic face that a pressure at the points acts on; empty where a
+    /// side has none.
+    faces: [Vec<Option<QuadraticFacet>>; 2],
 }
 
 /// Buffers of [`ContactInterface::evaluate`], and the slave nodes that it evaluates.
@@ -124,7 +127,7 @@ impl ContactInterface {
         let sharp = following(&slave_nodes, slave_facets.len());
         let tree = FacetTree::build(&master_facets, coordinates);
         let (rule, trusted) = (rule.points(), f64::INFINITY);
-        let heights = [Vec::new(), Vec::new()];
+        let (heights, faces) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
         Ok(Self {
             slave_facets,
             master_facets,
@@ -137,6 +140,7 @@ impl ContactInterface {
             with_itself,
             tree,
             heights,
+            faces,
         })
     }
 
@@ -153,9 +157,33 @@ impl ContactInterface {
         self
     }
 
+    /// The same interface, in which a pressure at the points acts on the quadratic faces of slave and master, facet by
+    /// facet ([`slipstick_mesh::Mesh::quadratic_facets`]), or on the facets of a side that has none.
+    ///
+    /// # Panics
+    /// If a side has faces, but not an entry for each of its facets.
+    pub fn with_quadratic_faces(mut self, faces: [Vec<Option<QuadraticFacet>>; 2]) -> Self {
+        for (faces, facets) in faces.iter().zip([&self.slave_facets, &self.master_facets]) {
+            assert!(faces.is_empty() || faces.len() == facets.len(), "an entry for each facet");
+        }
+        for slave in &mut self.slave_nodes {
+            for (facet, _) in &slave.facets {
+                let face = faces[0].get(*facet as usize).and_then(Option::as_ref);
+                for node in face.iter().flat_map(|face| face.nodes.iter()) {
+                    if !slave.ring.contains(node) {
+                        slave.ring.push(*node);
+                    }
+                }
+            }
+        }
+        self.faces = faces;
+        self
+    }
+
     /// The same slave surface, opposite to other master facets with this tree.
     pub(crate) fn opposite(&self, master_facets: Vec<FacetNodes>, tree: FacetTree) -> Self {
-        Self { master_facets, tree, trusted: f64::INFINITY, with_itself: false, ..self.clone() }
+        let faces = [Vec::new(), Vec::new()];
+        Self { master_facets, tree, trusted: f64::INFINITY, with_itself: false, faces, ..self.clone() }
     }
 
     /// The heights of the true surfaces above the facets of slave and master, as in
@@ -318,6 +346,10 @@ impl ContactInterface {
         let settings = Settings { x, rule, shape: self.shape, reach: self.reach, trusted: self.trusted, with_gradient };
         let (tree, masters) = (&*tree, master_facets);
         let height = |side: usize, facet: usize| self.heights[side].get(facet)?.as_ref();
+        let face = |side: usize, facet: usize| self.faces[side].get(facet)?.as_ref();
+        let curved = |side: usize, facet: usize, nodes: FacetNodes| {
+            CurvedFacet { nodes, height: height(side, facet), face: face(side, facet) }
+        };
         let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets).enumerate();
         let folded = facets.map_init(Vec::new, |hits, (number, (((coupling, facet), sharp), &evaluated))| {
             if !evaluated {
@@ -329,10 +361,9 @@ impl ContactInterface {
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
             let neighbour = |master: &FacetNodes| self.with_itself && master.iter().any(|node| facet.contains(node));
-            let candidates =
-                hits.iter().map(|&h| CurvedFacet { nodes: masters[h as usize], height: height(1, h as usize) });
+            let candidates = hits.iter().map(|&h| curved(1, h as usize, masters[h as usize]));
             let candidates = candidates.filter(|master| !neighbour(&master.nodes));
-            let slave = CurvedFacet { nodes: *facet, height: height(0, number) };
+            let slave = curved(0, number, *facet);
             coupling.evaluate(slave, *sharp, candidates.clone(), settings)?;
             if let (Some((law, _)), Some(offsets)) = (pressure, &offsets) {
                 coupling.press(slave, candidates, settings, PointPressure { law, offsets: offsets[number] });

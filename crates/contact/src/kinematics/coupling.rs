@@ -66,6 +66,8 @@ pub struct FacetCoupling {
     pub nodes: Vec<u32>,
     /// Number of corners of the slave facet.
     pub corners: usize,
+    /// Number of leading nodes that belong to the slave: its corners, and the other nodes of its quadratic face.
+    pub own: usize,
     /// `coefficient[j * nodes.len() + s]` = b_js of corner j: +D for slave, −M for master
     /// nodes. \[L²\]
     pub coefficient: Vec<f64>,
@@ -148,11 +150,19 @@ impl FacetCoupling {
         let Some(plane) = Plane::of(&corners) else { return Ok(()) };
         let projected = corners.map(|p| plane.project(&p));
         self.nodes.extend_from_slice(slave);
+        for node in curved.face_nodes() {
+            if !self.nodes.contains(node) {
+                self.nodes.push(*node);
+            }
+        }
+        let own = self.nodes.len();
+        self.own = own;
         // the first pass finds the overlapping masters, to determine the local nodes; the second
         // pass computes their integrals
         self.overlapping.clear();
         let mut has_height = curved.height.is_some();
-        for (index, CurvedFacet { nodes: master, height }) in candidates.clone().enumerate() {
+        for (index, facet) in candidates.clone().enumerate() {
+            let CurvedFacet { nodes: master, height, .. } = facet;
             let overlaps = match master[..] {
                 [a, b, c] => plane.overlaps(&projected, &[a, b, c], settings),
                 [a, b, c, d] => plane.overlaps(&projected, &[a, b, c, d], settings),
@@ -171,8 +181,8 @@ impl FacetCoupling {
             }
             self.overlapping.push(index);
             has_height |= height.is_some();
-            for &node in &master {
-                if !self.nodes[S..].contains(&node) {
+            for &node in master.iter().chain(facet.face_nodes()) {
+                if !self.nodes[own..].contains(&node) {
                     self.nodes.push(node);
                 }
             }
@@ -200,7 +210,7 @@ impl FacetCoupling {
         }
         let (mut next, mut pair) = (0, PairIntegrals::default());
         let own = (&plane, &corners, &projected);
-        for (index, CurvedFacet { nodes: master, height }) in candidates.enumerate() {
+        for (index, CurvedFacet { nodes: master, height, .. }) in candidates.enumerate() {
             if self.overlapping.get(next) != Some(&index) {
                 continue;
             }
@@ -233,8 +243,7 @@ impl FacetCoupling {
         let points = master.map(|m| position(x, m));
         let flat = points.map(|p| plane.project(&p));
         if integrate_pair(projected, &flat, heights, rule, with_gradient, pair)? {
-            let place: [usize; M] =
-                master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
+            let place: [usize; M] = master.map(|m| self.place_of_master(m));
             self.add_pair(pair, plane, corners, &points, place, with_gradient);
             self.add_facing(pair, plane, corners, &points, place, with_gradient);
             if heights != [None, None] {
@@ -242,6 +251,12 @@ impl FacetCoupling {
             }
         }
         Ok(())
+    }
+
+    /// The local node of a node of a master.
+    fn place_of_master(&self, node: u32) -> usize {
+        let place = self.nodes[self.own..].iter().position(|&known| known == node);
+        self.own + place.expect("collected in the first pass")
     }
 
     fn fail(&mut self, facet: &[u32]) -> Result<(), FoldedFacet> {

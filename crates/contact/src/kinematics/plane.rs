@@ -168,22 +168,20 @@ impl<const S: usize> Plane<S> {
         }
     }
 
-    /// As [`Self::chain`] for a gradient in the heights of the corners above the plane (from 4 on of the
-    /// master), whose sum is zero, so that it does not depend on the plane's origin.
-    pub fn chain_heights<const M: usize>(
+    /// Converts a gradient in the heights of points above the plane to one in positions: calls `add` with the local
+    /// node of a point, which is that of the corner for the first S, component and value. The gradient's sum is zero,
+    /// so that it does not depend on the plane's origin.
+    pub fn chain_heights(
         &self,
-        slope: &[f64; 8],
-        corners: &[Vector3<f64>; S],
-        points: &[Vector3<f64>; M],
+        slopes: impl Iterator<Item = (usize, Vector3<f64>, f64)>,
         mut add: impl FnMut(usize, usize, f64),
     ) {
         let mut tilt = [0.0; 2];
-        let masters = points.iter().enumerate().map(|(i, point)| (4 + i, point));
-        for (i, point) in corners.iter().enumerate().chain(masters) {
+        for (local, point, slope) in slopes {
             // δh = n₀ · δx + Σ_a q_a (e_a · δn₀)
-            let at = self.project(point);
-            (0..2).for_each(|a| tilt[a] += at[a] * slope[i]);
-            (0..3).for_each(|c| add(i, c, slope[i] * self.normal[c]));
+            let at = self.project(&point);
+            (0..2).for_each(|a| tilt[a] += at[a] * slope);
+            (0..3).for_each(|c| add(local, c, slope * self.normal[c]));
         }
         for i in 0..S {
             for c in 0..3 {

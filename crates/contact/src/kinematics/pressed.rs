@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! b^p_js = ∫ N_j p N_s over both sides, + for slave and − for master nodes      Σ_s b^p_js = 0
+//!          with the functions N_s of the whole face of a quadratic element
 //! P_j    = Σ_k b^p_jk                                                          load of slave node j
 //! b̂_js   = A_j b^p_js / P_j                                                    row of its forces, f_s = b̂_js z_j
 //! ```
@@ -56,7 +57,7 @@ impl NodeKinematics {
                 continue;
             }
             let (n, corner) = (coupling.nodes.len(), usize::from(corner));
-            let place = |(i, &node): (usize, &u32)| self.position_of(node, i < coupling.corners);
+            let place = |(i, &node): (usize, &u32)| self.position_of(node, i < coupling.own);
             let local: Vec<usize> = coupling.nodes.iter().enumerate().map(place).collect();
             for (i, &s) in local.iter().enumerate() {
                 let at = corner * n + i;

@@ -1,28 +1,38 @@
 //! Integrals over the overlap of a facet pair in which the pressure depends on the gap at each point.
 //!
 //! ```text
-//! D^p_jk = Σ w A p(g) N¹_j N¹_k,      M^p_jl = Σ w A p(g) N¹_j N²_l
-//! g = Σ_l N²_l H_l − Σ_k N¹_k (h_k + o_k) − Σ_m φ_m f_m
+//! D^p_jk = Σ w A p(g) N¹_j N̂¹_k,      M^p_jl = Σ w A p(g) N¹_j N̂²_l
+//! g = Σ_l N̂²_l H_l − Σ_k N̂¹_k h_k − Σ_j N¹_j o_j − Σ_m φ_m f_m
 //! ```
 //!
-//! with the heights h and H of the corners of slave and master above the auxiliary plane, the offsets o
-//! of the slave's corners, and the functions f of [`super::height`], of which the factors φ make the
-//! heights of the true surfaces above the facets. The integrals depend on the geometry through the 16
-//! plane coordinates of the pair, the 8 heights and the 4 factors.
+//! with the shape functions N̂ of the facet, or of the whole face of a quadratic element, the heights h and H of the
+//! nodes of slave and master above the auxiliary plane, the offsets o of the slave's corners, and the functions f of
+//! [`super::height`], of which the factors φ make the heights of the true surfaces above the facets. The integrals
+//! depend on the geometry through the 16 plane coordinates of the facets' corners, the heights and the 4 factors.
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, clip};
 use super::facet_pair::{PairHeights, Slopes, centroid, reversed, twice};
 use super::inverse_map::{POINTS, Unmappable, map_back};
 use crate::enforcement::soft::PressureLaw;
+use slipstick_mesh::{FaceFunctions, QuadraticFacet};
+use std::ops::Range;
+
+/// Largest number of nodes of a face.
+pub(super) const FACE: usize = 9;
+
+/// Number of entries for each corner of the slave: the slave's functions, and from [`FACE`] on the master's.
+pub(super) const ENTRIES: usize = 2 * FACE;
 
 /// Number of heights and factors.
-pub(super) const BESIDE: usize = 12;
+pub(super) const BESIDE: usize = ENTRIES + 4;
 
 /// What the gap at a point depends on beside the places of the corners in the auxiliary plane.
 pub(super) struct PairGap<'a> {
-    /// Heights above the auxiliary plane: of the slave's corners, and from 4 on of the master's. \[L\]
-    pub corners: [f64; 8],
+    /// The quadratic faces of slave and master; `None`: linear facets.
+    pub faces: [Option<&'a QuadraticFacet>; 2],
+    /// Heights above the auxiliary plane: of the slave's nodes, and from [`FACE`] on of the master's. \[L\]
+    pub nodes: [f64; ENTRIES],
     /// Offsets of the slave's corners, by which the surfaces touch before their meshes do. \[L\]
     pub offsets: [f64; 4],
     /// Heights of the true surfaces above the facets.
@@ -33,29 +43,48 @@ pub(super) struct PairGap<'a> {
 
 /// The integrals of one pair.
 pub(super) struct PressedIntegrals {
-    /// `values[4 j + k]` = D^p_jk, `values[16 + 4 j + l]` = M^p_jl. \[F\]
-    pub values: [f64; 32],
+    /// `values[j][k]` = D^p_jk, `values[j][FACE + l]` = M^p_jl. \[F\]
+    pub values: [[f64; ENTRIES]; 4],
     /// ∂values / ∂(plane coordinates). \[F/L\]
-    pub gradient: [[f64; PLANE_COORDINATES]; 32],
-    /// ∂values / ∂(heights of the corners, factors).
-    pub beside: [[f64; BESIDE]; 32],
+    pub gradient: [[[f64; PLANE_COORDINATES]; ENTRIES]; 4],
+    /// ∂values / ∂(heights of the nodes, factors).
+    pub beside: [[[f64; BESIDE]; ENTRIES]; 4],
 }
 
 impl Default for PressedIntegrals {
     fn default() -> Self {
-        Self { values: [0.0; 32], gradient: [[0.0; PLANE_COORDINATES]; 32], beside: [[0.0; BESIDE]; 32] }
+        Self {
+            values: [[0.0; ENTRIES]; 4],
+            gradient: [[[0.0; PLANE_COORDINATES]; ENTRIES]; 4],
+            beside: [[[0.0; BESIDE]; ENTRIES]; 4],
+        }
     }
 }
 
-/// A point of an overlap: its weight, the shape functions of both facets and the gap, with slopes in the
-/// plane.
+/// The functions of a facet, in the order of the nodes of its face, with slopes in the plane.
+fn functions(face: Option<&QuadraticFacet>, shape: &[f64; 4], slope: &[[f64; 2]; 4]) -> FaceFunctions {
+    face.map_or_else(
+        || {
+            let mut out = ([0.0; FACE], [[0.0; 2]; FACE]);
+            out.0[..4].copy_from_slice(shape);
+            out.1[..4].copy_from_slice(slope);
+            out
+        },
+        |face| face.at(shape, slope),
+    )
+}
+
+/// A point of an overlap: the shape functions of both facets, the functions of their faces and the gap, with slopes
+/// in the plane.
 struct GapPoint {
     shapes: [[f64; 4]; 2],
-    slopes: [[[f64; 2]; 4]; 2],
+    /// Slopes of the slave's shape functions.
+    slopes: [[f64; 2]; 4],
+    functions: [FaceFunctions; 2],
     gap: f64,
     /// Slopes of the gap through the inverse maps of slave and master.
     gap_slopes: [[f64; 2]; 2],
-    /// ∂gap / ∂(heights of the corners, factors).
+    /// ∂gap / ∂(heights of the nodes, factors).
     beside: [f64; BESIDE],
 }
 
@@ -65,19 +94,31 @@ impl GapPoint {
         shapes: [[f64; 4]; 2],
         slopes: [[[f64; 2]; 4]; 2],
     ) -> Self {
-        let mut out = Self { shapes, slopes, gap: 0.0, gap_slopes: [[0.0; 2]; 2], beside: [0.0; BESIDE] };
+        let functions = [0, 1].map(|side| functions(gap.faces[side], &shapes[side], &slopes[side]));
+        let mut out = Self {
+            shapes,
+            slopes: slopes[0],
+            functions,
+            gap: 0.0,
+            gap_slopes: [[0.0; 2]; 2],
+            beside: [0.0; BESIDE],
+        };
         for i in 0..4 {
-            let (own, other) = (gap.corners[i] + gap.offsets[i], gap.corners[4 + i]);
-            out.gap += shapes[1][i] * other - shapes[0][i] * own;
-            for c in 0..2 {
-                out.gap_slopes[0][c] -= slopes[0][i][c] * own;
-                out.gap_slopes[1][c] += slopes[1][i][c] * other;
+            out.gap -= shapes[0][i] * gap.offsets[i];
+            (0..2).for_each(|c| out.gap_slopes[0][c] -= slopes[0][i][c] * gap.offsets[i]);
+        }
+        for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            let (value, slope) = &functions[side];
+            for i in 0..FACE {
+                let (at, height) = (side * FACE + i, sign * gap.nodes[side * FACE + i]);
+                out.gap += value[i] * height;
+                out.beside[at] = sign * value[i];
+                (0..2).for_each(|c| out.gap_slopes[side][c] += slope[i][c] * height);
             }
-            (out.beside[i], out.beside[4 + i]) = (-shapes[0][i], shapes[1][i]);
         }
         let mut subtract = |k: usize, (f, by_point): (f64, [f64; 2])| {
             out.gap -= gap.factors[k] * f;
-            out.beside[8 + k] = -f;
+            out.beside[ENTRIES + k] = -f;
             (0..2).for_each(|c| out.gap_slopes[usize::from(k > 0)][c] -= gap.factors[k] * by_point[c]);
         };
         if let Some(height) = gap.heights[0] {
@@ -93,9 +134,9 @@ impl GapPoint {
 
 /// The derivatives of the integrals, as they are summed up.
 struct Sums {
-    values: [f64; 32],
-    slopes: [Slopes; 32],
-    beside: [[f64; BESIDE]; 32],
+    values: [[f64; ENTRIES]; 4],
+    slopes: [[Slopes; ENTRIES]; 4],
+    beside: [[[f64; BESIDE]; ENTRIES]; 4],
 }
 
 /// Integrates one pair; arguments and result as in [`super::facet_pair::integrate_pair`].
@@ -118,7 +159,13 @@ pub(super) fn integrate_pressure<const S: usize, const M: usize>(
     let vertices = overlap.vertices();
     let count = vertices.len();
     let (centre, centre_slope) = centroid(vertices);
-    let mut sums = Sums { values: [0.0; 32], slopes: [Slopes::NONE; 32], beside: [[0.0; BESIDE]; 32] };
+    let mut sums = Sums {
+        values: [[0.0; ENTRIES]; 4],
+        slopes: [[Slopes::NONE; ENTRIES]; 4],
+        beside: [[[0.0; BESIDE]; ENTRIES]; 4],
+    };
+    let count_of = |side: usize, corners: usize| gap.faces[side].map_or(corners, |face| face.nodes.len());
+    let entries = [0..count_of(0, S), FACE..FACE + count_of(1, M)];
     for i in 0..count {
         let cell = [centre, vertices[i].position, vertices[(i + 1) % count].position];
         let (u, v) =
@@ -146,61 +193,60 @@ pub(super) fn integrate_pressure<const S: usize, const M: usize>(
                 if pressure == 0.0 && stiffness == 0.0 {
                     continue;
                 }
-                sums.add_point::<S, M>(&at, [pressure, stiffness], (point, area, &area_slope), with_gradient);
+                sums.add_point::<S>(&at, &entries, [pressure, stiffness], (point, area, &area_slope), with_gradient);
             }
         }
         if with_gradient {
-            sums.slopes.iter_mut().for_each(|slopes| slopes.end_cell([8, i, (i + 1) % count]));
+            for slopes in &mut sums.slopes[..S] {
+                entries.iter().cloned().flatten().for_each(|entry| slopes[entry].end_cell([8, i, (i + 1) % count]));
+            }
         }
     }
     (out.values, out.beside) = (sums.values, sums.beside);
     if with_gradient {
-        let rows = out.gradient.iter_mut().zip(&sums.slopes);
-        rows.for_each(|(row, slopes)| *row = slopes.end(vertices, &centre_slope));
+        for (rows, slopes) in out.gradient.iter_mut().zip(&sums.slopes).take(S) {
+            let all = entries.iter().cloned().flatten();
+            all.for_each(|entry| rows[entry] = slopes[entry].end(vertices, &centre_slope));
+        }
     }
     Ok(true)
 }
 
 impl Sums {
-    fn add_point<const S: usize, const M: usize>(
+    fn add_point<const S: usize>(
         &mut self,
         at: &GapPoint,
+        entries: &[Range<usize>; 2],
         [pressure, stiffness]: [f64; 2],
         (point, area, area_slope): (&CellPoint, f64, &[f64; 8]),
         with_gradient: bool,
     ) {
-        let ([n, m], [n_slope, m_slope]) = (at.shapes, at.slopes);
         let weight = point.weight * area;
-        let shapes = [twice(&n), twice(&m)];
+        let shapes = [twice(&at.shapes[0]), twice(&at.shapes[1])];
         let [l0, l1, l2] = point.barycentric;
         let shares = twice(&[l0, l1, l2, 0.0]);
         let weights = area_slope.map(|slope| point.weight * slope);
-        let mut add = |entry: usize, product: f64, by_shape: [[f64; 2]; 2]| {
-            self.values[entry] += weight * pressure * product;
-            if !with_gradient {
-                return;
-            }
-            // through the inverse maps of slave and master: by the shape functions, and by the gap
-            let by: [[f64; 2]; 2] = std::array::from_fn(|side| {
-                std::array::from_fn(|c| {
-                    weight * (pressure * by_shape[side][c] + stiffness * product * at.gap_slopes[side][c])
-                })
-            });
-            let slopes = &mut self.slopes[entry];
-            slopes.add_point(pressure * product, &weights, &shares, [by[0][0] + by[1][0], by[0][1] + by[1][1]]);
-            (0..2).for_each(|side| slopes.shift(side, &shapes[side], by[side]));
-            let by_gap = weight * stiffness * product;
-            self.beside[entry].iter_mut().zip(&at.beside).for_each(|(sum, by)| *sum += by_gap * by);
-        };
-        for j in 0..S {
-            for k in 0..S {
-                let by_slave = [0, 1].map(|c| n_slope[j][c] * n[k] + n[j] * n_slope[k][c]);
-                add(4 * j + k, n[j] * n[k], [by_slave, [0.0; 2]]);
-            }
-            for l in 0..M {
-                let (by_slave, by_master) =
-                    ([0, 1].map(|c| n_slope[j][c] * m[l]), [0, 1].map(|c| n[j] * m_slope[l][c]));
-                add(16 + 4 * j + l, n[j] * m[l], [by_slave, by_master]);
+        for (j, side) in (0..S).flat_map(|j| [(j, 0), (j, 1)]) {
+            let (n, n_slope) = (at.shapes[0][j], at.slopes[j]);
+            for entry in entries[side].clone() {
+                let (f, f_slope) = (at.functions[side].0[entry - FACE * side], at.functions[side].1[entry - FACE * side]);
+                let product = n * f;
+                self.values[j][entry] += weight * pressure * product;
+                if !with_gradient {
+                    continue;
+                }
+                // through the inverse maps of slave and master: by the shape functions, and by the gap
+                let mut by = at.gap_slopes.map(|slope| slope.map(|slope| stiffness * product * slope));
+                for c in 0..2 {
+                    by[0][c] += pressure * n_slope[c] * f;
+                    by[side][c] += pressure * n * f_slope[c];
+                }
+                let by = by.map(|by| by.map(|by| weight * by));
+                let slopes = &mut self.slopes[j][entry];
+                slopes.add_point(pressure * product, &weights, &shares, [by[0][0] + by[1][0], by[0][1] + by[1][1]]);
+                (0..2).for_each(|side| slopes.shift(side, &shapes[side], by[side]));
+                let by_gap = weight * stiffness * product;
+                self.beside[j][entry].iter_mut().zip(&at.beside).for_each(|(sum, by)| *sum += by_gap * by);
             }
         }
     }

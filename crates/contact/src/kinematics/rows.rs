@@ -84,7 +84,7 @@ impl NodeKinematics {
         self.support.clear();
         for &(facet, _) in &slave.facets {
             let coupling = &couplings[facet as usize];
-            self.support.extend(coupling.nodes.iter().skip(coupling.corners));
+            self.support.extend(coupling.nodes.iter().skip(coupling.own));
         }
         self.support.sort_unstable();
         self.support.dedup();
@@ -101,7 +101,7 @@ impl NodeKinematics {
             let coupling = &couplings[facet as usize];
             local.clear();
             local.extend(
-                coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.corners)),
+                coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.own)),
             );
             for (i, &s) in local.iter().enumerate() {
                 self.coefficient[s] += coupling.coefficient[corner as usize * local.len() + i];
@@ -155,7 +155,7 @@ impl NodeKinematics {
                     continue;
                 }
                 for (i, &node) in coupling.nodes.iter().enumerate() {
-                    let at = c * columns + 3 * self.position_of(node, i < coupling.corners);
+                    let at = c * columns + 3 * self.position_of(node, i < coupling.own);
                     let from = &coupling.height_gradient[row * own + 3 * i..][..3];
                     (0..3).for_each(|d| self.height_gradient[at + d] += from[d]);
                 }
@@ -189,7 +189,7 @@ impl NodeKinematics {
                 }
                 let from = &coupling.facing_gradient[row * own..][..own];
                 for (i, &node) in coupling.nodes.iter().enumerate() {
-                    let at = c * columns + 3 * self.position_of(node, i < coupling.corners);
+                    let at = c * columns + 3 * self.position_of(node, i < coupling.own);
                     (0..3).for_each(|d| gradient[at + d] += from[3 * i + d]);
                 }
             }

@@ -6,7 +6,7 @@ use crate::kinematics::facet_pair::PairHeights;
 use crate::kinematics::height::{AlongRay, CurvedFacet};
 use crate::kinematics::inverse_map::Unmappable;
 use crate::kinematics::plane::{FacetNormal, Plane, Settings, position};
-use crate::kinematics::pressed_pair::{PairGap, PressedIntegrals, integrate_pressure};
+use crate::kinematics::pressed_pair::{ENTRIES, FACE, PairGap, PressedIntegrals, integrate_pressure};
 use nalgebra::Vector3;
 
 /// A pressure that depends on the gap at each point of a slave facet.
@@ -88,15 +88,15 @@ impl FacetCoupling {
         self.pressed.resize(S * n, 0.0);
         self.pressed_gradient.resize(if settings.with_gradient { 3 * S * n * n } else { 0 }, 0.0);
         let (mut next, mut pair) = (0, PressedIntegrals::default());
-        for (index, CurvedFacet { nodes: master, height }) in candidates.enumerate() {
+        for (index, master) in candidates.enumerate() {
             if self.overlapping.get(next) != Some(&index) {
                 continue;
             }
             next += 1;
-            let (own, heights) = ((&plane, &corners), [curved.height, height]);
-            let pressed = match master[..] {
-                [a, b, c] => self.press_master(own, &[a, b, c], heights, settings, pressure, &mut pair),
-                [a, b, c, d] => self.press_master(own, &[a, b, c, d], heights, settings, pressure, &mut pair),
+            let own = (&plane, &corners);
+            let pressed = match master.nodes[..] {
+                [a, b, c] => self.press_master(own, &[a, b, c], [curved, master], settings, pressure, &mut pair),
+                [a, b, c, d] => self.press_master(own, &[a, b, c, d], [curved, master], settings, pressure, &mut pair),
                 _ => Ok(()),
             };
             // every point has been mapped back before, for D and M
@@ -108,17 +108,25 @@ impl FacetCoupling {
         &mut self,
         (plane, corners): (&Plane<S>, &[Vector3<f64>; S]),
         master: &[u32; M],
-        heights: PairHeights<'_>,
+        facets: [CurvedFacet<'_>; 2],
         Settings { x, rule, with_gradient, .. }: Settings<'_>,
         PointPressure { law, offsets }: PointPressure<'_>,
         pair: &mut PressedIntegrals,
     ) -> Result<(), Unmappable> {
         let points = master.map(|m| position(x, m));
         let flat = points.map(|p| plane.project(&p));
+        // a quadratic face is the surface itself
+        let faces = facets.map(|facet| facet.face);
+        let heights = facets.map(|facet| facet.height.filter(|_| facet.face.is_none()));
         let curved = (heights != [None, None]).then(|| Factors::new(corners, &points, heights)).flatten();
-        let mut gap = PairGap { corners: [0.0; 8], offsets, heights: [None, None], factors: [0.0; 4] };
-        corners.iter().enumerate().for_each(|(i, p)| gap.corners[i] = plane.height(p));
-        points.iter().enumerate().for_each(|(i, p)| gap.corners[4 + i] = plane.height(p));
+        // the local nodes of all functions, with their numbers among the entries
+        let of_slave = facets[0].face_nodes().iter().enumerate().map(|(k, node)| (k, self.place_of_slave(*node)));
+        let of_master = facets[1].face_nodes().iter().enumerate();
+        let of_master = of_master.map(|(l, node)| (FACE + l, self.place_of_master(*node)));
+        let places: Vec<(usize, usize)> = of_slave.chain(of_master).collect();
+        let mut gap = PairGap { faces, nodes: [0.0; ENTRIES], offsets, heights: [None, None], factors: [0.0; 4] };
+        let at = |local: usize| position(x, self.nodes[local]);
+        places.iter().for_each(|&(entry, local)| gap.nodes[entry] = plane.height(&at(local)));
         if let Some(curved) = &curved {
             (gap.heights, gap.factors) = (heights, curved.value);
         }
@@ -127,33 +135,36 @@ impl FacetCoupling {
             return Ok(());
         }
         let n = self.nodes.len();
-        let place: [usize; M] = master
-            .map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected when the overlaps were found"));
+        let place = master.map(|m| self.place_of_master(m));
         let local = |corner: usize| if corner < 4 { corner } else { place[corner - 4] };
-        for j in 0..S {
-            let of_slave = (0..S).map(|k| (4 * j + k, k, 1.0));
-            let of_master = (0..M).map(|l| (16 + 4 * j + l, place[l], -1.0));
-            for (entry, node, sign) in of_slave.chain(of_master) {
-                let at = j * n + node;
-                self.pressed[at] += sign * pair.values[entry];
-                if !with_gradient {
-                    continue;
-                }
-                let row = &mut self.pressed_gradient[at * 3 * n..][..3 * n];
-                let mut add = |corner: usize, c: usize, value: f64| row[3 * local(corner) + c] += sign * value;
-                plane.chain(&pair.gradient[entry], corners, &points, &mut add);
-                let [heights @ .., f0, f1, f2, f3] = pair.beside[entry];
-                plane.chain_heights(&heights, corners, &points, &mut add);
-                let Some(curved) = &curved else { continue };
-                for (k, by) in [f0, f1, f2, f3].into_iter().enumerate() {
-                    let of_slave = curved.by_slave[k].iter().enumerate();
-                    let of_master = curved.by_master[k].iter().enumerate().map(|(i, slope)| (4 + i, slope));
-                    for (corner, slope) in of_slave.chain(of_master) {
-                        (0..3).for_each(|c| add(corner, c, by * slope[c]));
-                    }
+        let positions: Vec<Vector3<f64>> = places.iter().map(|&(_, local)| at(local)).collect();
+        for (j, &(entry, node)) in (0..S).flat_map(|j| places.iter().map(move |place| (j, place))) {
+            let sign = if entry < FACE { 1.0 } else { -1.0 };
+            let at = j * n + node;
+            self.pressed[at] += sign * pair.values[j][entry];
+            if !with_gradient {
+                continue;
+            }
+            let row = &mut self.pressed_gradient[at * 3 * n..][..3 * n];
+            let mut add = |local: usize, c: usize, value: f64| row[3 * local + c] += sign * value;
+            plane.chain(&pair.gradient[j][entry], corners, &points, |corner, c, value| add(local(corner), c, value));
+            let beside = &pair.beside[j][entry];
+            let heights = places.iter().zip(&positions).map(|(&(by, local), point)| (local, *point, beside[by]));
+            plane.chain_heights(heights, &mut add);
+            let Some(curved) = &curved else { continue };
+            for (k, by) in beside[ENTRIES..].iter().enumerate() {
+                let of_slave = curved.by_slave[k].iter().enumerate();
+                let of_master = curved.by_master[k].iter().enumerate().map(|(i, slope)| (place[i], slope));
+                for (local, slope) in of_slave.chain(of_master) {
+                    (0..3).for_each(|c| add(local, c, by * slope[c]));
                 }
             }
         }
         Ok(())
+    }
+
+    /// The local node of a node of the slave.
+    fn place_of_slave(&self, node: u32) -> usize {
+        self.nodes[..self.own].iter().position(|&known| known == node).expect("the slave's nodes are the first")
     }
 }

@@ -65,8 +65,8 @@ fn pressed(
         FacetHeight::new(std::array::from_fn(|i| 0.1 * (step * i as f64).sin()), &unit[..slave.len()])
     });
     let of = |index: usize| heights.get(index).filter(|_| curved);
-    let masters = facets.iter().enumerate().map(|(i, &nodes)| CurvedFacet { nodes, height: of(i % 3) });
-    let slave = CurvedFacet { nodes: slave, height: of(1) };
+    let masters = facets.iter().enumerate().map(|(i, &nodes)| CurvedFacet { nodes, height: of(i % 3), face: None });
+    let slave = CurvedFacet { nodes: slave, height: of(1), face: None };
     let (rule, shape) = (&CellRule::Seven.points(), MultiplierShape::Standard);
     let settings = Settings { x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
     let mut coupling = FacetCoupling::default();
@@ -146,8 +146,8 @@ fn evaluate(
         let unit = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.7], [0.0, 0.7]].map(|[x, y]| Vector3::new(x, y, 0.0));
         FacetHeight::new(std::array::from_fn(|i| (step * i as f64).sin()), &unit[..slave.len()])
     });
-    let curved = |(i, &nodes): (usize, &FacetNodes)| CurvedFacet { nodes, height: heights.get(i % 3) };
-    let slave = CurvedFacet { nodes: slave, height: Some(&heights[1]) };
+    let curved = |(i, &nodes): (usize, &FacetNodes)| CurvedFacet { nodes, height: heights.get(i % 3), face: None };
+    let slave = CurvedFacet { nodes: slave, height: Some(&heights[1]), face: None };
     coupling.evaluate(slave, [true; 4], facets.iter().enumerate().map(curved), settings).unwrap();
     coupling
 }
@@ -253,7 +253,7 @@ fn the_mean_gap_of_mean_shapes_is_that_at_the_node() {
             let settings = Settings { x: &x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: false };
             let mut coupling = FacetCoupling::default();
             let masters = std::iter::once(FacetNodes::from([4, 5, 6, 7]).into());
-            let curved = CurvedFacet { nodes: slave, height: Some(&height) };
+            let curved = CurvedFacet { nodes: slave, height: Some(&height), face: None };
             coupling.evaluate(curved, [false; 4], masters, settings).unwrap();
             // along the normal of the facet, which points down, and times its stretch
             let found = -coupling.height[2];
