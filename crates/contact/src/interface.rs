@@ -84,6 +84,9 @@ pub struct ContactInterface {
     /// For the facets of slave and master, the quadratic face that a pressure at the points acts on; empty where a
     /// side has none.
     faces: [Vec<Option<QuadraticFacet>>; 2],
+    /// For each slave facet, the initial gaps that do not count where a pressure follows from the gap at each
+    /// integration point, at the points of the facet or of its face; empty: all count. \[L\]
+    pub(crate) closed: Vec<[f64; 9]>,
 }
 
 /// Buffers of [`ContactInterface::evaluate`], and the slave nodes that it evaluates.
@@ -141,6 +144,7 @@ impl ContactInterface {
             tree,
             heights,
             faces,
+            closed: Vec::new(),
         })
     }
 
@@ -180,10 +184,18 @@ impl ContactInterface {
         self
     }
 
+    /// A facet of the slave (side 0) or the master (1) with the surface for which it stands.
+    pub(crate) fn curved(&self, side: usize, number: usize) -> CurvedFacet<'_> {
+        let nodes = if side == 0 { self.slave_facets[number] } else { self.master_facets[number] };
+        let height = self.heights[side].get(number).and_then(Option::as_ref);
+        CurvedFacet { nodes, height, face: self.faces[side].get(number).and_then(Option::as_ref) }
+    }
+
     /// The same slave surface, opposite to other master facets with this tree.
     pub(crate) fn opposite(&self, master_facets: Vec<FacetNodes>, tree: FacetTree) -> Self {
         let faces = [Vec::new(), Vec::new()];
-        Self { master_facets, tree, trusted: f64::INFINITY, with_itself: false, faces, ..self.clone() }
+        let (trusted, with_itself, closed) = (f64::INFINITY, false, Vec::new());
+        Self { master_facets, tree, trusted, with_itself, faces, closed, ..self.clone() }
     }
 
     /// The heights of the true surfaces above the facets of slave and master, as in
@@ -342,14 +354,9 @@ impl ContactInterface {
         let InterfaceWorkspace { tree, couplings, nodes, facets } = workspace;
         tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
-        let Self { slave_facets, master_facets, sharp, rule, .. } = self;
+        let Self { slave_facets, sharp, rule, .. } = self;
         let settings = Settings { x, rule, shape: self.shape, reach: self.reach, trusted: self.trusted, with_gradient };
-        let (tree, masters) = (&*tree, master_facets);
-        let height = |side: usize, facet: usize| self.heights[side].get(facet)?.as_ref();
-        let face = |side: usize, facet: usize| self.faces[side].get(facet)?.as_ref();
-        let curved = |side: usize, facet: usize, nodes: FacetNodes| {
-            CurvedFacet { nodes, height: height(side, facet), face: face(side, facet) }
-        };
+        let tree = &*tree;
         let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets).enumerate();
         let folded = facets.map_init(Vec::new, |hits, (number, (((coupling, facet), sharp), &evaluated))| {
             if !evaluated {
@@ -361,12 +368,13 @@ impl ContactInterface {
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
             let neighbour = |master: &FacetNodes| self.with_itself && master.iter().any(|node| facet.contains(node));
-            let candidates = hits.iter().map(|&h| curved(1, h as usize, masters[h as usize]));
+            let candidates = hits.iter().map(|&h| self.curved(1, h as usize));
             let candidates = candidates.filter(|master| !neighbour(&master.nodes));
-            let slave = curved(0, number, *facet);
+            let slave = self.curved(0, number);
             coupling.evaluate(slave, *sharp, candidates.clone(), settings)?;
             if let (Some((law, _)), Some(offsets)) = (pressure, &offsets) {
-                coupling.press(slave, candidates, settings, PointPressure { law, offsets: offsets[number] });
+                let closed = self.closed.get(number).copied().unwrap_or_default();
+                coupling.press(slave, candidates, settings, PointPressure { law, offsets: offsets[number], closed });
             }
             Ok(())
         });

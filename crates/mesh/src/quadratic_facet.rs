@@ -24,6 +24,9 @@ pub struct QuadraticFacet {
     values: [[f64; 9]; 9],
 }
 
+/// For the nodes of a face, in its order, the gap to another surface, where there is one. \[L\]
+pub type NodeGaps = [Option<f64>; 9];
+
 /// The functions of a face at a point, and their derivatives in a plane.
 pub type FaceFunctions = ([f64; 9], [[f64; 2]; 9]);
 
@@ -98,6 +101,27 @@ impl QuadraticFacet {
             *values = to_points(count, shapes(count, point));
         }
         Self { nodes, corners: corners.len(), values }
+    }
+
+    /// The weights of the points x̂ of the face in the position of one of its nodes, x = T⁻¹ x̂.
+    pub fn place_of_node(&self, node: usize) -> [f64; 9] {
+        to_points(self.nodes.len(), std::array::from_fn(|s| f64::from(u8::from(s == node))))
+    }
+
+    /// T v on the face, for values v of its nodes: with them, the functions N̂ give what N gives with v.
+    pub fn at_points(&self, v: &[f64; 9]) -> [f64; 9] {
+        let count = self.nodes.len();
+        let corners = if count == 6 { 3 } else { 4 };
+        let mut out = [0.0; 9];
+        out[..corners].copy_from_slice(&v[..corners]);
+        for i in 0..corners {
+            out[corners + i] = 4.0 / 3.0 * v[corners + i] - (v[i] + v[(i + 1) % corners]) / 6.0;
+        }
+        if count == 9 {
+            let [of_corners, of_middles] = [0..4, 4..8].map(|range| v[range].iter().sum::<f64>());
+            out[8] = 16.0 / 9.0 * v[8] - 2.0 / 9.0 * of_middles + of_corners / 36.0;
+        }
+        out
     }
 
     /// The functions N̂ of the face where the facet's own linear shape functions have the values `shape`, with the
@@ -210,6 +234,15 @@ mod tests {
                         let local = face.iter().position(|other| other == node).unwrap();
                         if face.len() == 6 { SIX[local] } else { NINE[local] }
                     };
+                    let inverse: Vec<f64> = (0..face.len())
+                        .map(|s| {
+                            let weights = quadratic.place_of_node(s);
+                            let of = |v: &[f64; 9]| weights.iter().zip(quadratic.at_points(v)).map(|(w, v)| w * v).sum();
+                            let unit = |k: usize| std::array::from_fn(|s| f64::from(u8::from(s == k)));
+                            (0..face.len()).map(|k| f64::abs(of(&unit(k)) - f64::from(u8::from(k == s)))).sum()
+                        })
+                        .collect();
+                    assert!(inverse.iter().all(|error| *error < 1e-14), "{inverse:?}");
                     for [x, y] in [[0.3, 0.2], [0.1, 0.7], [0.0, 1.0], [0.5, 0.5]] {
                         let linear = |x: f64, y: f64| match facet.len() {
                             3 => [1.0 - x - y, x, y, 0.0],

@@ -13,7 +13,7 @@
 //! ```
 
 mod dual;
-mod pressed;
+pub(super) mod pressed;
 
 use super::clip::{PLANE_COORDINATES, Point};
 use super::facet_pair::{PairHeights, PairIntegrals, integrate_pair};

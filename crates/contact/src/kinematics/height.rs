@@ -266,7 +266,7 @@ pub struct CurvedFacet<'a> {
 
 impl CurvedFacet<'_> {
     /// The nodes of its face, or its own.
-    pub(super) fn face_nodes(&self) -> &[u32] {
+    pub(crate) fn face_nodes(&self) -> &[u32] {
         self.face.map_or(&self.nodes[..], |face| &face.nodes[..])
     }
 }

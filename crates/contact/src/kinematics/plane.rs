@@ -134,6 +134,12 @@ impl<const S: usize> Plane<S> {
         [self.axes[0].dot(&d), self.axes[1].dot(&d)]
     }
 
+    /// Cosine of the angle between n₀ and a facet's normal; 0 for a collapsed facet.
+    pub fn cosine<const M: usize>(&self, facet: &[Vector3<f64>; M]) -> f64 {
+        let [a, b] = spanning(facet);
+        a.cross(&b).try_normalize(0.0).map_or(0.0, |normal| normal.dot(&self.normal))
+    }
+
     /// Height of a point above the plane, along n₀. \[L\]
     pub fn height(&self, p: &Vector3<f64>) -> f64 {
         self.normal.dot(&(p - self.origin))

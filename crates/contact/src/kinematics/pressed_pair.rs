@@ -62,7 +62,7 @@ impl Default for PressedIntegrals {
 }
 
 /// The functions of a facet, in the order of the nodes of its face, with slopes in the plane.
-fn functions(face: Option<&QuadraticFacet>, shape: &[f64; 4], slope: &[[f64; 2]; 4]) -> FaceFunctions {
+pub(super) fn functions(face: Option<&QuadraticFacet>, shape: &[f64; 4], slope: &[[f64; 2]; 4]) -> FaceFunctions {
     face.map_or_else(
         || {
             let mut out = ([0.0; FACE], [[0.0; 2]; FACE]);

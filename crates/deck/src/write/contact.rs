@@ -78,8 +78,8 @@ impl Writer<'_> {
         }
         self.interferences(pair);
         if *behavior != Behavior::Hard {
-            let law = self.penalty(behavior, &friction);
-            // standard shapes would average the gap over large facets
+            let law = self.penalty(behavior, &friction) + ", pressure_at = \"points\"";
+            // standard shapes would average the slip over large facets
             if self.is_curved([&pair.slave, &pair.slave]) {
                 self.line("multiplier_shape = \"dual\"");
             }

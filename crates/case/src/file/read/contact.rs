@@ -174,11 +174,6 @@ fn contact(table: Table<'_>, names: &Names, shapes: &[Body], steps: usize) -> Co
             "omit `enforcement`",
         );
     }
-    if adjust.is_some() && enforcement.is_at_points() {
-        let message = "the initial gaps of nodes do not close the gaps at the points between them";
-        let help = "omit `adjust`, and let the meshes touch, or use `pressure_at = \"nodes\"`";
-        table.reader.error(&table.path_of("adjust"), CaseCode::Unsupported, message, help);
-    }
     table.finish();
     Contact {
         slave,

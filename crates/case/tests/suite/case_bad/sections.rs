@@ -113,8 +113,6 @@ fn contact() {
     one(19, "lagrange = {}", "penalty = { stiffness = { tangential = 1 } }", MissingKey, "{ tang");
     let points = "penalty = { pressure_at = \"points\", scaling = \"weighted\" }";
     one(19, "lagrange = {}", points, Unsupported, "\"weighted\"");
-    let points = "enforcement = { penalty = { pressure_at = \"points\" } }\nadjust = 0.1";
-    one(19, "enforcement = { lagrange = {} }", points, Unsupported, "0.1");
     one(19, "lagrange = {}", "augmented = { tolerance = 0.0 }", OutOfRange, "0.0");
     one(19, "lagrange = {}", "lagrange = { stiffness = 1, complementarity_parameter = 5.0 }", ChooseOne, "5.0");
 }

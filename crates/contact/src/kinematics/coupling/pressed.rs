@@ -16,19 +16,21 @@ pub struct PointPressure<'a> {
     pub law: &'a PressureLaw,
     /// Offsets of the facet's corners, by which the surfaces touch before their meshes do. \[L\]
     pub offsets: [f64; 4],
+    /// Initial gaps that count as closed, at the points of the facet or of its quadratic face. \[L\]
+    pub closed: [f64; 9],
 }
 
 /// The factors of the heights of the true surfaces above a pair of facets, and their derivatives with
 /// respect to the corners.
-struct Factors<const S: usize, const M: usize> {
-    value: [f64; 4],
+pub(in crate::kinematics) struct Factors<const S: usize, const M: usize> {
+    pub value: [f64; 4],
     by_slave: [[Vector3<f64>; S]; 4],
     by_master: [[Vector3<f64>; M]; 4],
 }
 
 impl<const S: usize, const M: usize> Factors<S, M> {
     /// `None` for a collapsed facet.
-    fn new(corners: &[Vector3<f64>; S], points: &[Vector3<f64>; M], heights: PairHeights<'_>) -> Option<Self> {
+    pub fn new(corners: &[Vector3<f64>; S], points: &[Vector3<f64>; M], heights: PairHeights<'_>) -> Option<Self> {
         let (own, other) = (FacetNormal::of(corners)?, FacetNormal::of(points)?);
         let ray = AlongRay::new(&-own.normal, points, &other.normal, &other.slope)?;
         let still = (1.0, [Vector3::zeros(); S]);
@@ -110,7 +112,7 @@ impl FacetCoupling {
         master: &[u32; M],
         facets: [CurvedFacet<'_>; 2],
         Settings { x, rule, with_gradient, .. }: Settings<'_>,
-        PointPressure { law, offsets }: PointPressure<'_>,
+        PointPressure { law, offsets, closed }: PointPressure<'_>,
         pair: &mut PressedIntegrals,
     ) -> Result<(), Unmappable> {
         let points = master.map(|m| position(x, m));
@@ -127,6 +129,7 @@ impl FacetCoupling {
         let mut gap = PairGap { faces, nodes: [0.0; ENTRIES], offsets, heights: [None, None], factors: [0.0; 4] };
         let at = |local: usize| position(x, self.nodes[local]);
         places.iter().for_each(|&(entry, local)| gap.nodes[entry] = plane.height(&at(local)));
+        gap.nodes.iter_mut().zip(closed).for_each(|(height, closed)| *height += closed);
         if let Some(curved) = &curved {
             (gap.heights, gap.factors) = (heights, curved.value);
         }

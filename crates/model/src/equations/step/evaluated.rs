@@ -244,7 +244,8 @@ impl ContactModel {
             return Vec::new();
         }
         let nudge = if at_start { NUDGE } else { 0.0 };
-        let of = |slave: &SlaveData| self.offset_of(slave, time) + nudge * slave.size;
+        // the interface itself knows the initial gaps that count as closed
+        let of = |slave: &SlaveData| self.pair(slave).offset_at(time) * slave.slant + nudge * slave.size;
         self.slaves.iter().map(of).collect()
     }
 
