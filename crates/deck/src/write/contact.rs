@@ -79,10 +79,6 @@ impl Writer<'_> {
         self.interferences(pair);
         if *behavior != Behavior::Hard {
             let law = self.penalty(behavior, &friction) + ", pressure_at = \"points\"";
-            // standard shapes would average the slip over large facets
-            if self.is_curved([&pair.slave, &pair.slave]) {
-                self.line("multiplier_shape = \"dual\"");
-            }
             self.line(format!("enforcement = {{ penalty = {{ {law} }} }}"));
         }
     }

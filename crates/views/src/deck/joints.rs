@@ -176,9 +176,10 @@ impl Writer<'_> {
             return [Some(slope); 2];
         }
         let Enforcement::Penalty { pressure, stiffness, scaling, .. } = &contact.enforcement else { return [None; 2] };
-        if self.is_curved(contact) && contact.multiplier_shape != Some(MultiplierShape::Dual) {
-            let message = "linear contact of second-order elements is read with dual shapes";
-            self.warn(at("multiplier_shape"), message, "set it to \"dual\" to compare the same pressures");
+        if !contact.enforcement.is_at_points() {
+            let message = "a deck has pressures that follow from the gap at each integration point";
+            let help = "set it to \"points\" to compare the same pressures";
+            self.warn(at("enforcement.penalty.pressure_at"), message, help);
         }
         let Some(stiffness) = stiffness else {
             if pressure.is_some() && self.friction_of(contact) == 0.0 {

@@ -71,7 +71,7 @@ fn pressed(
     let settings = Settings { x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
     let mut coupling = FacetCoupling::default();
     coupling.evaluate(slave, [false; 4], masters.clone(), settings).unwrap();
-    coupling.press(slave, masters, settings, PointPressure { law, offsets: [0.01, 0.02, -0.03, 0.05], closed: CLOSED });
+    coupling.press(slave, masters, settings, PointPressure { law, offsets: [0.01, 0.02, -0.03, 0.05], closed: [0.02, -0.01, 0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0] });
     coupling
 }
 
