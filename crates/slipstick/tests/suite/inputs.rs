@@ -90,6 +90,9 @@ fn kinds() -> Vec<Kind> {
         scenes.push((format!("{name}, begins"), Scene { more: begins, ..base.clone() }));
         scenes.push((format!("{name}, ends"), Scene { more: format!("{side}until = 0.8\n"), ..base }));
     }
+    let (_, base) = scene("", &methods[5].1, "standard");
+    let (name, text) = ("penalty at points, second order".into(), base.text().replace("[[body]]", "[[body]]\norder = 2"));
+    let second_order = Kind { name, text, varied: false };
     let mass = "\nmass_density = 2.0\nmaterial = { neo_hooke";
     let fields = "[[load]]\ncentrifugal = { point = [-3, 2, 1], direction = [1, 2, -2], angular_velocity = 2 }\n";
     // with a pressure at the points, all nodes slide at the end of this scene
@@ -98,6 +101,7 @@ fn kinds() -> Vec<Kind> {
         .iter()
         .map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: varied(name) })
         .collect();
+    kinds.push(second_order);
     for (name, enforcement) in [&methods[0], &methods[1], &methods[4]] {
         let (_, base) = scene("", enforcement, "standard");
         let text = Scene { design: "yield_p = 2.5".into(), ..base }.text();

@@ -121,6 +121,44 @@ fn an_interference_is_resolved_along_the_path() {
     assert_eq!(found.len(), 4);
 }
 
+/// `contact4` of CalculiX' own decks: a block of edge ½ on the middle of one of edge 1, each of one hexahedron of 20
+/// nodes, pressed by 100 with 1e7 per penetration. Expected values: CalculiX 2.20, with six digits.
+#[test]
+fn a_quadratic_facet_presses_on_part_of_another() {
+    let mut text = String::from(
+        "[[contact]]\nslave = 'upper_zmin'\nmaster = 'lower_zmax'\nfriction = 0\n\
+         enforcement = { penalty = { stiffness = 1e7, pressure_at = 'points' } }\n\
+         [[dirichlet]]\nset = 'lower_zmin'\n[[dirichlet]]\nset = 'upper_zmax'\ncomponents = ['x', 'y']\n\
+         [[load]]\nsurface = 'upper_zmax'\npressure = 100\n\
+         [load_path]\nsteps = 1\ntolerance = { relative = 1e-10 }\n",
+    );
+    for (name, range) in [("lower", "min = [0, 0, 0], max = [1, 1, 1]"), ("upper", "min = [0.25, 0.25, 1], max = [0.75, 0.75, 1.5]")] {
+        text += &format!(
+            "[[body]]\nname = '{name}'\norder = 2\nshape_functions = 'serendipity'\n\
+             box = {{ {range}, elements = [1, 1, 1] }}\n\
+             material = {{ st_venant_kirchhoff = {{ youngs_modulus = 210000, poisson_ratio = 0 }} }}\n"
+        );
+    }
+    let mut problem = problem(&text);
+    let density = problem.initial_density().clone();
+    let run = forward(&mut problem, &density);
+    let state = &run.path.states.last().expect("a state").state.unknowns;
+    let expected = [
+        ([1.0, 0.0, 1.0], [-2.80144e-5, 2.80144e-5, -5.47502e-5]),
+        ([1.0, 0.5, 1.0], [-2.80119e-5, 0.0, -1.02992e-4]),
+        ([0.75, 0.75, 1.0], [5.149e-6, 5.149e-6, -1.40056e-4]),
+        ([0.75, 0.5, 1.0], [5.14925e-6, 0.0, -1.49909e-4]),
+        ([0.75, 0.5, 1.5], [0.0, 0.0, -3.92717e-4]),
+    ];
+    for (place, values) in expected {
+        let node = problem.mesh.nodes.iter().position(|p| *p == place).expect("a node");
+        for c in 0..3 {
+            let (found, value) = (state[3 * node + c], values[c]);
+            assert!((found - value).abs() < 2e-5 * 1.4e-4, "{place:?}, {c}: {found} instead of {value}");
+        }
+    }
+}
+
 /// With sticking, slipping and opening, for both laws and shapes of multipliers, and with the automatic stiffness of
 /// sticking, which depends on the moduli.
 #[test]
@@ -148,5 +186,12 @@ fn gradients_of_soft_contact() {
             let scene = Scene { enforcement, shape, friction, motion: motion.into(), ..Scene::default() };
             check(&format!("{law} {shape} {friction}"), &mut problem(&scene.text()), 7);
         }
+    }
+    // quadratic faces, with closed gaps
+    for (friction, motion) in motions {
+        let enforcement = "{ penalty = { stiffness = 2e4, pressure_at = 'points' } }\nadjust = { gap = 0.01 }".into();
+        let scene = Scene { enforcement, friction, motion: motion.into(), ..Scene::default() };
+        let text = scene.text().replace("[[body]]", "[[body]]\norder = 2");
+        check(&format!("second order, {friction}"), &mut problem(&text), 7);
     }
 }

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, equations_of, springs_of};
 use slipstick_case::file::{Adjust, Contact, CouplingKind, Enforcement, Pressure, StiffnessScaling, Surfaces};
-use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::facet_area;
 use slipstick_solid::spring::Acts;
 
