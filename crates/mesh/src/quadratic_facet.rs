@@ -31,17 +31,8 @@ pub type NodeGaps = [Option<f64>; 9];
 pub type FaceFunctions = ([f64; 9], [[f64; 2]; 9]);
 
 /// Coordinates of the nodes of a face with nine nodes, −1 … 1.
-const NINE: [[f64; 2]; 9] = [
-    [-1.0, -1.0],
-    [1.0, -1.0],
-    [1.0, 1.0],
-    [-1.0, 1.0],
-    [0.0, -1.0],
-    [1.0, 0.0],
-    [0.0, 1.0],
-    [-1.0, 0.0],
-    [0.0, 0.0],
-];
+const NINE: [[f64; 2]; 9] =
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, 0.0]];
 
 /// Second and third area coordinate of the nodes of a face with six nodes.
 const SIX: [[f64; 2]; 6] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]];

@@ -95,14 +95,8 @@ impl GapPoint {
         slopes: [[[f64; 2]; 4]; 2],
     ) -> Self {
         let functions = [0, 1].map(|side| functions(gap.faces[side], &shapes[side], &slopes[side]));
-        let mut out = Self {
-            shapes,
-            slopes: slopes[0],
-            functions,
-            gap: 0.0,
-            gap_slopes: [[0.0; 2]; 2],
-            beside: [0.0; BESIDE],
-        };
+        let mut out =
+            Self { shapes, slopes: slopes[0], functions, gap: 0.0, gap_slopes: [[0.0; 2]; 2], beside: [0.0; BESIDE] };
         for i in 0..4 {
             out.gap -= shapes[0][i] * gap.offsets[i];
             (0..2).for_each(|c| out.gap_slopes[0][c] -= slopes[0][i][c] * gap.offsets[i]);
@@ -229,7 +223,8 @@ impl Sums {
         for (j, side) in (0..S).flat_map(|j| [(j, 0), (j, 1)]) {
             let (n, n_slope) = (at.shapes[0][j], at.slopes[j]);
             for entry in entries[side].clone() {
-                let (f, f_slope) = (at.functions[side].0[entry - FACE * side], at.functions[side].1[entry - FACE * side]);
+                let (f, f_slope) =
+                    (at.functions[side].0[entry - FACE * side], at.functions[side].1[entry - FACE * side]);
                 let product = n * f;
                 self.values[j][entry] += weight * pressure * product;
                 if !with_gradient {

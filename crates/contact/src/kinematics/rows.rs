@@ -100,9 +100,7 @@ impl NodeKinematics {
         for &(facet, corner) in &slave.facets {
             let coupling = &couplings[facet as usize];
             local.clear();
-            local.extend(
-                coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.own)),
-            );
+            local.extend(coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.own)));
             for (i, &s) in local.iter().enumerate() {
                 self.coefficient[s] += coupling.coefficient[corner as usize * local.len() + i];
                 if with_gradient {

@@ -122,7 +122,8 @@ fn an_interference_is_resolved_along_the_path() {
 }
 
 /// `contact4` of CalculiX' own decks: a block of edge ½ on the middle of one of edge 1, each of one hexahedron of 20
-/// nodes, pressed by 100 with 1e7 per penetration. Expected values: CalculiX 2.20, with six digits.
+/// nodes, pressed by 100 with 1e7 per penetration. Expected values: CalculiX 2.20, which converges to about five digits of
+/// the largest.
 #[test]
 fn a_quadratic_facet_presses_on_part_of_another() {
     let mut text = String::from(
@@ -132,7 +133,9 @@ fn a_quadratic_facet_presses_on_part_of_another() {
          [[load]]\nsurface = 'upper_zmax'\npressure = 100\n\
          [load_path]\nsteps = 1\ntolerance = { relative = 1e-10 }\n",
     );
-    for (name, range) in [("lower", "min = [0, 0, 0], max = [1, 1, 1]"), ("upper", "min = [0.25, 0.25, 1], max = [0.75, 0.75, 1.5]")] {
+    for (name, range) in
+        [("lower", "min = [0, 0, 0], max = [1, 1, 1]"), ("upper", "min = [0.25, 0.25, 1], max = [0.75, 0.75, 1.5]")]
+    {
         text += &format!(
             "[[body]]\nname = '{name}'\norder = 2\nshape_functions = 'serendipity'\n\
              box = {{ {range}, elements = [1, 1, 1] }}\n\
@@ -154,7 +157,7 @@ fn a_quadratic_facet_presses_on_part_of_another() {
         let node = problem.mesh.nodes.iter().position(|p| *p == place).expect("a node");
         for c in 0..3 {
             let (found, value) = (state[3 * node + c], values[c]);
-            assert!((found - value).abs() < 2e-5 * 1.4e-4, "{place:?}, {c}: {found} instead of {value}");
+            assert!((found - value).abs() < 2e-5 * 3.92717e-4, "{place:?}, {c}: {found} instead of {value}");
         }
     }
 }

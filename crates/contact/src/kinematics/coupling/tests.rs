@@ -71,7 +71,16 @@ fn pressed(
     let settings = Settings { x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
     let mut coupling = FacetCoupling::default();
     coupling.evaluate(slave, [false; 4], masters.clone(), settings).unwrap();
-    coupling.press(slave, masters, settings, PointPressure { law, offsets: [0.01, 0.02, -0.03, 0.05], closed: [0.02, -0.01, 0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0] });
+    coupling.press(
+        slave,
+        masters,
+        settings,
+        PointPressure {
+            law,
+            offsets: [0.01, 0.02, -0.03, 0.05],
+            closed: [0.02, -0.01, 0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0],
+        },
+    );
     coupling
 }
 
@@ -114,7 +123,12 @@ fn the_resultant_of_an_affine_pressure_follows_from_the_weighted_gaps() {
         let settings = Settings { x: &x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: false };
         let masters = facets.iter().map(|&facet| CurvedFacet::from(facet));
         coupling.evaluate(slave.into(), [false; 4], masters.clone(), settings).unwrap();
-        coupling.press(slave.into(), masters, settings, PointPressure { law: &law, offsets: [0.1; 4], closed: [0.0; 9] });
+        coupling.press(
+            slave.into(),
+            masters,
+            settings,
+            PointPressure { law: &law, offsets: [0.1; 4], closed: [0.0; 9] },
+        );
         let (n, corners) = (coupling.nodes.len(), slave.len());
         let sum = |list: &[f64]| (0..corners).map(|j| list[j * n..][..corners].iter().sum::<f64>()).sum::<f64>();
         let points: Vec<Vector3<f64>> = slave.iter().map(|&node| position(&x, node)).collect();
