@@ -36,6 +36,11 @@ impl ContactInterface {
         self
     }
 
+    /// Whether initial gaps do not count, [`Self::with_closed_gaps`].
+    pub fn has_closed_gaps(&self) -> bool {
+        self.closed.iter().flatten().any(|&gap| gap != 0.0)
+    }
+
     /// For each slave facet, the gaps of the nodes of the facet, or of its quadratic face.
     fn node_gaps(&self, coordinates: &[f64]) -> Vec<NodeGaps> {
         let tree = FacetTree::build(self.master_facets(), coordinates);

@@ -33,6 +33,7 @@ impl ContactModel {
             pair.is_bonded()
                 || pair.interface.heights().iter().any(|side| !side.is_empty())
                 || pair.adjusted.iter().any(|&gap| gap != 0.0)
+                || pair.interface.has_closed_gaps()
                 || !pair.offset.is_empty()
         };
         let pairs = "contact pairs that are tied, adjusted, offset, or smoothed by true surfaces";
