@@ -54,6 +54,7 @@ use slipstick_model::model::{
 pub use slipstick_model::problem::Problem;
 use slipstick_path::{LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances};
 use slipstick_solid::{Interpolation, Simp, SolidModel};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// What a problem is solved on.
@@ -303,6 +304,12 @@ fn interface_of(
         surfaces::heights(smooth, facets, points)
     });
     let interface = interface.with_heights(heights);
+    let interface = if contact.enforcement.is_at_points() {
+        let faces = [interface.slave_facets(), interface.master_facets()].map(|facets| mesh.quadratic_facets(facets));
+        interface.with_quadratic_faces(faces)
+    } else {
+        interface
+    };
     let mean = contact.multiplier_shape.is_none() && interface.is_coarse(points.as_flattened());
     Ok(if mean { interface.with_shape(MultiplierShape::Mean) } else { interface })
 }
@@ -359,6 +366,17 @@ fn build_interfaces(
                 edges::with_normals(interface, contact, &case.bodies, mesh, &points, mirrored, held)
             }
         };
+        let interface = match &contact.adjust {
+            Some(adjust) if contact.enforcement.is_at_points() => {
+                let (set, offset) = (set_to_adjust(adjust, mesh), OffsetPoint::at(&contact.offset, contact.active[0]));
+                let chosen = |node: u32| set.as_ref().is_none_or(|set| set.binary_search(&node).is_ok());
+                interface.with_closed_gaps(points.as_flattened(), |node, gap| {
+                    let closes = (gap - offset).abs() <= adjust.distance() && chosen(node);
+                    closes.then_some(adjust.gap() + offset)
+                })
+            }
+            _ => interface,
+        };
         let slants = match contact.offset.is_empty() {
             true => Vec::new(),
             false => interface.slants(points.as_flattened()).map_err(|e| folded(&e, i))?,
@@ -376,6 +394,7 @@ fn build_interfaces(
             edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
             pressure: contact.enforcement.pressure_law(),
+            at_points: contact.enforcement.is_at_points(),
             interface,
         });
     }
@@ -396,7 +415,7 @@ fn adjusted(
     pair: usize,
 ) -> Result<Vec<f64>, BuildError> {
     let Some(adjust) = &contact.adjust else { return Ok(Vec::new()) };
-    let nodes = adjust.nodes().map(|set| mesh.set_nodes(set).unwrap_or_default());
+    let nodes = set_to_adjust(adjust, mesh);
     let slaves = interface.slave_nodes();
     let chosen = |k: usize| nodes.as_ref().is_none_or(|nodes| nodes.binary_search(&slaves[k].node).is_ok());
     if let (Some(set), false) = (adjust.nodes(), (0..slaves.len()).any(chosen)) {
@@ -415,6 +434,11 @@ fn adjusted(
         gap.filter(within).map_or(0.0, |gap| gap - adjust.gap())
     };
     Ok(gaps.into_iter().enumerate().map(of).collect())
+}
+
+/// The nodes that an `adjust` names; `None`: all.
+fn set_to_adjust<'a>(adjust: &file::Adjust, mesh: &'a Mesh) -> Option<Cow<'a, [u32]>> {
+    adjust.nodes().map(|set| mesh.set_nodes(set).unwrap_or_default())
 }
 
 /// The mortar rows of tied surfaces, which must lie opposite each other in the mesh.

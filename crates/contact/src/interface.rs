@@ -1,13 +1,14 @@
 //! A contact interface: slave and master surfaces, and the evaluation of all its nodes.
 
 use crate::cones::{self, Wanted};
+use crate::enforcement::soft::PressureLaw;
 use crate::kinematics::cell_rule::CellPoint;
-use crate::kinematics::coupling::{FacetCoupling, Settings};
+use crate::kinematics::coupling::{FacetCoupling, FoldedFacet, PointPressure, Settings};
 use crate::kinematics::height::{CurvedFacet, FacetHeight};
 use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use crate::slave_node::{SlaveNode, following, slave_topology};
 use rayon::prelude::*;
-use slipstick_mesh::{FacetNodes, FacetTree};
+use slipstick_mesh::{FacetNodes, FacetTree, QuadraticFacet};
 
 /// Why a contact interface cannot be built or evaluated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -80,6 +81,12 @@ pub struct ContactInterface {
     /// For the facets of slave and master, the height of the true surface above them; empty where
     /// all facets of a side are the surface itself.
     heights: [Vec<Option<FacetHeight>>; 2],
+    /// For the facets of slave and master, the quadratic face that a pressure at the points acts on; empty where a
+    /// side has none.
+    faces: [Vec<Option<QuadraticFacet>>; 2],
+    /// For each slave facet, the initial gaps that do not count where a pressure follows from the gap at each
+    /// integration point, at the points of the facet or of its face; empty: all count. \[L\]
+    pub(crate) closed: Vec<[f64; 9]>,
 }
 
 /// Buffers of [`ContactInterface::evaluate`], and the slave nodes that it evaluates.
@@ -123,7 +130,7 @@ impl ContactInterface {
         let sharp = following(&slave_nodes, slave_facets.len());
         let tree = FacetTree::build(&master_facets, coordinates);
         let (rule, trusted) = (rule.points(), f64::INFINITY);
-        let heights = [Vec::new(), Vec::new()];
+        let (heights, faces) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
         Ok(Self {
             slave_facets,
             master_facets,
@@ -136,6 +143,8 @@ impl ContactInterface {
             with_itself,
             tree,
             heights,
+            faces,
+            closed: Vec::new(),
         })
     }
 
@@ -152,9 +161,41 @@ impl ContactInterface {
         self
     }
 
+    /// The same interface, in which a pressure at the points acts on the quadratic faces of slave and master, facet by
+    /// facet ([`slipstick_mesh::Mesh::quadratic_facets`]), or on the facets of a side that has none.
+    ///
+    /// # Panics
+    /// If a side has faces, but not an entry for each of its facets.
+    pub fn with_quadratic_faces(mut self, faces: [Vec<Option<QuadraticFacet>>; 2]) -> Self {
+        for (faces, facets) in faces.iter().zip([&self.slave_facets, &self.master_facets]) {
+            assert!(faces.is_empty() || faces.len() == facets.len(), "an entry for each facet");
+        }
+        for slave in &mut self.slave_nodes {
+            for (facet, _) in &slave.facets {
+                let face = faces[0].get(*facet as usize).and_then(Option::as_ref);
+                for node in face.iter().flat_map(|face| face.nodes.iter()) {
+                    if !slave.ring.contains(node) {
+                        slave.ring.push(*node);
+                    }
+                }
+            }
+        }
+        self.faces = faces;
+        self
+    }
+
+    /// A facet of the slave (side 0) or the master (1) with the surface for which it stands.
+    pub(crate) fn curved(&self, side: usize, number: usize) -> CurvedFacet<'_> {
+        let nodes = if side == 0 { self.slave_facets[number] } else { self.master_facets[number] };
+        let height = self.heights[side].get(number).and_then(Option::as_ref);
+        CurvedFacet { nodes, height, face: self.faces[side].get(number).and_then(Option::as_ref) }
+    }
+
     /// The same slave surface, opposite to other master facets with this tree.
     pub(crate) fn opposite(&self, master_facets: Vec<FacetNodes>, tree: FacetTree) -> Self {
-        Self { master_facets, tree, trusted: f64::INFINITY, with_itself: false, ..self.clone() }
+        let faces = [Vec::new(), Vec::new()];
+        let (trusted, with_itself, closed) = (f64::INFINITY, false, Vec::new());
+        Self { master_facets, tree, trusted, with_itself, faces, closed, ..self.clone() }
     }
 
     /// The heights of the true surfaces above the facets of slave and master, as in
@@ -268,6 +309,17 @@ impl ContactInterface {
         self.reach
     }
 
+    /// Values of slave nodes at the corners of the slave facets.
+    fn at_corners(&self, values: &[f64]) -> Vec<[f64; 4]> {
+        let mut out = vec![[0.0; 4]; self.slave_facets.len()];
+        for (slave, value) in self.slave_nodes.iter().zip(values) {
+            for &(facet, corner) in &slave.facets {
+                out[facet as usize][usize::from(corner)] = *value;
+            }
+        }
+        out
+    }
+
     /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of
     /// the slave nodes of the workspace, and leaves the others empty.
     ///
@@ -282,13 +334,29 @@ impl ContactInterface {
         workspace: &mut InterfaceWorkspace,
         out: &mut Vec<NodeKinematics>,
     ) -> Result<(), InterfaceError> {
+        self.evaluate_pressed(x, with_gradient, None, workspace, out)
+    }
+
+    /// As [`Self::evaluate`], with the pressure of a law at each integration point, whose gap is reduced by
+    /// offsets (one for each slave node) interpolated from the nodes. \[L\]
+    ///
+    /// # Errors
+    /// As for [`Self::evaluate`].
+    pub fn evaluate_pressed(
+        &self,
+        x: &[f64],
+        with_gradient: bool,
+        pressure: Option<(&PressureLaw, &[f64])>,
+        workspace: &mut InterfaceWorkspace,
+        out: &mut Vec<NodeKinematics>,
+    ) -> Result<(), InterfaceError> {
+        let offsets = pressure.map(|(_, offsets)| self.at_corners(offsets));
         let InterfaceWorkspace { tree, couplings, nodes, facets } = workspace;
         tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
-        let Self { slave_facets, master_facets, sharp, rule, .. } = self;
+        let Self { slave_facets, sharp, rule, .. } = self;
         let settings = Settings { x, rule, shape: self.shape, reach: self.reach, trusted: self.trusted, with_gradient };
-        let (tree, masters) = (&*tree, master_facets);
-        let height = |side: usize, facet: usize| self.heights[side].get(facet)?.as_ref();
+        let tree = &*tree;
         let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets).enumerate();
         let folded = facets.map_init(Vec::new, |hits, (number, (((coupling, facet), sharp), &evaluated))| {
             if !evaluated {
@@ -300,13 +368,19 @@ impl ContactInterface {
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
             let neighbour = |master: &FacetNodes| self.with_itself && master.iter().any(|node| facet.contains(node));
-            let candidates =
-                hits.iter().map(|&h| CurvedFacet { nodes: masters[h as usize], height: height(1, h as usize) });
+            let candidates = hits.iter().map(|&h| self.curved(1, h as usize));
             let candidates = candidates.filter(|master| !neighbour(&master.nodes));
-            coupling.evaluate(CurvedFacet { nodes: *facet, height: height(0, number) }, *sharp, candidates, settings)
+            let slave = self.curved(0, number);
+            coupling.evaluate(slave, *sharp, candidates.clone(), settings)?;
+            if let (Some((law, _)), Some(offsets)) = (pressure, &offsets) {
+                let closed = self.closed.get(number).copied().unwrap_or_default();
+                coupling.press(slave, candidates, settings, PointPressure { law, offsets: offsets[number], closed });
+            }
+            Ok(())
         });
         // the first one by facet number, regardless of which thread finishes first
-        let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
+        let folded: Vec<FacetNodes> =
+            folded.filter_map(|result| result.err().map(|FoldedFacet(facet)| facet)).collect();
         if let Some(&nodes) = folded.first() {
             return Err(InterfaceError::FoldedFacet { nodes });
         }
@@ -317,7 +391,7 @@ impl ContactInterface {
             .zip(&self.slave_nodes)
             .zip(&*nodes)
             .filter_map(|((row, slave), &evaluated)| {
-                let folded = evaluated && !row.gather(slave, couplings, x, with_gradient);
+                let folded = evaluated && !row.gather(slave, couplings, x, with_gradient, pressure.is_some());
                 folded.then_some(slave.node)
             })
             .min();

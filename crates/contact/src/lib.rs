@@ -57,6 +57,7 @@ pub mod enforcement;
 pub mod friction;
 pub mod kinematics;
 
+mod closed;
 mod coarse;
 mod cones;
 mod interface;

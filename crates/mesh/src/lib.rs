@@ -39,6 +39,7 @@ mod error;
 mod generate;
 mod geometry;
 mod mesh;
+mod quadratic_facet;
 mod rigid;
 mod search;
 pub mod second_order;
@@ -67,6 +68,7 @@ pub use geometry::{
     tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
+pub use quadratic_facet::{FaceFunctions, NodeGaps, QuadraticFacet};
 pub use rigid::{Coupling, Reference, Rigid};
 pub use search::FacetTree;
 pub use serendipity::SerendipityCentre;

@@ -195,23 +195,40 @@ fn all_enforcements_and_shapes_are_read() {
     );
     assert_eq!(
         with("{ penalty = {} }"),
-        Enforcement::Penalty { pressure: None, stiffness: None, scaling: StiffnessScaling::Area }
+        Enforcement::Penalty {
+            pressure: None,
+            pressure_at: PressureAt::Nodes,
+            stiffness: None,
+            scaling: StiffnessScaling::Area
+        }
     );
     assert_eq!(
         with("{ penalty = { stiffness = 1000, scaling = \"weighted\" } }"),
-        Enforcement::Penalty { pressure: None, stiffness: both(1000.0), scaling: StiffnessScaling::Weighted }
+        Enforcement::Penalty {
+            pressure: None,
+            pressure_at: PressureAt::Nodes,
+            stiffness: both(1000.0),
+            scaling: StiffnessScaling::Weighted
+        }
     );
     assert_eq!(
         with("{ penalty = { stiffness = { normal = 2.0, tangential = 1.0 } } }"),
         Enforcement::Penalty {
             pressure: None,
+            pressure_at: PressureAt::Nodes,
             stiffness: Some(Stiffness { normal: 2.0, tangential: 1.0 }),
             scaling: StiffnessScaling::Area
         }
     );
     let soft = "{ penalty = { pressure = { exponential = { contact_pressure = 3, clearance = 0.02 } } } }";
     let pressure = Some(Pressure::Exponential { contact_pressure: 3.0, clearance: 0.02 });
-    assert_eq!(with(soft), Enforcement::Penalty { pressure, stiffness: None, scaling: StiffnessScaling::Area });
+    let (pressure_at, scaling) = (PressureAt::Nodes, StiffnessScaling::Area);
+    assert_eq!(with(soft), Enforcement::Penalty { pressure, pressure_at, stiffness: None, scaling });
+    let pressure_at = PressureAt::Points;
+    assert_eq!(
+        with("{ penalty = { pressure_at = \"points\" } }"),
+        Enforcement::Penalty { pressure: None, pressure_at, stiffness: None, scaling }
+    );
     assert_eq!(
         with("{ augmented = { stiffness = 100, tolerance = 1e-9, max_uzawa = 50 } }"),
         Enforcement::Augmented {

@@ -88,6 +88,7 @@ mod tests {
                     reference_area,
                     edge_stiffness: 3.0,
                     edge_cover: 0.5,
+                    load: None,
                     freedom,
                 };
                 assert_eq!(at.compliance().0 > 0.0, reference_area > 1.0);
@@ -136,6 +137,7 @@ mod tests {
             reference_area: 1.0,
             edge_stiffness: f64::INFINITY,
             edge_cover: 0.5,
+            load: None,
             freedom: Freedom::Full,
         };
         let c = Stiffness { normal: 40.0, tangential: 25.0, scaling: StiffnessScaling::Area };

@@ -134,6 +134,7 @@ mod tests {
             reference_area,
             edge_stiffness: 50.0,
             edge_cover: 0.05,
+            load: None,
             freedom: Freedom::Full,
         };
         let across = |driven: bool, u| NodeMeasures {
@@ -209,6 +210,7 @@ mod tests {
             reference_area: 1.0,
             edge_stiffness: f64::INFINITY,
             edge_cover: 0.05,
+            load: None,
             freedom,
         };
         let z = Vector3::new(5.0, 0.2 * 5.0 * 0.6, 0.2 * 5.0 * 0.8);
@@ -240,6 +242,7 @@ mod tests {
             reference_area: 1.0,
             edge_stiffness: 50.0,
             edge_cover: 0.05,
+            load: None,
             freedom: Freedom::Full,
         };
         for (normal, tangential) in [(1e-3, 1.0), (1.0, 1e-2), (1e5, 1e5)] {

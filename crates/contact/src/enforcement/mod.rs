@@ -106,6 +106,9 @@ pub struct NodeMeasures {
     pub edge_stiffness: f64,
     /// Fraction χ > 0 of the reference area below which the contact condition is compliant.
     pub edge_cover: f64,
+    /// Load P of the node where the pressure depends on the gap at each integration point
+    /// ([`crate::kinematics::pressed`]); `None` elsewhere.
+    pub load: Option<f64>,
     /// Which measures are not prescribed.
     pub freedom: Freedom,
 }
@@ -163,6 +166,7 @@ mod tests {
             reference_area: 2.0,
             edge_stiffness: 300.0,
             edge_cover: 0.05,
+            load: None,
             freedom: Freedom::Full,
         };
         let k = |area: f64| at(area).compliance().0;

@@ -29,6 +29,8 @@ pub struct Traction {
     pub by_slip: Matrix3x2<f64>,
     /// ∂ζ/∂A (zero unless the stiffness multiplies measures divided by it).
     pub by_area: Vector3<f64>,
+    /// ∂ζ/∂P of the load of a pressure at the integration points. \[1/L²\]
+    pub by_load: Vector3<f64>,
     /// ∂ζ/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
     /// ∂ζ/∂τ_max.
@@ -51,6 +53,7 @@ impl Traction {
             by_gap: Vector3::zeros(),
             by_slip: Matrix3x2::zeros(),
             by_area: Vector3::zeros(),
+            by_load: Vector3::zeros(),
             by_friction: Vector3::zeros(),
             by_shear_limit: Vector3::zeros(),
             by_stiffness: Vector3::zeros(),
@@ -66,6 +69,7 @@ struct Pressure {
     value: f64,
     by_gap: f64,
     by_area: f64,
+    by_load: f64,
     by_stiffness: f64,
     by_multiplier: f64,
 }
@@ -88,6 +92,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: Friction,
         value,
         by_gap: -normal * share,
         by_area: normal * share * softening,
+        by_load: 0.0,
         by_stiffness: -normal * share * (at.gap + compliance * value),
         by_multiplier: share,
     };
@@ -115,7 +120,35 @@ pub fn soft_traction(
         value,
         by_gap: slope / divisor,
         by_area: -slope * gap * area_slope(at, stiffness.scaling),
+        by_load: 0.0,
         by_stiffness: 0.0,
+        by_multiplier: 0.0,
+    };
+    with_friction(pressure, history, at, friction, stiffness)
+}
+
+/// Evaluates the traction of one node whose pressure depends on the gap at each integration point: the mean
+/// pressure κ P/A of its load P. κ is ε_n if `proportional`, otherwise 1 ([`PressureLaw::Proportional`]).
+///
+/// Test: `pressed_traction_matches_finite_differences`.
+pub fn pressed_traction(
+    history: Vector3<f64>,
+    at: &NodeMeasures,
+    friction: Friction,
+    stiffness: &Stiffness,
+    (load, proportional): (f64, bool),
+) -> Traction {
+    if !at.covered() {
+        return Traction::open();
+    }
+    let factor = if proportional { stiffness.normal } else { 1.0 };
+    let value = factor * load / at.area;
+    let pressure = Pressure {
+        value,
+        by_gap: 0.0,
+        by_area: -value / at.area,
+        by_load: factor / at.area,
+        by_stiffness: if proportional { value } else { 0.0 },
         by_multiplier: 0.0,
     };
     with_friction(pressure, history, at, friction, stiffness)
@@ -149,6 +182,7 @@ fn with_friction(
     out.by_gap[0] = pressure.by_gap;
     out.by_multiplier[(0, 0)] = pressure.by_multiplier;
     out.by_area[0] = pressure.by_area;
+    out.by_load[0] = pressure.by_load;
     out.by_stiffness[0] = pressure.by_stiffness;
     // k = ε_τ over the divisor
     let tangential_by_stiffness = law.by_stiffness * tangential_stiffness + law.by_pressure * pressure.by_stiffness;
@@ -157,6 +191,7 @@ fn with_friction(
     for a in 0..2 {
         out.by_gap[1 + a] = pressure.by_gap * law.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
+        out.by_load[1 + a] = pressure.by_load * law.by_pressure[a];
         out.by_friction[1 + a] = law.by_friction[a];
         out.by_shear_limit[1 + a] = law.by_shear_limit[a];
         out.by_stiffness[1 + a] = tangential_by_stiffness[a];
@@ -185,6 +220,7 @@ mod tests {
                 reference_area,
                 edge_stiffness: 25.0,
                 edge_cover: 0.05,
+                load: None,
                 freedom: Freedom::Full,
             }
         };
@@ -278,6 +314,7 @@ mod tests {
                     reference_area: 1.0,
                     edge_stiffness: 25.0,
                     edge_cover: 0.05,
+                    load: None,
                     freedom: Freedom::Full,
                 };
                 let z = Vector3::new(0.0, 0.02, 0.01);
@@ -313,6 +350,41 @@ mod tests {
         }
     }
 
+    /// Sticking and slipping, with a stiffness of the pressure and without.
+    #[test]
+    fn pressed_traction_matches_finite_differences() {
+        let stiffness = Stiffness { normal: 3.0, tangential: 20.0, scaling: StiffnessScaling::Area };
+        let z = Vector3::new(0.0, 0.02, 0.01);
+        for (slip, status) in [([0.001, 0.004], ContactStatus::Stick), ([0.2, 0.1], ContactStatus::Slip)] {
+            let m = NodeMeasures {
+                gap: -0.1,
+                slip: Vector2::new(slip[0], slip[1]),
+                area: 0.7,
+                reference_area: 1.0,
+                edge_stiffness: 25.0,
+                edge_cover: 0.05,
+                load: None,
+                freedom: Freedom::Full,
+            };
+            for proportional in [false, true] {
+                let of = |area: f64, load: f64, factor: f64| {
+                    let at = NodeMeasures { area, ..m };
+                    pressed_traction(z, &at, Friction::coulomb(0.4), &stiffness.times(factor), (load, proportional))
+                };
+                let base = of(0.7, 0.5, 1.0);
+                assert_eq!(base.status, status);
+                let h = 1e-7;
+                let check = |name: &str, of: &dyn Fn(f64) -> Traction, exact: Vector3<f64>| {
+                    let difference = (of(h).value - of(-h).value) / (2.0 * h);
+                    assert!((difference - exact).norm() < 1e-6, "{name} {status:?} {proportional}");
+                };
+                check("area", &|d| of(0.7 + d, 0.5, 1.0), base.by_area);
+                check("load", &|d| of(0.7, 0.5 + d, 1.0), base.by_load);
+                check("stiffness", &|d| of(0.7, 0.5, d.exp()), base.by_stiffness);
+            }
+        }
+    }
+
     /// By definition, a node without an opposite facet carries no traction, nor does one whose gap
     /// is prescribed, however deep the penetration.
     #[test]
@@ -324,6 +396,7 @@ mod tests {
             reference_area: 1.0,
             edge_stiffness: 25.0,
             edge_cover: 0.05,
+            load: None,
             freedom: Freedom::Full,
         };
         for scaling in [StiffnessScaling::ReferenceArea, StiffnessScaling::Weighted] {

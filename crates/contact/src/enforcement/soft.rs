@@ -14,6 +14,8 @@ pub enum PressureLaw {
     /// Linear between these penetrations and pressures, of which the first is 0; constant after the last.
     /// Penetrations ascend. \[L, F/L²\]
     Table(Vec<[f64; 2]>),
+    /// The penetration itself: a stiffness of 1, which is known only where a node multiplies it by its own. \[L\]
+    Proportional,
 }
 
 /// Gaps and penetrations of an exponential law at which it ends, over c₀: the pressure is 10⁻¹² and 10¹² of
@@ -26,6 +28,7 @@ impl PressureLaw {
         match self {
             Self::Exponential { clearance, .. } => RANGE * clearance,
             Self::Table(points) => points.first().map_or(0.0, |[penetration, _]| (-penetration).max(0.0)),
+            Self::Proportional => 0.0,
         }
     }
 
@@ -54,6 +57,8 @@ impl PressureLaw {
                     (None, None) => (0.0, 0.0),
                 }
             }
+            Self::Proportional if gap < 0.0 => (-gap, -1.0),
+            Self::Proportional => (0.0, 0.0),
         }
     }
 }

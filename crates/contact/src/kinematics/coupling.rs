@@ -13,6 +13,7 @@
 //! ```
 
 mod dual;
+pub(super) mod pressed;
 
 use super::clip::{PLANE_COORDINATES, Point};
 use super::facet_pair::{PairHeights, PairIntegrals, integrate_pair};
@@ -21,6 +22,7 @@ use super::inverse_map::Unmappable;
 pub use super::plane::Settings;
 use super::plane::{Coupled, FacetNormal, Plane, position};
 use nalgebra::Vector3;
+pub use pressed::PointPressure;
 use schemars::JsonSchema;
 use serde::Serialize;
 use slipstick_mesh::FacetNodes;
@@ -64,6 +66,8 @@ pub struct FacetCoupling {
     pub nodes: Vec<u32>,
     /// Number of corners of the slave facet.
     pub corners: usize,
+    /// Number of leading nodes that belong to the slave: its corners, and the other nodes of its quadratic face.
+    pub own: usize,
     /// `coefficient[j * nodes.len() + s]` = b_js of corner j: +D for slave, −M for master
     /// nodes. \[L²\]
     pub coefficient: Vec<f64>,
@@ -81,6 +85,11 @@ pub struct FacetCoupling {
     pub height: Vec<f64>,
     /// `height_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂height/∂x_t; empty with `height`. \[L²\]
     pub height_gradient: Vec<f64>,
+    /// Like `coefficient`, for the integrals ∫ p N_j N_s of a pressure p at the points; empty if there is
+    /// none ([`Self::press`]). \[F\]
+    pub pressed: Vec<f64>,
+    /// Like `gradient`, ∂pressed/∂x_t. \[F/L\]
+    pub pressed_gradient: Vec<f64>,
     sharp: [bool; 4],
     overlapping: Vec<usize>,
 }
@@ -116,6 +125,8 @@ impl FacetCoupling {
         self.nodes.clear();
         self.height.clear();
         self.height_gradient.clear();
+        self.pressed.clear();
+        self.pressed_gradient.clear();
         self.corners = slave.nodes.len();
         // the shapes of one corner combine the integrals of all
         let mixed = settings.shape == MultiplierShape::Mean && sharp.contains(&true);
@@ -139,11 +150,19 @@ impl FacetCoupling {
         let Some(plane) = Plane::of(&corners) else { return Ok(()) };
         let projected = corners.map(|p| plane.project(&p));
         self.nodes.extend_from_slice(slave);
+        for node in curved.face_nodes() {
+            if !self.nodes.contains(node) {
+                self.nodes.push(*node);
+            }
+        }
+        let own = self.nodes.len();
+        self.own = own;
         // the first pass finds the overlapping masters, to determine the local nodes; the second
         // pass computes their integrals
         self.overlapping.clear();
         let mut has_height = curved.height.is_some();
-        for (index, CurvedFacet { nodes: master, height }) in candidates.clone().enumerate() {
+        for (index, facet) in candidates.clone().enumerate() {
+            let CurvedFacet { nodes: master, height, .. } = facet;
             let overlaps = match master[..] {
                 [a, b, c] => plane.overlaps(&projected, &[a, b, c], settings),
                 [a, b, c, d] => plane.overlaps(&projected, &[a, b, c, d], settings),
@@ -162,8 +181,8 @@ impl FacetCoupling {
             }
             self.overlapping.push(index);
             has_height |= height.is_some();
-            for &node in &master {
-                if !self.nodes[S..].contains(&node) {
+            for &node in master.iter().chain(facet.face_nodes()) {
+                if !self.nodes[own..].contains(&node) {
                     self.nodes.push(node);
                 }
             }
@@ -191,7 +210,7 @@ impl FacetCoupling {
         }
         let (mut next, mut pair) = (0, PairIntegrals::default());
         let own = (&plane, &corners, &projected);
-        for (index, CurvedFacet { nodes: master, height }) in candidates.enumerate() {
+        for (index, CurvedFacet { nodes: master, height, .. }) in candidates.enumerate() {
             if self.overlapping.get(next) != Some(&index) {
                 continue;
             }
@@ -224,8 +243,7 @@ impl FacetCoupling {
         let points = master.map(|m| position(x, m));
         let flat = points.map(|p| plane.project(&p));
         if integrate_pair(projected, &flat, heights, rule, with_gradient, pair)? {
-            let place: [usize; M] =
-                master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
+            let place: [usize; M] = master.map(|m| self.place_of_master(m));
             self.add_pair(pair, plane, corners, &points, place, with_gradient);
             self.add_facing(pair, plane, corners, &points, place, with_gradient);
             if heights != [None, None] {
@@ -233,6 +251,12 @@ impl FacetCoupling {
             }
         }
         Ok(())
+    }
+
+    /// The local node of a node of a master.
+    fn place_of_master(&self, node: u32) -> usize {
+        let place = self.nodes[self.own..].iter().position(|&known| known == node);
+        self.own + place.expect("collected in the first pass")
     }
 
     fn fail(&mut self, facet: &[u32]) -> Result<(), FoldedFacet> {

@@ -54,7 +54,7 @@ pub type PairHeights<'a> = [Option<&'a FacetHeight>; 2];
 ///
 /// Unlike the mean of the vertices, it does not jump when the polygon gains a vertex, and neither
 /// do integrals for which the rule is inexact.
-fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
+pub(super) fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
     let (count, origin) = (vertices.len(), vertices[0].position);
     let arm = |i: usize| {
         let p = vertices[i % count].position;
@@ -122,11 +122,11 @@ pub fn integrate_pair<const S: usize, const M: usize>(
 }
 
 /// The derivatives of an integral with respect to four points, or to the three corners of a cell.
-type Row = [f64; 8];
+pub(super) type Row = [f64; 8];
 
 /// The derivatives of an integral, as it is summed up.
 #[derive(Clone, Copy)]
-struct Slopes {
+pub(super) struct Slopes {
     /// Through the inverse maps of slave and master.
     by_corner: [Row; 2],
     /// With respect to the corners of a cell.
@@ -136,12 +136,12 @@ struct Slopes {
 }
 
 impl Slopes {
-    const NONE: Self = Self { by_corner: [[0.0; 8]; 2], by_cell: [0.0; 8], by_vertex: [[0.0; 2]; 9] };
+    pub const NONE: Self = Self { by_corner: [[0.0; 8]; 2], by_cell: [0.0; 8], by_vertex: [[0.0; 2]; 9] };
 
     /// Adds a point's contribution: through its weight, of which an integrand of `value` has the derivatives
     /// `weights`, and through its position, by which the integrand has the derivative `by_position`.
     #[inline(always)]
-    fn add_point(&mut self, value: f64, weights: &Row, shares: &Row, by_position: [f64; 2]) {
+    pub fn add_point(&mut self, value: f64, weights: &Row, shares: &Row, by_position: [f64; 2]) {
         for q in 0..8 {
             self.by_cell[q] += weights[q] * value + shares[q] * by_position[q % 2];
         }
@@ -149,7 +149,7 @@ impl Slopes {
 
     /// Moving a corner p_i by δ shifts the image like moving the point by −N_i δ.
     #[inline(always)]
-    fn shift(&mut self, side: usize, shape: &Row, by_position: [f64; 2]) {
+    pub fn shift(&mut self, side: usize, shape: &Row, by_position: [f64; 2]) {
         for q in 0..8 {
             self.by_corner[side][q] -= shape[q] * by_position[q % 2];
         }
@@ -157,7 +157,7 @@ impl Slopes {
 
     /// Hands the derivatives with respect to a cell's corners over to the vertices.
     #[inline(always)]
-    fn end_cell(&mut self, slots: [usize; 3]) {
+    pub fn end_cell(&mut self, slots: [usize; 3]) {
         for (corner, slot) in slots.into_iter().enumerate() {
             for c in 0..2 {
                 self.by_vertex[slot][c] += self.by_cell[2 * corner + c];
@@ -168,7 +168,7 @@ impl Slopes {
 
     /// The derivatives with respect to all plane coordinates.
     #[inline(always)]
-    fn end(&self, vertices: &[Vertex], centre_slope: &[[[f64; 2]; 2]; 8]) -> [f64; PLANE_COORDINATES] {
+    pub fn end(&self, vertices: &[Vertex], centre_slope: &[[[f64; 2]; 2]; 8]) -> [f64; PLANE_COORDINATES] {
         let mut row = [0.0; PLANE_COORDINATES];
         row[..8].copy_from_slice(&self.by_corner[0]);
         row[8..].copy_from_slice(&self.by_corner[1]);
@@ -187,7 +187,7 @@ impl Slopes {
 
 /// Each of four numbers twice.
 #[inline(always)]
-fn twice(shape: &[f64; 4]) -> Row {
+pub(super) fn twice(shape: &[f64; 4]) -> Row {
     std::array::from_fn(|q| shape[q / 2])
 }
 

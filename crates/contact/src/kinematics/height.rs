@@ -18,7 +18,7 @@
 //! does not contain the heights, since w_j already is the relative position of material points.
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
-use slipstick_mesh::FacetHeights;
+use slipstick_mesh::{FacetHeights, QuadraticFacet};
 
 /// Heights of the true surface above a facet at its control points, outward positive, and how they
 /// grow with the facet.
@@ -260,11 +260,20 @@ pub struct CurvedFacet<'a> {
     pub nodes: slipstick_mesh::FacetNodes,
     /// Height of the true surface above it.
     pub height: Option<&'a FacetHeight>,
+    /// The quadratic face that a pressure at the points acts on; it has no height then.
+    pub face: Option<&'a QuadraticFacet>,
+}
+
+impl CurvedFacet<'_> {
+    /// The nodes of its face, or its own.
+    pub(crate) fn face_nodes(&self) -> &[u32] {
+        self.face.map_or(&self.nodes[..], |face| &face.nodes[..])
+    }
 }
 
 impl From<slipstick_mesh::FacetNodes> for CurvedFacet<'_> {
     fn from(nodes: slipstick_mesh::FacetNodes) -> Self {
-        Self { nodes, height: None }
+        Self { nodes, height: None, face: None }
     }
 }
 

@@ -134,7 +134,14 @@ impl<const S: usize> Plane<S> {
         [self.axes[0].dot(&d), self.axes[1].dot(&d)]
     }
 
-    fn height(&self, p: &Vector3<f64>) -> f64 {
+    /// Cosine of the angle between n₀ and a facet's normal; 0 for a collapsed facet.
+    pub fn cosine<const M: usize>(&self, facet: &[Vector3<f64>; M]) -> f64 {
+        let [a, b] = spanning(facet);
+        a.cross(&b).try_normalize(0.0).map_or(0.0, |normal| normal.dot(&self.normal))
+    }
+
+    /// Height of a point above the plane, along n₀. \[L\]
+    pub fn height(&self, p: &Vector3<f64>) -> f64 {
         self.normal.dot(&(p - self.origin))
     }
 
@@ -159,6 +166,28 @@ impl<const S: usize> Plane<S> {
             for c in 0..3 {
                 add(i, c, slope[0] * self.axes[0][c] + slope[1] * self.axes[1][c]);
             }
+        }
+        for i in 0..S {
+            for c in 0..3 {
+                add(i, c, tilt[0] * self.tilt[0][i][c] + tilt[1] * self.tilt[1][i][c]);
+            }
+        }
+    }
+
+    /// Converts a gradient in the heights of points above the plane to one in positions: calls `add` with the local
+    /// node of a point, which is that of the corner for the first S, component and value. The gradient's sum is zero,
+    /// so that it does not depend on the plane's origin.
+    pub fn chain_heights(
+        &self,
+        slopes: impl Iterator<Item = (usize, Vector3<f64>, f64)>,
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let mut tilt = [0.0; 2];
+        for (local, point, slope) in slopes {
+            // δh = n₀ · δx + Σ_a q_a (e_a · δn₀)
+            let at = self.project(&point);
+            (0..2).for_each(|a| tilt[a] += at[a] * slope);
+            (0..3).for_each(|c| add(local, c, slope * self.normal[c]));
         }
         for i in 0..S {
             for c in 0..3 {

@@ -3,6 +3,7 @@
 use super::cone::{Projection, WIDENING};
 use super::coupling::FacetCoupling;
 use super::frame::{NodalFrame, RingCorner, averaged_normal, nodal_frame, normalisation_slope, within};
+use super::pressed::PressedRow;
 use crate::slave_node::SlaveNode;
 use nalgebra::Vector3;
 
@@ -40,6 +41,8 @@ pub struct NodeKinematics {
     pub height: Vector3<f64>,
     /// `height_gradient[c * 3 |support| + t]` = ∂v_c/∂x_t; empty if there are no heights. \[L²\]
     pub height_gradient: Vec<f64>,
+    /// The pressure at the integration points, if the pair has one.
+    pub pressed: Option<PressedRow>,
 }
 
 impl NodeKinematics {
@@ -55,19 +58,33 @@ impl NodeKinematics {
             self.own_frame.as_ref().map_or(&self.frame.gradient, |own| &own.gradient),
         ];
         let lists = &lists[..if self.own_frame.is_some() { 7 } else { 6 }];
-        size_of::<Self>() + 4 * self.support.len() + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
+        let of_pressure = self.pressed.as_ref().map_or(0, |pressed| {
+            8 * (pressed.coefficient.len() + pressed.gradient.len() + pressed.load_gradient.len())
+        });
+        size_of::<Self>()
+            + 4 * self.support.len()
+            + of_pressure
+            + lists.iter().map(|list| 8 * list.len()).sum::<usize>()
     }
 
     /// Assembles the node's row from the facets around it. Coordinates `x`: 3 per node.
     ///
     /// Returns `false` if the frame is degenerate (facets folded onto each other).
-    pub fn gather(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], x: &[f64], with_gradient: bool) -> bool {
+    /// `pressed`: with the pressure at the integration points.
+    pub fn gather(
+        &mut self,
+        slave: &SlaveNode,
+        couplings: &[FacetCoupling],
+        x: &[f64],
+        with_gradient: bool,
+        pressed: bool,
+    ) -> bool {
         self.node = slave.node;
         self.ring = slave.ring.len();
         self.support.clear();
         for &(facet, _) in &slave.facets {
             let coupling = &couplings[facet as usize];
-            self.support.extend(coupling.nodes.iter().skip(coupling.corners));
+            self.support.extend(coupling.nodes.iter().skip(coupling.own));
         }
         self.support.sort_unstable();
         self.support.dedup();
@@ -83,9 +100,7 @@ impl NodeKinematics {
         for &(facet, corner) in &slave.facets {
             let coupling = &couplings[facet as usize];
             local.clear();
-            local.extend(
-                coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.corners)),
-            );
+            local.extend(coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.own)));
             for (i, &s) in local.iter().enumerate() {
                 self.coefficient[s] += coupling.coefficient[corner as usize * local.len() + i];
                 if with_gradient {
@@ -110,6 +125,10 @@ impl NodeKinematics {
         }
         self.form_relative(x, with_gradient);
         self.gather_height(slave, couplings, with_gradient);
+        self.pressed = None;
+        if pressed {
+            self.gather_pressed(slave, couplings, with_gradient);
+        }
         true
     }
 
@@ -134,7 +153,7 @@ impl NodeKinematics {
                     continue;
                 }
                 for (i, &node) in coupling.nodes.iter().enumerate() {
-                    let at = c * columns + 3 * self.position_of(node, i < coupling.corners);
+                    let at = c * columns + 3 * self.position_of(node, i < coupling.own);
                     let from = &coupling.height_gradient[row * own + 3 * i..][..3];
                     (0..3).for_each(|d| self.height_gradient[at + d] += from[d]);
                 }
@@ -168,7 +187,7 @@ impl NodeKinematics {
                 }
                 let from = &coupling.facing_gradient[row * own..][..own];
                 for (i, &node) in coupling.nodes.iter().enumerate() {
-                    let at = c * columns + 3 * self.position_of(node, i < coupling.corners);
+                    let at = c * columns + 3 * self.position_of(node, i < coupling.own);
                     (0..3).for_each(|d| gradient[at + d] += from[3 * i + d]);
                 }
             }
@@ -182,7 +201,7 @@ impl NodeKinematics {
         self.frame.turn_to(&facing, &gradient, slave.mirrored, with_gradient)
     }
 
-    fn position_of(&self, node: u32, on_slave: bool) -> usize {
+    pub(super) fn position_of(&self, node: u32, on_slave: bool) -> usize {
         if on_slave {
             self.support[..self.ring].iter().position(|&s| s == node).expect("the ring holds its facets' corners")
         } else {
@@ -233,6 +252,7 @@ impl NodeKinematics {
             own_frame: None,
             height: Vector3::zeros(),
             height_gradient: Vec::new(),
+            pressed: None,
             ..self.clone()
         };
         let own = position(d, self.node);
@@ -370,6 +390,7 @@ mod tests {
             own_frame: None,
             height: Vector3::new(7.0, 7.0, 7.0),
             height_gradient: vec![7.0; 27],
+            pressed: None,
         };
         let d = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.5, 0.1, 0.2];
         let bonded = row.bonded(&d);

@@ -78,11 +78,7 @@ impl Writer<'_> {
         }
         self.interferences(pair);
         if *behavior != Behavior::Hard {
-            let law = self.penalty(behavior, &friction);
-            // standard shapes would average the gap over large facets
-            if self.is_curved([&pair.slave, &pair.slave]) {
-                self.line("multiplier_shape = \"dual\"");
-            }
+            let law = self.penalty(behavior, &friction) + ", pressure_at = \"points\"";
             self.line(format!("enforcement = {{ penalty = {{ {law} }} }}"));
         }
     }

@@ -15,14 +15,15 @@ fn soft_pressures() {
     let exponential = law("=EXPONENTIAL\n0.02, 3.\n");
     assert_eq!(
         contact(&exponential),
-        "; enforcement = { penalty = { pressure = { exponential = { contact_pressure = 3.0, clearance = 0.02 } } } }"
+        "; enforcement = { penalty = { pressure = { exponential = { contact_pressure = 3.0, clearance = 0.02 } }, \
+         pressure_at = \"points\" } }"
     );
     // rows are pressure and penetration; a stick slope is the stiffness of sticking
     let table = law("=TABULAR\n0., 0.\n5., 0.005\n").replace("*FRICTION\n0.3\n", "*FRICTION\n0.3, 700.\n");
     assert_eq!(
         contact(&table),
         "; enforcement = { penalty = { pressure = { table = { penetration = [0.0, 0.005], pressure = [0.0, 5.0] } }, \
-         stiffness = 700.0 } }"
+         stiffness = 700.0, pressure_at = \"points\" } }"
     );
     for (data, why) in [
         ("=EXPONENTIAL\n0.02\n", "it needs the gap"),

@@ -115,7 +115,9 @@ fn laws_of_surfaces() {
         tables(&deck).into_iter().find(|table| table.starts_with("[[contact]]")).expect("a pair")
     };
     let linear = pair("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n5e4\n*FRICTION, TAUMAX=7\n0.2, 1e4\n");
-    assert!(linear.ends_with("friction = 0.2; shear_limit = 7.0; adjust = 0.02; enforcement = { penalty = { stiffness = { normal = 50000.0, tangential = 10000.0 } } }"), "{linear}");
+    let law = "friction = 0.2; shear_limit = 7.0; adjust = 0.02; enforcement = { penalty = { stiffness = { \
+               normal = 50000.0, tangential = 10000.0 }, pressure_at = \"points\" } }";
+    assert!(linear.ends_with(law), "{linear}");
     assert!(pair("").ends_with("friction = 0.0; adjust = 0.02"));
     let gap = |deck: &str| {
         let table = tables(deck).into_iter().find(|table| table.starts_with("[[contact]]")).expect("a pair");

@@ -129,17 +129,18 @@ fn a_centre_moves_with_its_nodes() {
     assert_eq!(found, [6, 7, 8, 13, 14, 15, 16]);
 }
 
-/// Linear contact of second-order slaves has dual shapes.
+/// Pressures per penetration follow from the gap at each integration point, as in CalculiX.
 #[test]
-fn linear_contact_of_large_facets_has_dual_shapes() {
+fn linear_contact_has_its_pressure_at_the_points() {
     let pair = "*SURFACE, NAME=LID\nCUBE, S2\n*SURFACE, NAME=FLOOR\nCUBE, S1\n*SURFACE INTERACTION, NAME=I\n\
                 *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1e5\n*CONTACT PAIR, INTERACTION=I\nLID, FLOOR\n";
     let of = |deck: &str| tables(deck).into_iter().find(|table| table.contains("[[contact]]")).expect("a pair");
     let linear = of(&cube(&format!("{pair}*STEP\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*END STEP\n")));
-    assert!(linear.contains("multiplier_shape = \"dual\"; enforcement"), "{linear}");
+    let law = "enforcement = { penalty = { stiffness = 100000.0, pressure_at = \"points\" } }";
+    assert!(linear.contains(law) && !linear.contains("multiplier_shape"), "{linear}");
     let hard = cube(&format!("{pair}*STEP\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*END STEP\n"));
     let hard = of(&hard.replace("=LINEAR\n1e5\n", "=HARD\n"));
-    assert!(!hard.contains("multiplier_shape"), "{hard}");
+    assert!(!hard.contains("pressure_at"), "{hard}");
 }
 
 /// Nodes between corners lie on the faces of a coupling, one on another face does not.

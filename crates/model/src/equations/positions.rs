@@ -33,6 +33,7 @@ impl ContactModel {
             pair.is_bonded()
                 || pair.interface.heights().iter().any(|side| !side.is_empty())
                 || pair.adjusted.iter().any(|&gap| gap != 0.0)
+                || pair.interface.has_closed_gaps()
                 || !pair.offset.is_empty()
         };
         let pairs = "contact pairs that are tied, adjusted, offset, or smoothed by true surfaces";
@@ -158,12 +159,13 @@ fn add_force_pull_back(
     let z = now.frame.to_global(&traction.value);
     let at = |node: u32| Vector3::from_column_slice(&lambda[3 * node as usize..][..3]);
     // Σ_s b_js λ_s, and λ_s · z
-    let relative: Vector3<f64> = now.support.iter().zip(&now.coefficient).map(|(&s, b)| at(s) * *b).sum();
+    let (coefficients, gradients) = now.force_row();
+    let relative: Vector3<f64> = now.support.iter().zip(coefficients).map(|(&s, b)| at(s) * *b).sum();
     let works: Vec<f64> = now.support.iter().map(|&s| at(s).dot(&z)).collect();
     let slope = node::traction_slope(now, step, traction);
     let entry = |t: usize| {
         let of_traction: f64 = (0..3).map(|c| relative[c] * slope[c * columns + t]).sum();
-        let of_row = |(s, work): (usize, &f64)| now.gradient[s * own + t] * work;
+        let of_row = |(s, work): (usize, &f64)| gradients[s * own + t] * work;
         of_traction + if t < own { works.iter().enumerate().map(of_row).sum() } else { 0.0 }
     };
     add_row(step, entry, out);

@@ -220,11 +220,9 @@ impl<'a> Recording<'a> {
             let energies = [stored, recorder.stored(&data.elements.energy, &now), sums.largest];
             // where material flows, the plastic work of a step is not known here; soft contact stores energy itself,
             // and where a pair ends, its energy is released on purpose
-            let apart = recorder
-                .model
-                .interfaces()
-                .iter()
-                .any(|pair| pair.pressure.is_some() || pair.is_active(old.time) && !pair.is_active(at.time));
+            let apart = recorder.model.interfaces().iter().any(|pair| {
+                pair.pressure.is_some() || pair.at_points || pair.is_active(old.time) && !pair.is_active(at.time)
+            });
             let released = (!recorder.model.has_memory() && !apart).then(|| {
                 let (done, contact) = (external + offset + thermal, [&before.nodes[..], &contact.nodes[..]]);
                 ReleasedEnergy::between(

@@ -42,12 +42,17 @@ fn scene(name: &str, enforcement: &str, shape: &'static str) -> (String, Scene) 
 
 fn kinds() -> Vec<Kind> {
     let weighted = "{ penalty = { stiffness = { normal = 3e4, tangential = 4e3 }, scaling = \"weighted\" } }";
+    let exponential = "{ penalty = { stiffness = 4e3, pressure_at = \"points\", \
+                       pressure = { exponential = { contact_pressure = 20, clearance = 0.03 } } } }";
     let methods = [
         ("Lagrange", LAGRANGE.to_string()),
         ("penalty", penalty(4e3)),
         ("penalty weighted", weighted.into()),
         ("penalty relative", "{ penalty = {} }".into()),
         ("augmented", augmented(4e3, 1e-12)),
+        ("penalty at points", "{ penalty = { stiffness = 4e3, pressure_at = \"points\" } }".into()),
+        ("penalty at points, relative", "{ penalty = { pressure_at = \"points\" } }".into()),
+        ("penalty at points, exponential", exponential.into()),
     ];
     let mut scenes = Vec::new();
     for (name, enforcement) in &methods {
@@ -85,10 +90,20 @@ fn kinds() -> Vec<Kind> {
         scenes.push((format!("{name}, begins"), Scene { more: begins, ..base.clone() }));
         scenes.push((format!("{name}, ends"), Scene { more: format!("{side}until = 0.8\n"), ..base }));
     }
+    // with an exponential pressure, which has no kink where the gap of a point changes its sign
+    let (_, base) = scene("", &methods[7].1, "standard");
+    let (name, text) =
+        ("penalty at points, second order".into(), base.text().replace("[[body]]", "[[body]]\norder = 2"));
+    let second_order = Kind { name, text, varied: false };
     let mass = "\nmass_density = 2.0\nmaterial = { neo_hooke";
     let fields = "[[load]]\ncentrifugal = { point = [-3, 2, 1], direction = [1, 2, -2], angular_velocity = 2 }\n";
-    let mut kinds: Vec<Kind> =
-        scenes.iter().map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: true }).collect();
+    // with a pressure at the points, all nodes slide at the end of this scene
+    let varied = |name: &str| !name.contains("at points");
+    let mut kinds: Vec<Kind> = scenes
+        .iter()
+        .map(|(name, scene)| Kind { name: name.clone(), text: scene.text(), varied: varied(name) })
+        .collect();
+    kinds.push(second_order);
     for (name, enforcement) in [&methods[0], &methods[1], &methods[4]] {
         let (_, base) = scene("", enforcement, "standard");
         let text = Scene { design: "yield_p = 2.5".into(), ..base }.text();

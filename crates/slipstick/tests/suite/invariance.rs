@@ -121,7 +121,8 @@ fn complementarity_parameters_change_the_iteration_only() {
 /// θ and gradient do not depend on the number of threads, bit for bit.
 #[test]
 fn threads_change_no_bit() {
-    for (method, enforcement) in DEFAULTS {
+    let at_points = ("penalty at points", "{ penalty = { pressure_at = \"points\" } }");
+    for (method, enforcement) in DEFAULTS.into_iter().chain([at_points]) {
         let mut results = Vec::new();
         for threads in [1, 2, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 
 use slipstick_case::construct::{BuildError, equations_of, springs_of};
 use slipstick_case::file::{Adjust, Contact, CouplingKind, Enforcement, Pressure, StiffnessScaling, Surfaces};
-use slipstick_contact::kinematics::MultiplierShape;
 use slipstick_mesh::facet_area;
 use slipstick_solid::spring::Acts;
 
@@ -175,10 +174,11 @@ impl Writer<'_> {
             self.slope = Some(slope);
             return [Some(slope); 2];
         }
-        let Enforcement::Penalty { pressure, stiffness, scaling } = &contact.enforcement else { return [None; 2] };
-        if self.is_curved(contact) && contact.multiplier_shape != Some(MultiplierShape::Dual) {
-            let message = "linear contact of second-order elements is read with dual shapes";
-            self.warn(at("multiplier_shape"), message, "set it to \"dual\" to compare the same pressures");
+        let Enforcement::Penalty { pressure, stiffness, scaling, .. } = &contact.enforcement else { return [None; 2] };
+        if !contact.enforcement.is_at_points() {
+            let message = "a deck has pressures that follow from the gap at each integration point";
+            let help = "set it to \"points\" to compare the same pressures";
+            self.warn(at("enforcement.penalty.pressure_at"), message, help);
         }
         let Some(stiffness) = stiffness else {
             if pressure.is_some() && self.friction_of(contact) == 0.0 {

@@ -5,8 +5,8 @@ use super::super::document::Table;
 use super::super::field::Field;
 use super::super::names::Names;
 use super::super::resolved::{
-    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Pressure, Shape, Sides, Stiffness,
-    StiffnessScaling, Surfaces, ToleranceScaling,
+    Adjust, Body, CELL_RULES, Contact, Enforcement, MultiplierShape, Normals, Pressure, PressureAt, Shape, Sides,
+    Stiffness, StiffnessScaling, Surfaces, ToleranceScaling,
 };
 use super::motion;
 use slipstick_model::model::{DEFAULT_COMPLEMENTARITY, FrictionPoint, OffsetPoint};
@@ -331,7 +331,14 @@ fn penalty(table: &Table<'_>) -> Enforcement {
         let message = "a pressure depends on the gap, not on the weighted gap";
         table.reader.error(&table.path_of("scaling"), CaseCode::Unsupported, message, "omit `scaling`");
     }
-    Enforcement::Penalty { pressure, stiffness, scaling }
+    let places = [("nodes", PressureAt::Nodes), ("points", PressureAt::Points)];
+    let pressure_at = table.word("pressure_at", &places).or(PressureAt::Nodes);
+    if pressure_at == PressureAt::Points && scaling != StiffnessScaling::Area {
+        let message =
+            "at an integration point, the stiffness multiplies the gap itself, not that of a node over its area";
+        table.reader.error(&table.path_of("scaling"), CaseCode::Unsupported, message, "omit `scaling`");
+    }
+    Enforcement::Penalty { pressure, pressure_at, stiffness, scaling }
 }
 
 /// A pressure as a function of the gap; `None` after an error.

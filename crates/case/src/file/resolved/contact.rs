@@ -270,6 +270,9 @@ pub enum Enforcement {
         /// `stiffness` is that of sticking.
         #[serde(skip_serializing_if = "Option::is_none")]
         pressure: Option<Pressure>,
+        /// Where the pressure follows from the gap.
+        #[serde(skip_serializing_if = "PressureAt::is_nodes")]
+        pressure_at: PressureAt,
         /// Stiffness; `None`: chosen from the bodies' moduli and element sizes.
         #[serde(skip_serializing_if = "Option::is_none")]
         stiffness: Option<Stiffness>,
@@ -296,6 +299,11 @@ pub enum Enforcement {
 }
 
 impl Enforcement {
+    /// Whether the pressure follows from the gap at each integration point.
+    pub fn is_at_points(&self) -> bool {
+        matches!(self, Self::Penalty { pressure_at: PressureAt::Points, .. })
+    }
+
     /// The pressure as a function of the gap, if it is not in proportion to the penetration.
     pub fn pressure_law(&self) -> Option<PressureLaw> {
         let Self::Penalty { pressure: Some(law), .. } = self else { return None };
@@ -307,6 +315,23 @@ impl Enforcement {
                 PressureLaw::Table(penetration.iter().zip(pressure).map(|(&at, &p)| [at, p]).collect())
             }
         })
+    }
+}
+
+/// Where the pressure of the penalty method follows from the gap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PressureAt {
+    /// At the slave nodes, from their mean gaps.
+    #[default]
+    Nodes,
+    /// At each integration point, from its own gap.
+    Points,
+}
+
+impl PressureAt {
+    fn is_nodes(&self) -> bool {
+        *self == Self::Nodes
     }
 }
 

@@ -111,6 +111,8 @@ fn contact() {
     one(18, "0.3", "0.3\nsearch_radius = -1", OutOfRange, "-1");
     one(19, "lagrange = {}", "penalty = { stiffness = 0 }", OutOfRange, "0 }");
     one(19, "lagrange = {}", "penalty = { stiffness = { tangential = 1 } }", MissingKey, "{ tang");
+    let points = "penalty = { pressure_at = \"points\", scaling = \"weighted\" }";
+    one(19, "lagrange = {}", points, Unsupported, "\"weighted\"");
     one(19, "lagrange = {}", "augmented = { tolerance = 0.0 }", OutOfRange, "0.0");
     one(19, "lagrange = {}", "lagrange = { stiffness = 1, complementarity_parameter = 5.0 }", ChooseOne, "5.0");
 }

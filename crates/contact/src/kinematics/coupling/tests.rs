@@ -1,4 +1,5 @@
 use super::*;
+use crate::enforcement::soft::PressureLaw;
 use crate::kinematics::CellRule;
 use crate::kinematics::height::FacetHeight;
 
@@ -44,6 +45,106 @@ fn mixtures() -> [(FacetNodes, bool); 4] {
     [(SLAVE.into(), false), (SLAVE.into(), true), (HALF.into(), false), (HALF.into(), true)]
 }
 
+/// Laws without a kink inside of the scene's gaps: exponential, and one in proportion to the penetration from a
+/// gap on that exceeds all of them.
+fn pressures() -> [PressureLaw; 2] {
+    let exponential = PressureLaw::Exponential { contact_pressure: 2.0, clearance: 2.0 };
+    [exponential, PressureLaw::Table(vec![[-50.0, 0.0], [50.0, 300.0]])]
+}
+
+fn pressed(
+    slave: FacetNodes,
+    x: &[f64],
+    facets: &[FacetNodes],
+    law: &PressureLaw,
+    curved: bool,
+    gradient: bool,
+) -> FacetCoupling {
+    let heights = [0.7, 1.9].map(|step| {
+        let unit = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.7], [0.0, 0.7]].map(|[x, y]| Vector3::new(x, y, 0.0));
+        FacetHeight::new(std::array::from_fn(|i| 0.1 * (step * i as f64).sin()), &unit[..slave.len()])
+    });
+    let of = |index: usize| heights.get(index).filter(|_| curved);
+    let masters = facets.iter().enumerate().map(|(i, &nodes)| CurvedFacet { nodes, height: of(i % 3), face: None });
+    let slave = CurvedFacet { nodes: slave, height: of(1), face: None };
+    let (rule, shape) = (&CellRule::Seven.points(), MultiplierShape::Standard);
+    let settings = Settings { x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: gradient };
+    let mut coupling = FacetCoupling::default();
+    coupling.evaluate(slave, [false; 4], masters.clone(), settings).unwrap();
+    coupling.press(
+        slave,
+        masters,
+        settings,
+        PointPressure {
+            law,
+            offsets: [0.01, 0.02, -0.03, 0.05],
+            closed: [0.02, -0.01, 0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0],
+        },
+    );
+    coupling
+}
+
+#[test]
+fn pressed_coupling_matches_finite_differences() {
+    let kinds = mixtures().into_iter().flat_map(|m| [(m, 0.0, false), (m, 0.6, false), (m, 0.6, true)]);
+    for (((slave, triangles), shift, curved), law) in kinds.flat_map(|kind| pressures().map(|law| (kind, law))) {
+        let (x, facets) = scene(shift, triangles);
+        let base = pressed(slave, &x, &facets, &law, curved, true);
+        let (n, scale) = (base.nodes.len(), base.pressed.iter().fold(0.0, |m: f64, c| m.max(c.abs())));
+        assert!(scale > 0.05, "{scale}");
+        let mut worst: f64 = 0.0;
+        for t in 0..3 * n {
+            let dof = 3 * base.nodes[t / 3] as usize + t % 3;
+            let at = |h: f64| {
+                let mut moved = x.clone();
+                moved[dof] += h;
+                pressed(slave, &moved, &facets, &law, curved, false).pressed
+            };
+            let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));
+            for e in 0..slave.len() * n {
+                let fd = (8.0 * (p1[e] - m1[e]) - (p2[e] - m2[e])) / 12e-4;
+                worst = worst.max((fd - base.pressed_gradient[e * 3 * n + t]).abs());
+            }
+        }
+        println!("{slave:?} {triangles} {shift} {curved} {law:?}: {worst:.1e} of {scale:.1e}");
+        assert!(worst < 2e-7 * scale.max(1.0), "{slave:?} {triangles} {shift} {curved} {law:?}: {worst:e}");
+    }
+}
+
+/// Without heights, ∫ p dA of a pressure p = c + s (o − g), with an offset o, is c A + s (o A − Σ_j g̃_j): areas and
+/// weighted gaps come from D and M, which other code integrates.
+#[test]
+fn the_resultant_of_an_affine_pressure_follows_from_the_weighted_gaps() {
+    for (slave, triangles) in mixtures() {
+        let (x, facets) = scene(0.6, triangles);
+        let law = PressureLaw::Table(vec![[-50.0, 0.0], [50.0, 300.0]]);
+        let mut coupling = FacetCoupling::default();
+        let (rule, shape) = (&CellRule::Seven.points(), MultiplierShape::Standard);
+        let settings = Settings { x: &x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: false };
+        let masters = facets.iter().map(|&facet| CurvedFacet::from(facet));
+        coupling.evaluate(slave.into(), [false; 4], masters.clone(), settings).unwrap();
+        coupling.press(
+            slave.into(),
+            masters,
+            settings,
+            PointPressure { law: &law, offsets: [0.1; 4], closed: [0.0; 9] },
+        );
+        let (n, corners) = (coupling.nodes.len(), slave.len());
+        let sum = |list: &[f64]| (0..corners).map(|j| list[j * n..][..corners].iter().sum::<f64>()).sum::<f64>();
+        let points: Vec<Vector3<f64>> = slave.iter().map(|&node| position(&x, node)).collect();
+        let normal = match points[..] {
+            [a, b, c] => FacetNormal::of(&[a, b, c]).map(|of| of.normal),
+            [a, b, c, d] => FacetNormal::of(&[a, b, c, d]).map(|of| of.normal),
+            _ => None,
+        };
+        let normal = normal.expect("a facet");
+        let along = |at: usize| position(&x, coupling.nodes[at % n]).dot(&normal);
+        let gap: f64 = coupling.coefficient.iter().enumerate().map(|(at, b)| -b * along(at)).sum();
+        let (found, expected) = (sum(&coupling.pressed), (150.0 + 3.0 * 0.1) * sum(&coupling.coefficient) - 3.0 * gap);
+        assert!((found - expected).abs() < 1e-11 * expected, "{slave:?} {triangles}: {found} instead of {expected}");
+    }
+}
+
 fn evaluate(
     slave: FacetNodes,
     x: &[f64],
@@ -59,8 +160,8 @@ fn evaluate(
         let unit = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.7], [0.0, 0.7]].map(|[x, y]| Vector3::new(x, y, 0.0));
         FacetHeight::new(std::array::from_fn(|i| (step * i as f64).sin()), &unit[..slave.len()])
     });
-    let curved = |(i, &nodes): (usize, &FacetNodes)| CurvedFacet { nodes, height: heights.get(i % 3) };
-    let slave = CurvedFacet { nodes: slave, height: Some(&heights[1]) };
+    let curved = |(i, &nodes): (usize, &FacetNodes)| CurvedFacet { nodes, height: heights.get(i % 3), face: None };
+    let slave = CurvedFacet { nodes: slave, height: Some(&heights[1]), face: None };
     coupling.evaluate(slave, [true; 4], facets.iter().enumerate().map(curved), settings).unwrap();
     coupling
 }
@@ -166,7 +267,7 @@ fn the_mean_gap_of_mean_shapes_is_that_at_the_node() {
             let settings = Settings { x: &x, rule, shape, reach: 1.0, trusted: 0.0, with_gradient: false };
             let mut coupling = FacetCoupling::default();
             let masters = std::iter::once(FacetNodes::from([4, 5, 6, 7]).into());
-            let curved = CurvedFacet { nodes: slave, height: Some(&height) };
+            let curved = CurvedFacet { nodes: slave, height: Some(&height), face: None };
             coupling.evaluate(curved, [false; 4], masters, settings).unwrap();
             // along the normal of the facet, which points down, and times its stretch
             let found = -coupling.height[2];

@@ -41,6 +41,8 @@ pub struct ModelInterface {
     pub enforcement: Enforcement,
     /// The pressure of the penalty method; `None`: in proportion to the penetration.
     pub pressure: Option<PressureLaw>,
+    /// Whether this pressure depends on the gap at each integration point, not on the mean gap of a node.
+    pub at_points: bool,
 }
 
 /// A waypoint of the offset of a contact pair.
@@ -119,6 +121,11 @@ impl ModelInterface {
         let offset = |j: usize| offset * slants.get(j).unwrap_or(&1.0);
         let gap = |(j, row): (usize, &NodeKinematics)| (row.area > 0.0).then(|| row.gap() / row.area - offset(j));
         Ok(rows.iter().enumerate().map(gap).collect())
+    }
+
+    /// The law of the pressure at each integration point, if there is one.
+    pub(in crate::equations) fn point_law(&self) -> Option<&PressureLaw> {
+        self.at_points.then(|| self.pressure.as_ref().unwrap_or(&PressureLaw::Proportional))
     }
 
     /// Whether the surfaces are bonded.

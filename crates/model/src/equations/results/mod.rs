@@ -111,7 +111,7 @@ impl ContactState {
         for (at, (j, now, _)) in nodes.iter().zip(self.nodes_here()) {
             // the other side of a surface that touches itself is a slave too
             let with_itself = model.pair(&model.slaves[j]).interface.is_with_itself();
-            for (s, (&node, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
+            for (s, (&node, b)) in now.support.iter().zip(now.force_row().0).enumerate() {
                 for (c, z) in at.global_multiplier.iter().enumerate() {
                     // minus: b z is the force of the slave's surroundings on the contact
                     force[3 * node as usize + c] -= b * z;
@@ -131,7 +131,7 @@ impl ContactState {
         model.pull_to_nodes(&mut force);
         let row = |(at, (_, now, _)): (&NodalContact, (usize, &NodeKinematics, &NodeState))| match at.multiplier {
             [0.0, 0.0, 0.0] => Vec::new(),
-            _ => now.support.iter().copied().zip(now.coefficient.iter().copied()).collect(),
+            _ => now.support.iter().copied().zip(now.force_row().0.iter().copied()).collect(),
         };
         let transfer = nodes.iter().zip(self.nodes_here()).map(row).collect();
         let peaks = self.peaks(model, x);
@@ -144,7 +144,7 @@ impl ContactState {
         for (j, now, node) in self.nodes_here() {
             let (slave, normal) = (&model.slaves[j], node.law.value()[0]);
             let with_itself = model.pair(slave).interface.is_with_itself();
-            for (s, (&point, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
+            for (s, (&point, b)) in now.support.iter().zip(now.force_row().0).enumerate() {
                 let weight = if s < now.ring { *b } else { -b };
                 if normal != 0.0 && (s < now.ring || with_itself) {
                     *forces[slave.interface as usize].entry(point).or_default() += weight * normal;

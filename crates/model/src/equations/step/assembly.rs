@@ -116,8 +116,9 @@ impl Prepared<'_> {
         let Self { now, node, row, traction } = self;
         let Some((z, slope)) = traction else { return };
         let (own, columns) = (3 * now.support.len(), 3 * node.step.support.len());
-        let coefficient = now.coefficient[s];
-        let gradient = &now.gradient[s * own..][..own];
+        let (coefficients, gradients) = now.force_row();
+        let coefficient = coefficients[s];
+        let gradient = &gradients[s * own..][..own];
         for (t, &column) in node.step.support.iter().enumerate() {
             let mut block = [0.0; 9];
             for c in 0..3 {

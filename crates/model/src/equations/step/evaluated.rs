@@ -1,6 +1,6 @@
 //! The fixed data of a load step, and the contact data of an evaluation of its equations.
 
-use crate::equations::law::{IterationSettings, LawWeights, NodeLaw};
+use crate::equations::law::{IterationSettings, LawWeights, NUDGE, NodeLaw};
 use crate::equations::loose::FreeMotions;
 use crate::equations::node::{self, NodeStep};
 use crate::equations::{ContactModel, Design, ModelInterface, SlaveData};
@@ -26,6 +26,8 @@ pub struct Kinematics {
     pub nodes: Vec<NodeKinematics>,
     /// Whether gradients were computed.
     pub with_gradient: bool,
+    /// The offsets at which pressures at the integration points were computed, [`ContactModel::point_offsets`].
+    pub offsets: Vec<f64>,
 }
 
 impl Kinematics {
@@ -219,6 +221,7 @@ impl ContactModel {
     pub(in crate::equations) fn kinematics(
         &self,
         d: &[f64],
+        offsets: &[f64],
         with_gradient: bool,
         workspace: &mut Workspace,
     ) -> Result<Arc<Kinematics>, StateError> {
@@ -228,32 +231,60 @@ impl ContactModel {
         }
         let mut spare = workspace.spare();
         let out = Arc::get_mut(&mut spare).expect("nobody else holds it");
-        let result = self.kinematics_of(d, with_gradient, &mut workspace.interfaces, out);
+        let result = self.kinematics_of(d, offsets, with_gradient, &mut workspace.interfaces, out);
         workspace.kinematics.push(spare.clone());
         result.map(|()| spare)
+    }
+
+    /// For each slave node, the distance by which the surfaces touch before their meshes do, where a pair has a
+    /// pressure at its integration points; empty if none has. At the start of a step, all gaps are slightly smaller,
+    /// so that surfaces that touch have a stiffness.
+    pub(in crate::equations) fn point_offsets(&self, time: LoadTime, at_start: bool) -> Vec<f64> {
+        if !self.interfaces.iter().any(|pair| pair.at_points) {
+            return Vec::new();
+        }
+        let nudge = if at_start { NUDGE } else { 0.0 };
+        // the interface itself knows the initial gaps that count as closed
+        let of = |slave: &SlaveData| self.pair(slave).offset_at(time) * slave.slant + nudge * slave.size;
+        self.slaves.iter().map(of).collect()
+    }
+
+    /// Distance by which the surfaces touch before their meshes do at a slave node, with the initial gap that
+    /// counts as closed. \[L\]
+    fn offset_of(&self, slave: &SlaveData, time: LoadTime) -> f64 {
+        self.pair(slave).offset_at(time) * slave.slant + slave.adjusted
     }
 
     fn kinematics_of(
         &self,
         d: &[f64],
+        offsets: &[f64],
         with_gradient: bool,
         workspaces: &mut [InterfaceWorkspace],
         out: &mut Kinematics,
     ) -> Result<(), StateError> {
         self.kinematics.fetch_add(1, Ordering::Relaxed);
         out.with_gradient = with_gradient;
+        out.offsets.clear();
+        out.offsets.extend_from_slice(offsets);
+        let mut offsets = offsets;
         let (x, d) = (&self.contact_positions(d), &self.contact_vector(d));
         // each interface fills its part of the nodes and reuses their memory
         let mut rest = std::mem::take(&mut out.nodes);
         for (model, workspace) in self.interfaces.iter().zip(workspaces) {
-            let later = rest.split_off(model.interface.slave_nodes().len().min(rest.len()));
+            let count = model.interface.slave_nodes().len();
+            let later = rest.split_off(count.min(rest.len()));
+            let (own_offsets, later_offsets) = offsets.split_at(count.min(offsets.len()));
+            offsets = later_offsets;
             if let Some(bond) = &model.bond {
                 rest = bond.iter().map(|row| row.bonded(d)).collect();
                 out.nodes.append(&mut rest);
                 rest = later;
                 continue;
             }
-            model.interface.evaluate(x, with_gradient, workspace, &mut rest).map_err(|e| match e {
+            let pressure = model.point_law().filter(|_| !own_offsets.is_empty()).map(|law| (law, own_offsets));
+            let evaluated = model.interface.evaluate_pressed(x, with_gradient, pressure, workspace, &mut rest);
+            evaluated.map_err(|e| match e {
                 InterfaceError::Folded { node } => StateError::FoldedSurface { node },
                 InterfaceError::FoldedFacet { nodes } => StateError::FoldedFacet { nodes: nodes.to_vec() },
                 other => unreachable!("interface was built: {other}"),
@@ -283,8 +314,7 @@ impl Design {
             own[j].then(|| {
                 let slave = &model.slaves[j];
                 let pair = model.pair(slave);
-                let offset = pair.offset_at(step.time) * slave.slant + slave.adjusted;
-                let mut at = NodeStep::of(pair.is_active(step.time), offset);
+                let mut at = NodeStep::of(pair.is_active(step.time), model.offset_of(slave, step.time));
                 at.evaluate(now, previous, [&x, &step.positions], fixed, kinematics.with_gradient);
                 let measures = at.measures(now, &model.start.settings[j]);
                 let law = self.law(step, j, &measures, y, &settings);
@@ -320,18 +350,21 @@ impl Design {
     ) -> Result<ContactState, StateError> {
         let model = &*self.model;
         let mut workspaces: Vec<_> = model.interfaces.iter().map(|i| i.interface.workspace(|_| true)).collect();
-        let mut at = |known: Option<Arc<Kinematics>>, y: &[f64]| {
+        let offsets = model.point_offsets(time, at_start);
+        let mut at = |known: Option<Arc<Kinematics>>, y: &[f64], offsets: &[f64]| {
             // those of a march on several ranks lack the nodes of the other ranks
-            if let Some(known) = known.filter(|_| !model.share.is_part()) {
+            let fits = |known: &Arc<Kinematics>| offsets.is_empty() || known.offsets == offsets;
+            if let Some(known) = known.filter(|known| !model.share.is_part() && fits(known)) {
                 return Ok(known);
             }
             let mut out = Kinematics::default();
             model
-                .kinematics_of(&y[..model.displacement_count()], false, &mut workspaces, &mut out)
+                .kinematics_of(&y[..model.displacement_count()], offsets, false, &mut workspaces, &mut out)
                 .map(|()| Arc::new(out))
         };
-        let before = at(known.previous, &previous.unknowns)?;
-        let now = if previous.unknowns == y { before.clone() } else { at(known.now, y)? };
+        let before = at(known.previous, &previous.unknowns, &[])?;
+        let same = previous.unknowns == y && offsets.is_empty();
+        let now = if same { before.clone() } else { at(known.now, y, &offsets)? };
         let step = Step::new(model, before, previous, time);
         let iteration = Iteration { at_start, ..Iteration::default() };
         Ok(self.contact(&step, y, now, iteration, &vec![true; model.slaves.len()]))

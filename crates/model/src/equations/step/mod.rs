@@ -51,7 +51,7 @@ impl StepProblem for Design {
 
     fn geometry(&self, y: &[f64], wanted: Wanted, workspace: &mut Workspace) -> Result<Arc<Kinematics>, StateError> {
         let begin = workspace.timings.begin();
-        let result = self.model.kinematics(&self.model.placed(y), wanted.derivatives(), workspace);
+        let result = self.model.kinematics(&self.model.placed(y), &[], wanted.derivatives(), workspace);
         workspace.timings.end(Phase::Contact, begin);
         self.model.share.agree(result)
     }
@@ -96,10 +96,14 @@ impl StepProblem for Design {
             workspace.timings.end(Phase::Solid, begin);
         }
         let begin = workspace.timings.begin();
-        let known = geometry.filter(|known| known.with_gradient || !wanted.derivatives());
+        // rows of the same positions, but with the pressure at the points of another time, if the pairs have one
+        let offsets = model.point_offsets(step.time, iteration.at_start);
+        let known = geometry
+            .filter(|known| known.with_gradient || !wanted.derivatives())
+            .filter(|known| offsets.is_empty() || known.offsets == offsets);
         let kinematics = result.and_then(|()| match known {
             Some(known) => Ok(known.clone()),
-            None => model.kinematics(y, wanted.derivatives(), workspace),
+            None => model.kinematics(y, &offsets, wanted.derivatives(), workspace),
         });
         let contact = kinematics.map(|kinematics| self.contact(step, y, kinematics, iteration, &model.own));
         workspace.timings.end(Phase::Contact, begin);

@@ -8,14 +8,14 @@ use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::ContactStatus;
 use slipstick_contact::enforcement::bonded::{bond, bonded_traction};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
-use slipstick_contact::enforcement::regularised::{Traction, soft_traction, traction};
+use slipstick_contact::enforcement::regularised::{Traction, pressed_traction, soft_traction, traction};
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness};
 use slipstick_contact::friction::Friction;
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
 /// Fraction of the facet size by which gap and slip are moved off the branch point at the start of
 /// a step.
-const NUDGE: f64 = 1e-9;
+pub(in crate::equations) const NUDGE: f64 = 1e-9;
 
 /// ε and c relative to the bodies' own stiffness in the attempts to rescue a step of the Lagrange
 /// method.
@@ -89,6 +89,7 @@ impl NodeLaw {
                 by_gap: Vector3::zeros(),
                 by_slip: Matrix3x2::zeros(),
                 by_area: Vector3::zeros(),
+                by_load: Vector3::zeros(),
                 by_direction: Matrix3x2::zeros(),
             },
             Self::Regularised(t) => NodeTraction {
@@ -97,6 +98,7 @@ impl NodeLaw {
                 by_gap: t.by_gap,
                 by_slip: t.by_slip,
                 by_area: t.by_area,
+                by_load: t.by_load,
                 by_direction: t.by_direction,
             },
         }
@@ -289,7 +291,12 @@ impl Design {
         }
         let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), settings);
         let friction = self.friction(step, j);
-        match &self.model.pair(&self.model.slaves[j]).pressure {
+        let pair = self.model.pair(&self.model.slaves[j]);
+        if pair.at_points {
+            let load = at.load.expect("the kinematics were evaluated with the pressure at the points");
+            return pressed_traction(around, &at, friction, &epsilon, (load, pair.pressure.is_none()));
+        }
+        match &pair.pressure {
             Some(law) => soft_traction(around, &at, friction, &epsilon, law),
             None => traction(around, &at, friction, &epsilon),
         }

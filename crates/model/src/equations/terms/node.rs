@@ -159,6 +159,7 @@ impl NodeStep {
             reference_area,
             edge_stiffness,
             edge_cover,
+            load: now.pressed.as_ref().map(|pressed| pressed.load),
             freedom: if multipliers { self.freedom(now, RESTING * size * now.area) } else { Freedom::Full },
         }
     }
@@ -222,8 +223,15 @@ impl NodeStep {
     }
 
     /// Row of ∂(law)/∂x for a law component with the given partial derivatives with respect to gap,
-    /// slip and area.
-    fn law_row(&self, now: &NodeKinematics, by_gap: f64, by_slip: [f64; 2], by_area: f64, out: &mut Vec<f64>) {
+    /// slip, and area and load.
+    fn law_row(
+        &self,
+        now: &NodeKinematics,
+        by_gap: f64,
+        by_slip: [f64; 2],
+        [by_area, by_load]: [f64; 2],
+        out: &mut Vec<f64>,
+    ) {
         out.clear();
         if !self.active {
             return out.resize(self.gap_gradient.len(), 0.0);
@@ -235,6 +243,9 @@ impl NodeStep {
         }));
         if by_area != 0.0 {
             out.iter_mut().zip(&now.area_gradient).for_each(|(o, g)| *o += by_area * g);
+        }
+        if let Some(pressed) = now.pressed.as_ref().filter(|_| by_load != 0.0) {
+            out.iter_mut().zip(&pressed.load_gradient).for_each(|(o, g)| *o += by_load * g);
         }
     }
 }
@@ -253,6 +264,8 @@ pub struct NodeTraction {
     pub by_slip: Matrix3x2<f64>,
     /// ∂ζ/∂A.
     pub by_area: Vector3<f64>,
+    /// ∂ζ/∂P.
+    pub by_load: Vector3<f64>,
     /// ∂ζ/∂a, where a is the direction of prescribed slip.
     pub by_direction: Matrix3x2<f64>,
 }
@@ -265,7 +278,7 @@ pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64])
         return;
     }
     let z = now.frame.to_global(traction);
-    for (&node, b) in now.support.iter().zip(&now.coefficient) {
+    for (&node, b) in now.support.iter().zip(now.force_row().0) {
         for c in 0..3 {
             out[3 * node as usize + c] += b * z[c];
         }
@@ -282,7 +295,7 @@ pub fn traction_slope(now: &NodeKinematics, step: &NodeStep, traction: &NodeTrac
             now,
             traction.by_gap[b],
             [traction.by_slip[(b, 0)], traction.by_slip[(b, 1)]],
-            traction.by_area[b],
+            [traction.by_area[b], traction.by_load[b]],
             &mut row,
         );
         step.add_direction_row(now, traction.by_direction.row(b).transpose(), &mut row);
@@ -306,7 +319,7 @@ pub fn condition_slopes(now: &NodeKinematics, step: &NodeStep, law: &Complementa
     let mut rows: [Vec<f64>; 3] = Default::default();
     for b in 0..3 {
         let by_slip = [law.by_slip[(b, 0)], law.by_slip[(b, 1)]];
-        step.law_row(now, law.by_gap[b], by_slip, law.by_area[b], &mut rows[b]);
+        step.law_row(now, law.by_gap[b], by_slip, [law.by_area[b], 0.0], &mut rows[b]);
         step.add_direction_row(now, law.by_direction.row(b).transpose(), &mut rows[b]);
     }
     rows
@@ -316,7 +329,7 @@ pub fn condition_slopes(now: &NodeKinematics, step: &NodeStep, law: &Complementa
 /// on ζ.
 pub fn relative_adjoint(now: &NodeKinematics, lambda: &[f64]) -> Vector3<f64> {
     let mut relative = Vector3::zeros();
-    for (&node, b) in now.support.iter().zip(&now.coefficient) {
+    for (&node, b) in now.support.iter().zip(now.force_row().0) {
         let at = 3 * node as usize;
         relative += Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]) * *b;
     }
@@ -333,9 +346,9 @@ pub fn add_traction_pull_back(
 ) {
     let by_gap = weight.dot(&traction.by_gap);
     let by_slip = traction.by_slip.tr_mul(weight);
-    let by_area = weight.dot(&traction.by_area);
+    let by = [weight.dot(&traction.by_area), weight.dot(&traction.by_load)];
     let mut row = Vec::new();
-    step.law_row(now, by_gap, [by_slip[0], by_slip[1]], by_area, &mut row);
+    step.law_row(now, by_gap, [by_slip[0], by_slip[1]], by, &mut row);
     step.add_direction_row(now, traction.by_direction.tr_mul(weight), &mut row);
     for (t, &node) in step.support.iter().enumerate() {
         for c in 0..3 {
@@ -354,7 +367,7 @@ pub fn add_measures_pull_back(
     out: &mut [f64],
 ) {
     let mut row = Vec::new();
-    step.law_row(now, by_gap, by_slip, by_area, &mut row);
+    step.law_row(now, by_gap, by_slip, [by_area, 0.0], &mut row);
     for (t, &node) in step.support.iter().enumerate() {
         for c in 0..3 {
             out[3 * node as usize + c] += row[3 * t + c];
