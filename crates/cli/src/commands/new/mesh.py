@@ -360,7 +360,12 @@ def main():
     except Exception as error:
         fail(f"Gmsh cannot mesh {STEP}: {error}", f"try another element size (--size, or SIZE in the script; it was {size:.3g} mm), or simplify small faces")
     if joined:  # the ends of a whole revolution
-        gmsh.model.mesh.removeDuplicateNodes([(3, part) for part in joined])
+        layer = [(3, part) for part in joined]
+        whole = set(layer)
+        for _ in range(3):
+            layer = gmsh.model.getBoundary(layer, combined=False, oriented=False)
+            whole.update(layer)
+        gmsh.model.mesh.removeDuplicateNodes(sorted(whole))
     for solid, name in names.items():
         elements = sum(len(some) for part in parts[solid] for some in gmsh.model.mesh.getElements(3, part)[1])
         if elements == 0:

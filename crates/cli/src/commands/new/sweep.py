@@ -177,10 +177,10 @@ def sections(way, faces):
 
 
 def unstacked(way, solid, faces):
-    """Sorts ways: few segments first, then the section with the most edges, then the largest."""
+    """Sorts ways: lines first, then few sections, then the section with the most edges, then the largest."""
     ends = sections(way, faces)
     edges = [len(gmsh.model.getBoundary([(2, face.tag)], oriented=False)) for face in ends]
-    return len(ends), -max(edges, default=0), -max((face.area for face in ends), default=0.0)
+    return isinstance(way, Arc), len(ends), -max(edges, default=0), -max((face.area for face in ends), default=0.0)
 
 
 def sweep(way, solid, faces, size):
