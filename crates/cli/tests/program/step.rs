@@ -113,7 +113,12 @@ for _, group in gmsh.model.getPhysicalGroups(3):
     };
     run("make.py");
     let said = place.good("new Lug.STP --size 4 --hexahedra --out lug.toml").err;
-    assert!(said.contains("ball reaches its axis of revolution: it gets tetrahedra") && !said.contains("lug is") && !said.contains("pin is"), "{said}");
+    assert!(
+        said.contains("ball reaches its axis of revolution: it gets tetrahedra")
+            && !said.contains("lug is")
+            && !said.contains("pin is"),
+        "{said}"
+    );
     let kinds = run("kinds.py");
     for (body, expected) in [("my_lug", vec!["12", "12 13"]), ("pin", vec!["12", "12 13"]), ("ball", vec!["11"])] {
         let found = kinds.lines().find_map(|line| line.strip_prefix(&format!("{body} "))).expect("a body");
