@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Takes a hub, twenty random designs and ten optimized ones to parts, writes five designs as STEP files, and designs a
+# Takes a hub, twenty random designs and ten optimized ones to parts, writes six designs as STEP files, and designs a
 # seal, and puts the tables between the marks of docs/measurements/parts.md; forty minutes on two cores.
 # `measure.sh hub`, `designs`, `promises`, `seal` or `step` repeats one table.
 #
@@ -62,6 +62,9 @@ step() {
         python3 docs/measure/parts/promises.py --slipstick "$programs/slipstick" --out "$work/step" --only "$name" >&2
         designs+=("$name=$work/step/${name// /_}/run")
     done
+    python3 docs/measure/parts/flange.py "$work/flange" --size 1.9 >&2
+    "$programs/slipstick" solve "$work/flange/flange.toml" --design "$work/flange/flange.csv" --out "$work/flange/run" -q
+    designs+=("flange with fillets=$work/flange/run")
     python3 docs/measure/parts/step.py --slipstick "$programs/slipstick" "${designs[@]}" > "$work/step.md"
     put docs/measurements/parts.md step "$work/step.md"
 }
