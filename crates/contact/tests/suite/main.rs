@@ -2,5 +2,6 @@
 
 mod kinematics;
 mod picture;
+mod pressed;
 mod random_poses;
 mod reference;

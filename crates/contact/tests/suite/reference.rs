@@ -28,7 +28,7 @@ fn facets(value: &Value) -> Vec<slipstick_mesh::FacetNodes> {
 }
 
 fn configuration() -> Configuration {
-    let data: Value = serde_json::from_str(include_str!("data/unit_mortar.json")).unwrap();
+    let data: Value = serde_json::from_str(include_str!("../data/unit_mortar.json")).unwrap();
     let reference: Vec<f64> = data["setup_nodes"]
         .as_array()
         .unwrap()
