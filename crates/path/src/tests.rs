@@ -332,3 +332,22 @@ fn interrupted_between_newton_iterations() {
     let error = sweep(&mut solver, &path, &mut Responses::of(&objectives, &path), &SweepOptions::default());
     assert_eq!(error.unwrap_err().kind, StepFailureKind::Interrupted);
 }
+
+/// By hand: a linear spring ends at u. From a prediction of s u, the first increment is (1 − s) u, which is longer than
+/// the way from the last state, s u, for s < ½. The step then starts at the last state, with the increment u.
+#[test]
+fn a_prediction_is_given_up_if_the_last_state_is_nearer() {
+    let spring = Spring::linear();
+    let end = path(&spring, &[1.0], &options()).states[1].state.unknowns.clone();
+    let length = end[3..].iter().map(|u| u * u).sum::<f64>().sqrt();
+    for (s, first) in [(-1.0, 1.0), (0.4, 1.0), (0.6, 0.4), (1.5, 0.5), (3.0, 2.0)] {
+        let ahead = end.iter().map(|u| (s * u) as f32).collect();
+        let guide = Guide::from_parts(vec![0.0, 1.0], vec![vec![0.0; 6], ahead], 6, &Alone).unwrap();
+        let load_path = LoadPath { guide: Some(&guide), ..LoadPath::new(Spring::rest(), &[1.0]) };
+        let found = follow(&spring, &mut linear(), &load_path, &options(), &mut Silent).unwrap();
+        let report = &found.states[1].report;
+        assert!((report.iterations[0].displacement - first * length).abs() < 1e-6 * length, "{s}: {report:?}");
+        let apart = |i: usize| (found.states[1].state.unknowns[i] - end[i]).abs();
+        assert!((0..6).all(|i| apart(i) < 1e-12) && report.failed_iterations == 0, "{s}: {report:?}");
+    }
+}
