@@ -9,7 +9,7 @@ use crate::ladder::{FailedAttempt, Progress, Rung, is_exhausted, iterations_of, 
 use crate::newton::{NewtonOptions, Start};
 use crate::problem::{Attempt, StepProblem, Wanted};
 use crate::solver::Solver;
-use crate::start::{self, Guide, StartValues};
+use crate::start::{self, Ahead, Guide, StartValues};
 use crate::store::{Path, PathState};
 use crate::thinning::Thinning;
 use crate::time::{LoadTime, Span};
@@ -347,11 +347,13 @@ impl Increment<'_> {
             iterate: previous.unknowns.clone(),
             at_start: true,
         };
-        let mut starts = start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
-        starts.pop().expect("the last state");
-        // first attempts: from predictions, and from the last state
-        let predictions = starts.into_iter().map(|ahead| Some(Start::prediction(problem, ahead, &previous.unknowns)));
-        let mut starts: VecDeque<Option<Start<P>>> = predictions.chain([None]).collect();
+        let ahead = start::ahead(problem, path, time, options.start, guide, solver.linear.ranks());
+        let prediction = ahead.map(|ahead| match ahead {
+            Ahead::Guided(unknowns) => Start::guess(unknowns),
+            Ahead::Extrapolated(unknowns) => Start::extrapolation(problem, unknowns, &previous.unknowns),
+        });
+        // first attempts: from the prediction, if there is one, and from the last state
+        let mut starts: VecDeque<Option<Start<P>>> = prediction.into_iter().map(Some).chain([None]).collect();
         let mut from_last = None;
         let mut attempt = Attempt::Setting(0);
         let mut before_rescue = None;

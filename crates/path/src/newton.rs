@@ -46,7 +46,7 @@ pub(crate) struct Start<P: StepProblem> {
     pub geometry: Option<P::Geometry>,
     /// Whether the step begins here.
     pub at_start: bool,
-    /// How far a prediction lies from the last state: the norm over free displacements. The iteration
+    /// How far an extrapolation lies from the last state: the norm over free displacements. The iteration
     /// [gives it up](StepFailureKind::Mispredicted) if its first increment is longer.
     pub reach: Option<f64>,
 }
@@ -57,8 +57,8 @@ impl<P: StepProblem> Start<P> {
         Self { unknowns, geometry: None, at_start: false, reach: None }
     }
 
-    /// A guess that predicts beyond the unknowns of the last state.
-    pub fn prediction(problem: &P, unknowns: Vec<f64>, last: &[f64]) -> Self {
+    /// An extrapolation beyond the unknowns of the last state.
+    pub fn extrapolation(problem: &P, unknowns: Vec<f64>, last: &[f64]) -> Self {
         let fixed = &problem.unknowns().fixed(Held::None)[..problem.unknowns().displacements];
         let ahead: Vec<f64> = (0..fixed.len()).map(|i| unknowns[i] - last[i]).collect();
         Self { reach: Some(free_norm(&ahead, fixed)), ..Self::guess(unknowns) }
