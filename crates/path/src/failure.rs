@@ -115,6 +115,10 @@ pub enum StepFailureKind {
         /// iterations.
         changing: Vec<u32>,
     },
+    /// The first increment from a prediction is longer than the way from the last state to it: the last state is
+    /// the better start.
+    #[error("the first increment leads farther than the prediction")]
+    Mispredicted,
     /// The residual grows without bound.
     #[error("the residual diverges")]
     Diverged,

@@ -9,12 +9,13 @@ use crate::ladder::{FailedAttempt, Progress, Rung, is_exhausted, iterations_of, 
 use crate::newton::{NewtonOptions, Start};
 use crate::problem::{Attempt, StepProblem, Wanted};
 use crate::solver::Solver;
-use crate::start::{self, Guide, StartValues};
+use crate::start::{self, Ahead, Guide, StartValues};
 use crate::store::{Path, PathState};
 use crate::thinning::Thinning;
 use crate::time::{LoadTime, Span};
 use crate::unknowns::{Held, StepState};
 use std::any::Any;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Settings of the march.
@@ -346,8 +347,14 @@ impl Increment<'_> {
             iterate: previous.unknowns.clone(),
             at_start: true,
         };
-        let starts = start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
-        let mut starts = starts.into_iter().peekable();
+        let ahead = start::ahead(problem, path, time, options.start, guide, solver.linear.ranks());
+        let prediction = ahead.map(|ahead| match ahead {
+            Ahead::Guided(unknowns) => Start::guess(unknowns),
+            Ahead::Extrapolated(unknowns) => Start::extrapolation(problem, unknowns, &previous.unknowns),
+        });
+        // first attempts: from the prediction, if there is one, and from the last state
+        let mut starts: VecDeque<Option<Start<P>>> = prediction.into_iter().map(Some).chain([None]).collect();
+        let mut from_last = None;
         let mut attempt = Attempt::Setting(0);
         let mut before_rescue = None;
         let mut free = FreeSteps::default();
@@ -363,13 +370,13 @@ impl Increment<'_> {
             let mut begun = problem.begin(previous, from, span, solver.workspace).map_err(as_failure)?;
             let (rung, accepted) = match free.begin(solver, &mut begun, last, from, (time, attempt), &options.newton) {
                 Some(result) => {
-                    while starts.next().is_some() {}
+                    starts.clear();
                     (Rung::of(attempt, false), result)
                 }
                 None => {
-                    let (rung, start) = match starts.next() {
-                        Some(unknowns) if starts.peek().is_some() => (Rung::of(attempt, true), Start::guess(unknowns)),
-                        _ => (Rung::of(attempt, false), Start::of(previous, from)),
+                    let (rung, start) = match starts.pop_front().flatten() {
+                        Some(start) => (Rung::of(attempt, true), start),
+                        None => (Rung::of(attempt, false), Start::of(previous, from)),
                     };
                     let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
                     let accepted = solved.and_then(|(unknowns, report, at)| match problem.finish(&begun, &at) {
@@ -394,9 +401,15 @@ impl Increment<'_> {
             if failure.kind == StepFailureKind::Interrupted {
                 return Err(failure);
             }
+            if failure.kind == StepFailureKind::Mispredicted {
+                // the last state comes first
+                starts.push_back(Some(Start::guess(failure.iterate)));
+                continue;
+            }
             let (kind, iterations) = (failure.kind.clone(), failure.iterations.len());
             tried.push(FailedAttempt { time, rung, kind, iterations });
-            if starts.peek().is_none() {
+            let failure = from_last.take().unwrap_or(failure);
+            if starts.is_empty() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
                 let next = next_attempt(problem, attempt, &failure, own, self.rescue);
                 let exhausted =
@@ -412,6 +425,8 @@ impl Increment<'_> {
             observer.on_event(&MarchEvent::Retry { step, failed, remedy });
             if rescuing {
                 before_rescue.get_or_insert(failure);
+            } else if rung == Rung::LastState && !starts.is_empty() {
+                from_last = Some(failure);
             }
         }
     }

@@ -46,12 +46,22 @@ pub(crate) struct Start<P: StepProblem> {
     pub geometry: Option<P::Geometry>,
     /// Whether the step begins here.
     pub at_start: bool,
+    /// How far an extrapolation lies from the last state: the norm over free displacements. The iteration
+    /// [gives it up](StepFailureKind::Mispredicted) if its first increment is longer.
+    pub reach: Option<f64>,
 }
 
 impl<P: StepProblem> Start<P> {
     /// A guess whose geometry is not known.
     pub fn guess(unknowns: Vec<f64>) -> Self {
-        Self { unknowns, geometry: None, at_start: false }
+        Self { unknowns, geometry: None, at_start: false, reach: None }
+    }
+
+    /// An extrapolation beyond the unknowns of the last state.
+    pub fn extrapolation(problem: &P, unknowns: Vec<f64>, last: &[f64]) -> Self {
+        let fixed = &problem.unknowns().fixed(Held::None)[..problem.unknowns().displacements];
+        let ahead: Vec<f64> = (0..fixed.len()).map(|i| unknowns[i] - last[i]).collect();
+        Self { reach: Some(free_norm(&ahead, fixed)), ..Self::guess(unknowns) }
     }
 
     /// Guessed unknowns, whose displacements have this geometry.
@@ -162,6 +172,10 @@ impl<P: StepProblem> Run<'_, '_, P> {
                 }
             }
             finite(&increment, "the Newton increment")?;
+            let length = || free_norm(&increment[..displacements], &fixed[..displacements]);
+            if iteration == 1 && start.reach.is_some_and(|reach| length() > reach) {
+                return Err(StepFailureKind::Mispredicted);
+            }
             wanted = if last_size > NEARLY { Wanted::Both } else { Wanted::Residual };
             // the first increment contains the prescribed motion, so it is taken in full
             let base = Base::from(at);

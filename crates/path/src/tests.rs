@@ -332,3 +332,25 @@ fn interrupted_between_newton_iterations() {
     let error = sweep(&mut solver, &path, &mut Responses::of(&objectives, &path), &SweepOptions::default());
     assert_eq!(error.unwrap_err().kind, StepFailureKind::Interrupted);
 }
+
+/// By hand: with a linear spring, φ (u − v) + u + m (h − 0.2 u₁) = 0 in the second step. Its increment from the
+/// extrapolation, 2 u₁, is longer than the way to it from the first state, u₁, if the memory m is large. The step then
+/// starts at the first state. Bound: the first solution of a linear system has single precision.
+#[test]
+fn an_extrapolation_is_given_up_if_the_last_state_is_nearer() {
+    for (memory, given_up) in [(0.0, false), (4.0, false), (40.0, true), (-40.0, true)] {
+        let spring = Spring { memory, ..Spring::linear() };
+        let found = path(&spring, &[1.0, 2.0], &options());
+        let [_, first, second] = &found.states[..] else { panic!("two steps") };
+        let from = if given_up { 1.0 } else { 2.0 };
+        let increment = |c: usize| {
+            let (u, history) = (first.state.unknowns[3 + c], first.state.history[c]);
+            let (stiffness, v) = (spring.stiffness[c], second.state.unknowns[c]);
+            (stiffness * v - memory * (history - 0.2 * u)) / (stiffness + 1.0) - from * u
+        };
+        let expected = (0..3).map(|c| increment(c).powi(2)).sum::<f64>().sqrt();
+        let report = &second.report;
+        let apart = (report.iterations[0].displacement - expected).abs();
+        assert!(apart < 1e-6 * expected.max(1e-3) && report.failed_iterations == 0, "{memory}: {expected} {report:?}");
+    }
+}

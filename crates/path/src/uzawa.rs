@@ -46,7 +46,7 @@ pub(crate) fn solve<P: StepProblem>(
     // a rescue begins after Newton's method has failed
     if !rescue
         && uzawa.memory > 0
-        && let Some(at) = outer.second_order(start.clone(), report)
+        && let Some(at) = outer.second_order(start.clone(), report)?
     {
         return Ok((at.unknowns.clone(), at));
     }
@@ -79,24 +79,25 @@ struct Outer<'r, 's, P: StepProblem> {
 impl<P: StepProblem> Outer<'_, '_, P> {
     /// Solves for displacements and multipliers together; returns the solution if it satisfies the
     /// contact conditions to the tolerance.
-    fn second_order(&mut self, start: Start<P>, report: &mut StepReport) -> Option<Evaluated<P>> {
+    fn second_order(&mut self, start: Start<P>, report: &mut StepReport) -> Result<Option<Evaluated<P>>, StepFailure> {
         let mut attempt = StepReport::default();
         let together = Iteration { held: Held::None, ..self.iteration };
         let result = newton::solve(self.solver, self.step, start, self.target, self.newton, together, &mut attempt);
         report.uzawa += 1;
         let at = match result {
             Ok(at) => at,
+            Err(failure) if failure.kind == StepFailureKind::Mispredicted => return Err(failure),
             Err(mut failure) => {
                 report.iterations.append(&mut failure.iterations);
-                return None;
+                return Ok(None);
             }
         };
         report.iterations.append(&mut attempt.iterations);
-        let (_, violation) = self.solver.problem.update_multipliers(self.step, &at).ok()?;
-        (violation <= self.uzawa.tolerance).then(|| {
+        let Ok((_, violation)) = self.solver.problem.update_multipliers(self.step, &at) else { return Ok(None) };
+        Ok((violation <= self.uzawa.tolerance).then(|| {
             report.rounded = attempt.rounded;
             at
-        })
+        }))
     }
 
     fn iterate(
@@ -143,7 +144,7 @@ impl<P: StepProblem> Outer<'_, '_, P> {
             }
             if uzawa.memory > 0 && iteration.is_power_of_two() {
                 let trial = Start::with_geometry(y.clone(), at.geometry.clone());
-                if let Some(at) = self.second_order(trial, report) {
+                if let Some(at) = self.second_order(trial, report)? {
                     return Ok((at.unknowns.clone(), at));
                 }
             }

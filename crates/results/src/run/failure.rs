@@ -362,7 +362,7 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
             &[steps, cuts, MORE_ITERATIONS, support]
         }
         StepFailureKind::TooManyIterations { .. } => &[sides, steps, cuts, active_set],
-        StepFailureKind::Diverged => &[steps, cuts, support],
+        StepFailureKind::Diverged | StepFailureKind::Mispredicted => &[steps, cuts, support],
         StepFailureKind::Cycling { .. } => &[sides, steps, cuts, active_set],
         StepFailureKind::Uzawa { .. } => &[
             "a higher stiffness, or more iterations (`enforcement.augmented`: `stiffness`, `max_uzawa`)",
