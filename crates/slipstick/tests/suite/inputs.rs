@@ -90,11 +90,11 @@ fn kinds() -> Vec<Kind> {
         scenes.push((format!("{name}, begins"), Scene { more: begins, ..base.clone() }));
         scenes.push((format!("{name}, ends"), Scene { more: format!("{side}until = 0.8\n"), ..base }));
     }
-    // with an exponential pressure, which has no kink where the gap of a point changes its sign
-    let (_, base) = scene("", &methods[7].1, "standard");
-    let (name, text) =
-        ("penalty at points, second order".into(), base.text().replace("[[body]]", "[[body]]\norder = 2"));
-    let second_order = Kind { name, text, varied: false };
+    // at the last states of the scene above, mesh lines of second-order elements nearly coincide
+    let (_, mut base) = scene("", &methods[7].1, "standard");
+    base.motion = base.motion.replace("u = [0.15, -0.12, 0.04]", "u = [0.163, -0.12, 0.047]");
+    let text = base.text().replace("[[body]]", "[[body]]\norder = 2");
+    let second_order = Kind { name: "penalty at points, second order".into(), text, varied: false };
     let mass = "\nmass_density = 2.0\nmaterial = { neo_hooke";
     let fields = "[[load]]\ncentrifugal = { point = [-3, 2, 1], direction = [1, 2, -2], angular_velocity = 2 }\n";
     // with a pressure at the points, all nodes slide at the end of this scene

@@ -184,8 +184,9 @@ def unstacked(way, solid, faces):
 
 
 def sweep(way, solid, faces, size):
-    """The solids that replace a solid, swept along a way in layers, of each of its faces those of the new ones that
-    lie on it, whether they go all around, and the sections to mesh with quadrangles. None if they do not agree with it in volume and areas to a millionth."""
+    """The solids that replace a solid, swept along a way in layers; for each of its faces, the new faces that lie on
+    it; whether the solids go all around; and the sections to mesh with quadrangles. None if volume and areas of the
+    new solids differ by more than a millionth."""
     occ = gmsh.model.occ
     before = set(gmsh.model.getEntities())
     low, high = box(3, solid)
