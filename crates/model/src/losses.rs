@@ -145,11 +145,12 @@ pub(crate) fn counted_parts<'a>(
     })
 }
 
-/// What slave node j loses between two states. \[F L\]
+/// What slave node j loses between two states; not known for pressures at the points, which work on the gaps there and
+/// not on that of the node. \[F L\]
 fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt<'_>) -> f64 {
     let [old, new] = [before, now].map(|at| at.results.nodes.get(j));
     let (Some(old), Some(new)) = (old, new) else { return 0.0 };
-    if pair.is_bonded() || old.gap.is_none() || new.gap.is_none() {
+    if pair.is_bonded() || pair.at_points || old.gap.is_none() || new.gap.is_none() {
         return 0.0;
     }
     let moved = |i: usize| now.positions[i] - before.positions[i];
