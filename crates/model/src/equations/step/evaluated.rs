@@ -26,7 +26,7 @@ pub struct Kinematics {
     pub nodes: Vec<NodeKinematics>,
     /// Whether gradients were computed.
     pub with_gradient: bool,
-    /// The offsets at which pressures at the integration points were computed, [`ContactModel::point_offsets`].
+    /// The offsets at which pressures at the integration points were computed, `ContactModel::point_offsets`.
     pub offsets: Vec<f64>,
 }
 
