@@ -110,7 +110,7 @@ pub struct New {
     /// Largest gap or overlap of bodies in contact, for a STEP file, in mm [default: 2 % of the diagonal of the smallest body, at most a fifth of the smallest thickness]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub distance: Option<f64>,
-    /// Mesh bodies of a STEP file that are prisms, such as plates, pins and bushes, with hexahedra
+    /// Mesh bodies of a STEP file that can be swept, such as plates, stepped shafts and rings, with hexahedra
     #[arg(long)]
     pub hexahedra: bool,
     /// Write a case for this mesh (.msh, .inp, .vtu, .vtk), with its bodies and surfaces by name

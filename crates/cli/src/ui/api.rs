@@ -12,7 +12,7 @@
 //! | `POST /values` | values of a text with their places |
 //! | `POST /edit` | a text with one value changed or, without `value`, removed; the body is `{ text, path, value }` |
 //! | `POST /pick?case=&stamp=&name=&use=&degrees=&sure=` | the tables that select faces of the model, if it is that of the text with this stamp |
-//! | `POST /start?command=&case=&run=&kind=&force=` | starts a command |
+//! | `POST /start?command=&case=&run=&kind=&force=&hexahedra=` | starts a command |
 //! | `POST /stop` | stops it |
 //! | `GET /state?run=&log=` | the command, and tables and log of a run; with `log=job`, the log of the command |
 //! | `GET /report?run=&view=` | the report of a run, or only its view |
@@ -181,6 +181,7 @@ impl Server {
             run: head.asked("run"),
             kind: head.asked("kind"),
             force: head.asked("force") == "true",
+            hexahedra: head.asked("hexahedra") == "true",
         };
         self.jobs.start(&self.folder, self.threads, &asked)?;
         Ok(Response::json(&self.jobs.state()))

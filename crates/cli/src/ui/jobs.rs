@@ -65,6 +65,8 @@ pub struct Asked<'a> {
     pub kind: &'a str,
     /// Whether earlier results are replaced.
     pub force: bool,
+    /// Whether bodies of a STEP file are swept, with hexahedra.
+    pub hexahedra: bool,
 }
 
 impl Jobs {
@@ -151,7 +153,7 @@ fn appended(file: &Path, continues: bool) -> std::io::Result<(File, File)> {
 
 /// Words after the program's name, the name of the run, and that of the log.
 fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, String)> {
-    let Asked { command, case, run, kind, force } = *asked;
+    let Asked { command, case, run, kind, force, hexahedra } = *asked;
     let words = |list: &[&str]| list.iter().map(|word| (*word).to_owned()).collect::<Vec<String>>();
     if command == "resume" {
         folder.run(run)?;
@@ -182,7 +184,8 @@ fn line(folder: &Folder, asked: &Asked<'_>) -> Outcome<(Vec<String>, String, Str
     if command == "new" {
         let (_, name) = (folder.source(case)?, argument(case));
         let deck = Folder::is_deck(case);
-        let line = if deck { words(&["new", "--deck", &name]) } else { words(&["new", &name]) };
+        let mut line = if deck { words(&["new", "--deck", &name]) } else { words(&["new", &name]) };
+        line.extend((hexahedra && !deck).then(|| "--hexahedra".into()));
         return Ok((forced(line), String::new(), log_of(&format!("{case}_new"))));
     }
     folder.case(case)?;

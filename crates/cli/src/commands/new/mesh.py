@@ -9,8 +9,9 @@
 Each solid becomes a body, with the name that it has in the STEP file. Facing surfaces of two bodies
 become BODY_touches_OTHER and OTHER_touches_BODY. Other faces get names too, for
 supports and loads: their own name in the STEP file, or the side of the body on which they lie, or
-their shape and a number. With HEXAHEDRA, prisms are extruded from one of their faces in layers.
+their shape and a number. With HEXAHEDRA, prisms and bodies of revolution are swept in layers.
 """
+import math
 import os
 import re
 import sys
@@ -23,7 +24,7 @@ DISTANCE = None  # gaps and overlaps up to this distance in mm count as contact;
 CONTACT_SIZE = 0.7  # length of the edges at contact faces, relative to that of the bodies
 PER_CIRCLE = 20  # number of elements around a full circle
 ORDER = 2  # of the elements
-HEXAHEDRA = False  # whether prisms, which are extrusions of a plane face, are meshed with hexahedra
+HEXAHEDRA = False  # whether prisms and bodies of revolution are swept, with hexahedra
 
 try:
     import gmsh
@@ -244,53 +245,7 @@ def warn_of_overlap(names, pairs, distance):
                 )
 
 
-def close(one, other):
-    """Whether two numbers agree to a millionth."""
-    return abs(one - other) <= 1e-6 * max(abs(one), abs(other))
-
-
-def prism(solid, faces):
-    """A plane face whose extrusion is the solid, and the vector to the opposite face; None if there is none.
-
-    Of several, the one with the most edges, then the largest. Volume and areas of the sides decide."""
-    centres = {face.tag: gmsh.model.occ.getCenterOfMass(2, face.tag) for face in faces}
-    edges = {face.tag: {tag for _, tag in gmsh.model.getBoundary([(2, face.tag)], oriented=False)} for face in faces}
-    planes = [face for face in faces if face.kind == "Plane" and face.normals]
-    found = []
-    for base in planes:
-        lengths = {edge: gmsh.model.occ.getMass(1, edge) for edge in edges[base.tag]}
-        for top in planes:
-            way = [b - a for a, b in zip(centres[base.tag], centres[top.tag])]
-            height = dot(way, way) ** 0.5
-            if top is base or not close(base.area, top.area) or not close(dot(way, base.normals[0]), -height):
-                continue
-            sides = [face for face in faces if face not in (base, top)]
-            swept = all(
-                close(face.area, height * sum(lengths.get(edge, 0.0) for edge in edges[face.tag])) for face in sides
-            )
-            if swept and close(base.area * height, gmsh.model.occ.getMass(3, solid)):
-                found.append((len(lengths), base.area, -base.tag, base, way))
-    return max(found, key=lambda some: some[:3])[3:] if found else None
-
-
-def extrude(solid, faces, base, way, size):
-    """Replaces a solid by an extrusion of its base in layers. Returns the new tags of the solid and of its faces."""
-    occ = gmsh.model.occ
-    centres = {face.tag: occ.getCenterOfMass(2, face.tag) for face in faces}
-    copy = occ.copy([(2, base.tag)])
-    occ.remove([(3, solid)], recursive=True)
-    layers = max(2, round(dot(way, way) ** 0.5 / size))
-    made = [tag for dim, tag in occ.extrude(copy, *way, numElements=[layers], recombine=True) if dim == 3]
-    occ.synchronize()
-    gmsh.model.mesh.setRecombine(2, copy[0][1])
-    gmsh.model.mesh.setAlgorithm(2, copy[0][1], 8)  # triangles that join to regular quadrangles
-    free = {tag: occ.getCenterOfMass(2, tag) for _, tag in gmsh.model.getBoundary([(3, made[0])], oriented=False)}
-    area, tags = {tag: occ.getMass(2, tag) for tag in free}, {}
-    for face in faces:
-        away = lambda tag: sum((a - b) ** 2 for a, b in zip(free[tag], centres[face.tag])) + abs(area[tag] - face.area)
-        tags[face.tag] = min(free, key=away)
-        del free[tags[face.tag]]
-    return made[0], tags
+# SWEEPS
 
 
 def main():
@@ -352,21 +307,23 @@ def main():
                 counts[kind] = counts.get(kind, 0) + 1
                 own = f"{kind}_{counts[kind]}"
             groups.setdefault(f"{name}_{own}", set()).add(face.tag)
+    # what is meshed instead of each solid
+    parts, joined = {solid: [solid] for solid in names}, []
     if HEXAHEDRA:
         gmsh.model.mesh.clear()
         for solid in sorted(names):
-            found = prism(solid, faces[solid])
-            if found is None:
-                print(f"warning {names[solid]} is not a prism: it gets tetrahedra instead of hexahedra")
-                continue
             near = any(face.tag in finer for face in faces[solid])
-            new, tags = extrude(solid, faces[solid], *found, (CONTACT_SIZE if near else 1.0) * sizes[solid])
-            names[new], sizes[new] = names.pop(solid), sizes.pop(solid)
-            pairs = [(*(new if of == solid else of for of in pair[:2]), *pair[2:]) for pair in pairs]
-            groups = {name: {tags.get(tag, tag) for tag in some} for name, some in groups.items()}
-            finer = [tags.get(tag, tag) for tag in finer]
+            found, reason = swept(solid, faces[solid], (CONTACT_SIZE if near else 1.0) * sizes[solid])
+            if found is None:
+                print(f"warning {names[solid]} {reason}: it gets tetrahedra instead of hexahedra")
+                continue
+            parts[solid], tags, closed = found
+            groups = {name: set().union(*(tags.get(tag, {tag}) for tag in some)) for name, some in groups.items()}
+            finer = sorted(set().union(*(tags.get(tag, {tag}) for tag in finer)))
+            if closed:
+                joined += parts[solid]
     for solid, name in names.items():
-        gmsh.model.addPhysicalGroup(3, [solid], name=name)
+        gmsh.model.addPhysicalGroup(3, parts[solid], name=name)
     for name, tags in sorted(groups.items()):
         gmsh.model.addPhysicalGroup(2, sorted(tags), name=name)
 
@@ -374,7 +331,7 @@ def main():
     field, fields = gmsh.model.mesh.field, []
     for solid in names:
         inside = field.add("Constant")
-        field.setNumbers(inside, "VolumesList", [solid])
+        field.setNumbers(inside, "VolumesList", parts[solid])
         field.setNumber(inside, "VIn", sizes[solid])
         field.setNumber(inside, "VOut", 1e22)
         fields.append(inside)
@@ -402,8 +359,15 @@ def main():
         gmsh.model.mesh.generate(3)
     except Exception as error:
         fail(f"Gmsh cannot mesh {STEP}: {error}", f"try another element size (--size, or SIZE in the script; it was {size:.3g} mm), or simplify small faces")
+    if joined:  # the ends of a whole revolution
+        layer = [(3, part) for part in joined]
+        whole = set(layer)
+        for _ in range(3):
+            layer = gmsh.model.getBoundary(layer, combined=False, oriented=False)
+            whole.update(layer)
+        gmsh.model.mesh.removeDuplicateNodes(sorted(whole))
     for solid, name in names.items():
-        elements = sum(len(some) for some in gmsh.model.mesh.getElements(3, solid)[1])
+        elements = sum(len(some) for part in parts[solid] for some in gmsh.model.mesh.getElements(3, part)[1])
         if elements == 0:
             fail(f"Gmsh made no elements in {name}", f"try another element size (--size; it was {size:.3g} mm), or repair the body")
         print(f"body {name} {elements}")

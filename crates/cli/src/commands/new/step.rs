@@ -16,6 +16,9 @@ use crate::context::Context;
 /// The script, with its options at the top.
 const SCRIPT: &str = include_str!("mesh.py");
 
+/// The part of the script that sweeps bodies, and where it is inserted.
+const SWEEPS: (&str, &str) = ("# SWEEPS\n", include_str!("sweep.py"));
+
 /// Whether a word names a STEP file instead of a template.
 pub fn is_step(word: &str) -> bool {
     let extension = Path::new(word).extension().and_then(|extension| extension.to_str());
@@ -117,6 +120,7 @@ fn script(step: &str, files: &Files, args: &New) -> String {
     // a JSON string is a string of Python
     let string = |text: &str| serde_json::Value::from(text).to_string();
     let mut text = SCRIPT
+        .replace(SWEEPS.0, SWEEPS.1)
         .replace("python3 SCRIPT", &format!("python3 {}", comment(&script)))
         .replace("--mesh MESH", &format!("--mesh {}", comment(&mesh)))
         .replace("STEP = \"part.step\"", &format!("STEP = {}", string(step)))
@@ -226,6 +230,7 @@ mod tests {
             "\nSIZE = None",
             "\nDISTANCE = None",
             "\nHEXAHEDRA = False",
+            SWEEPS.0,
         ] {
             assert_eq!(SCRIPT.matches(option).count(), 1, "{option}");
         }

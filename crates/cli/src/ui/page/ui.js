@@ -300,6 +300,7 @@ function buttons() {
     button.disabled = running || (command === "resume" ? !(now.record && now.record.resumable && now.record.exit !== "finished") : command === "check" ? !now.case : command === "export" ? !now.record : command === "new" ? false : !now.commands.includes(command) || elsewhere && now.run === target(command));
   }
   document.querySelector("[data-command=new]").hidden = !(now.step || now.kind === "inp");
+  element("swept").hidden = !now.step;
   element("stop").disabled = !running;
   element("stop").textContent = running && now.job.stopping ? "Stop at once" : "Stop";
   element("tab-report").disabled = !now.record;
@@ -309,7 +310,7 @@ const start = attempt(async command => {
   await save();
   if (changed()) return;
   const force = element("force").checked;
-  now.job = await ask(`start?${query({ command, case: now.case || now.step, run: now.run, kind: element("kind").value, force })}`, { body: "" });
+  now.job = await ask(`start?${query({ command, case: now.case || now.step, run: now.run, kind: element("kind").value, force, hexahedra: element("hexahedra").checked })}`, { body: "" });
   element("force").checked = false;
   now.log = "job"; now.started = true; now.before = command === "new" ? [...element("case").options].map(option => option.value) : null;
   if (now.job.run) { now.run = now.job.run; now.record = null; remember(); }

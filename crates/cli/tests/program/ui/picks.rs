@@ -313,6 +313,8 @@ fn step_files_are_offered() {
     let state = served.done("command=new&case=part.step");
     assert_eq!(state["job"]["line"], "slipstick new part.step");
     assert_eq!(state["job"]["code"], 2, "{state}");
+    let state = served.done("command=new&case=part.step&hexahedra=true&force=true");
+    assert_eq!(state["job"]["line"], "slipstick new part.step --hexahedra --force");
 }
 
 /// The view of a run without its tables, for two side by side; and its objective as the case states it.
