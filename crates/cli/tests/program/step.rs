@@ -152,10 +152,11 @@ for _, group in gmsh.model.getPhysicalGroups(3):
     }
 }
 
-/// A ring with a cone on its rim, a stepped shaft, a quarter of a pipe bend, and a box with imprints on a side and on its
-/// top are swept: no tetrahedra, no warning, and no flat elements. Volumes are those of Pappus' theorem.
+/// A ring with a cone on its rim, a stepped shaft, a quarter of a pipe bend, an O-ring and a spacer with holes are swept: no
+/// tetrahedra, no warning, and no flat elements. A box with imprints on a side and on its top, of which Gmsh makes flat
+/// elements, gets tetrahedra. Volumes are those of Pappus' theorem.
 #[test]
-fn bodies_of_revolution_and_imprinted_prisms_are_swept() {
+fn bodies_of_revolution_are_swept() {
     if !runs("import gmsh") {
         return;
     }
@@ -191,6 +192,11 @@ occ.rotate([(2, side)], 0, 0, 0, 1, 0, 0, math.pi / 2)
 occ.translate([(2, side)], 4, 0, 2)
 occ.fragment([(3, body)], [(2, side), (2, top)])
 write("box")
+occ.addTorus(0, 0, 0, 20, 2)
+write("oring")
+occ.cut([(3, occ.addCylinder(0, 0, 0, 0, 0, 5, 10))], [(3, occ.addCylinder(0, 0, -1, 0, 0, 7, 6))])
+occ.cut(occ.getEntities(3), [(3, occ.addCylinder(8 * math.cos(k), 8 * math.sin(k), -1, 0, 0, 7, 1)) for k in range(6)])
+write("spacer")
 "#,
     );
     let made = Command::new(python()).arg("make.py").current_dir(place.path("")).output().expect("Python");
@@ -200,9 +206,13 @@ write("box")
     let ring = 2.0 * pi * (30.0 * 7.5 - 2.0 * (10.0 - 2.0 / 3.0));
     let shaft = pi * (25.0 * 10.0 + 9.0 * 6.0);
     let bend = pi * (16.0 - 9.0) * 20.0 * pi / 2.0;
-    for (name, volume) in [("ring", ring), ("shaft", shaft), ("bend", bend), ("box", 1200.0)] {
+    let (seal, spacer) = (2.0 * pi * pi * 20.0 * 4.0, pi * 5.0 * (100.0 - 36.0 - 6.0));
+    let all = [("ring", ring), ("shaft", shaft), ("bend", bend), ("box", 1200.0), ("oring", seal), ("spacer", spacer)];
+    for (name, volume) in all {
         let said = place.good(&format!("new {name}.step --hexahedra")).err;
-        assert!(!said.contains("tetrahedra"), "{name}: {said}");
+        // Gmsh meshes an edge of the box backwards, which is noticed
+        assert_eq!(said.contains("flat elements in part: all bodies get tetrahedra"), name == "box", "{name}: {said}");
+        assert_eq!(said.contains("tetrahedra"), name == "box", "{name}: {said}");
         let checked = place.good(&format!("check {name}.toml --json")).events();
         let result = checked.into_iter().find(|event| event["event"] == "result").expect("a result");
         let body = &result["inspection"]["bodies"][0];

@@ -34,6 +34,9 @@ except (ImportError, OSError) as missing:
 # Maximum cosine between the outward normals of faces that look at each other.
 OPPOSED = -0.7
 
+# Smallest ratio of the Jacobian determinant at a point of an element to that at another one.
+FLAT = 0.02
+
 # Labels that programs write where the user gave none.
 NO_LABELS = re.compile(r"(open cascade step translator.*|solid|shell|body|compound|shapes|assembly|unnamed|none|\d*)$")
 
@@ -229,8 +232,9 @@ def common_volume(one, two):
         return 0.0
 
 
-def warn_of_overlap(names, pairs, distance):
-    """Says which solids overlap although no faces of theirs look at each other."""
+def overlaps(names, pairs, distance):
+    """Warnings of solids that overlap although no faces of theirs look at each other."""
+    found = []
     measured = {(one, two) for one, two, *_ in pairs}
     solids = sorted(names)
     for i, one in enumerate(solids):
@@ -239,16 +243,25 @@ def warn_of_overlap(names, pairs, distance):
                 continue
             volume = common_volume(one, two)
             if volume > 1e-6 * min(gmsh.model.occ.getMass(3, one), gmsh.model.occ.getMass(3, two)):
-                print(
+                found.append(
                     f"warning {names[one]} and {names[two]} overlap by more than the contact distance of {distance:.3g} "
                     f"mm (common volume {volume:.3g} mm³): separate them in CAD, or give a larger --distance"
                 )
+    return found
 
 
 # SWEEPS
 
 
-def main():
+def flat(parts):
+    """Whether an element is turned over or nearly flat."""
+    tags = [tag for part in parts for some in gmsh.model.mesh.getElements(3, part)[1] for tag in some]
+    return len(tags) > 0 and min(gmsh.model.mesh.getElementQualities(tags, "minSJ")) < FLAT
+
+
+def mesh(hexahedra, *said):
+    """Meshes the file, and says what it contains, after what is `said` already."""
+    said = list(said)
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
     if not os.path.isfile(STEP):
         fail(f"there is no file {STEP}", "correct STEP at the top of this script")
@@ -275,7 +288,7 @@ def main():
     }
     pairs = find_contact(names, faces, distance)
 
-    warn_of_overlap(names, pairs, distance)
+    said += overlaps(names, pairs, distance) if hexahedra == HEXAHEDRA else []
 
     # groups
     groups, finer = {}, []
@@ -285,7 +298,7 @@ def main():
         # the smaller side is where they touch
         area = {face.tag: face.area for face in faces[one] + faces[two]}
         finer += sorted(min(mine, others, key=lambda some: sum(area[tag] for tag in some)))
-        print(f"contact {a}_touches_{b} {b}_touches_{a} {low:.6g} {high:.6g}")
+        said.append(f"contact {a}_touches_{b} {b}_touches_{a} {low:.6g} {high:.6g}")
     touching = set().union(*groups.values())
     for solid, name in names.items():
         counts, taken = {}, set()
@@ -308,16 +321,17 @@ def main():
                 own = f"{kind}_{counts[kind]}"
             groups.setdefault(f"{name}_{own}", set()).add(face.tag)
     # what is meshed instead of each solid
-    parts, joined = {solid: [solid] for solid in names}, []
-    if HEXAHEDRA:
+    parts, joined, any_swept = {solid: [solid] for solid in names}, [], False
+    if hexahedra:
         gmsh.model.mesh.clear()
         for solid in sorted(names):
             near = any(face.tag in finer for face in faces[solid])
             found, reason = swept(solid, faces[solid], (CONTACT_SIZE if near else 1.0) * sizes[solid])
             if found is None:
-                print(f"warning {names[solid]} {reason}: it gets tetrahedra instead of hexahedra")
+                said.append(f"warning {names[solid]} {reason}: it gets tetrahedra instead of hexahedra")
                 continue
             parts[solid], tags, closed = found
+            any_swept = True
             groups = {name: set().union(*(tags.get(tag, {tag}) for tag in some)) for name, some in groups.items()}
             finer = sorted(set().union(*(tags.get(tag, {tag}) for tag in finer)))
             if closed:
@@ -349,7 +363,8 @@ def main():
     field.setAsBackgroundMesh(least)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
     gmsh.option.setNumber("Mesh.ElementOrder", ORDER)
-    gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 else 0)
+    # it would fold the nodes of swept bodies along their edges
+    gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 and not any_swept else 0)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # better elements; 0 if it fails
     # two edges of a quadrangle on one smooth curve would meet at a flat corner: two triangles, and so wedges, instead
     gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
@@ -359,6 +374,10 @@ def main():
         gmsh.model.mesh.generate(3)
     except Exception as error:
         fail(f"Gmsh cannot mesh {STEP}: {error}", f"try another element size (--size, or SIZE in the script; it was {size:.3g} mm), or simplify small faces")
+    bad = [name for solid, name in names.items() if any_swept and flat(parts[solid])]
+    if bad:
+        gmsh.finalize()
+        return mesh(False, f"warning Gmsh made flat elements in {bad[0]}: all bodies get tetrahedra instead of hexahedra")
     if joined:  # the ends of a whole revolution
         layer = [(3, part) for part in joined]
         whole = set(layer)
@@ -370,11 +389,12 @@ def main():
         elements = sum(len(some) for part in parts[solid] for some in gmsh.model.mesh.getElements(3, part)[1])
         if elements == 0:
             fail(f"Gmsh made no elements in {name}", f"try another element size (--size; it was {size:.3g} mm), or repair the body")
-        print(f"body {name} {elements}")
-    print(f"distance {distance:.3g}")
+        said.append(f"body {name} {elements}")
+    said.append(f"distance {distance:.3g}")
+    print("\n".join(said))
     gmsh.write(MESH)
     gmsh.finalize()
 
 
 if __name__ == "__main__":
-    main()
+    mesh(HEXAHEDRA)
