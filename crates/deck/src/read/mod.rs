@@ -280,8 +280,9 @@ impl Reader<'_> {
         self.allow(card, &["NAME", "TIME", "VALUE", "DEFINITION", "SMOOTH"]);
         let definition = keyword.parameter("DEFINITION").unwrap_or("TABULAR");
         let absolute = keyword.parameter("VALUE").is_some_and(|value| value.eq_ignore_ascii_case("ABSOLUTE"));
-        if !definition.eq_ignore_ascii_case("TABULAR") || absolute {
-            let why = "only tables of relative values are supported";
+        let smooth = definition.eq_ignore_ascii_case("SMOOTH STEP");
+        if !(smooth || definition.eq_ignore_ascii_case("TABULAR")) || absolute {
+            let why = "only tables and smooth steps of relative values are supported";
             self.ledger.refuse("AMPLITUDE", keyword.line, why, "write the amplitude as a table of times and factors");
         }
         let mut points: Vec<[f64; 2]> = Vec::new();
@@ -303,6 +304,9 @@ impl Reader<'_> {
         if points.is_empty() {
             self.ledger.wrong("AMPLITUDE", [keyword.line; 2], "the amplitude has no points", DAMAGED);
             points.push([0.0, 1.0]);
+        }
+        if smooth {
+            points = smooth_steps(&points);
         }
         self.ledger.translated("AMPLITUDE", keyword.line, "waypoints of the motions and loads that name it");
         self.deck.amplitudes.insert(name, Amplitude { points, total });
@@ -341,3 +345,21 @@ impl Reader<'_> {
         rows.iter().map(row).collect()
     }
 }
+
+/// Waypoints of the smooth steps between the points (t, a) of an amplitude, a_i + (a_{i+1} − a_i) ξ³ (10 − 15 ξ + 6 ξ²)
+/// with ξ from 0 to 1 (Abaqus, keyword `*AMPLITUDE, DEFINITION=SMOOTH STEP`); lines between them deviate from a step by
+/// at most 0.02 % of its height.
+fn smooth_steps(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let between = |ends: &[[f64; 2]]| {
+        let ([t, a], [to, b]) = (ends[0], ends[1]);
+        let at = move |k: usize| {
+            let x = k as f64 / PIECES as f64;
+            [t + (to - t) * x, a + (b - a) * x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x)]
+        };
+        (1..if a == b { 1 } else { PIECES }).map(at).chain([[to, b]]).collect::<Vec<_>>()
+    };
+    points.first().copied().into_iter().chain(points.windows(2).flat_map(between)).collect()
+}
+
+/// Lines in place of a smooth step.
+const PIECES: usize = 64;

@@ -72,6 +72,24 @@ fn springs() {
           nodal_stiffness = 7.0"
         ]
     );
+    // along (0, −0.8, 0.6) by hand: the third of rectangular axes whose first two are x and (0, 0.6, 0.8)
+    let slanted = "*ORIENTATION, NAME=Slant\n1, 0, 0, 0, 0.6, 0.8\n";
+    let section = "*SPRING, ELSET=A, ORIENTATION=slant";
+    for (elements, to) in [
+        (format!("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 5\n{section}\n3\n7\n"), ""),
+        (format!("*ELEMENT, TYPE=SPRING2, ELSET=A\n71, 5, 11\n{section}\n3, 3\n7\n"), "to = \"HIGH_sprung_2\"; "),
+        (
+            "*ELEMENT, TYPE=CONN3D2, ELSET=A\n71, 5, 11\n*CONNECTOR SECTION, ELSET=A, BEHAVIOR=B\nCARTESIAN\nSLANT\n\
+             *CONNECTOR BEHAVIOR, NAME=B\n*CONNECTOR ELASTICITY, COMPONENT=3\n7\n"
+                .to_owned(),
+            "to = \"HIGH_sprung_2\"; ",
+        ),
+    ] {
+        let expected = format!(
+            "[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; {to}direction = [0.0, -0.8, 0.6]; nodal_stiffness = 7.0"
+        );
+        assert_eq!(new_tables(&with(&format!("{slanted}{elements}"), "")), [expected]);
+    }
     let rope = "*ELEMENT, TYPE=SPRINGA, ELSET=ROPE\n71, 99, 7\n*SPRING, ELSET=ROPE\n\n2.5D1\n";
     assert_eq!(
         new_tables(&with(rope, "*BOUNDARY\n99, 1, 3\n")),
@@ -94,6 +112,12 @@ fn springs() {
         ("*SPRING, ELSET=A\n1\n5\n", "no set of spring elements `A`"),
         ("*ELEMENT, TYPE=SPRING2, ELSET=A\n71, 1, 11\n*SPRING, ELSET=A\n1, 2\n5\n", "between different components"),
         ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A\n1\n-5\n", "one with its stiffness > 0"),
+        ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, ORIENTATION=O\n1\n5\n", "no orientation `O`"),
+        (
+            "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0, 0, 0, 0, 0, 1\n\
+             *ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, ORIENTATION=O\n1\n5\n",
+            "springs along cylindrical axes are not supported",
+        ),
         ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, NONLINEAR\n1\n5\n", "NONLINEAR is not supported"),
     ] {
         let messages = refused(&with(wrong, ""));

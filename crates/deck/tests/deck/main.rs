@@ -212,6 +212,33 @@ fn amplitudes_are_waypoints() {
     );
 }
 
+/// Expected: a(ξ) = ξ³ (10 − 15 ξ + 6 ξ²) of Abaqus' manual, by hand; the step is of height 1.
+#[test]
+fn smooth_steps_are_lines_through_points_of_the_polynomial() {
+    let smooth = "*AMPLITUDE, NAME=S, DEFINITION=SMOOTH STEP\n0, 0, 0.8, 1.0, 1.0, 1.0\n*STEP\n";
+    let deck =
+        CUBES.replace("*STEP\n", smooth).replace("TOP, 3, 3, -0.1\n", "*BOUNDARY, AMPLITUDE=S\nTOP, 3, 3, -1.0\n");
+    let found = new_tables(&deck);
+    let points: Vec<[f64; 2]> = found[0]
+        .split("{ t = ")
+        .skip(1)
+        .map(|point| {
+            let numbers: Vec<f64> =
+                point.split([',', ']', '[', ' ', '}']).filter_map(|word| word.parse().ok()).collect();
+            [numbers[0], -numbers[3]]
+        })
+        .collect();
+    // there is a point at each load step whose neighbours' line does not contain it
+    let at = |t: f64| {
+        let of = |w: &[[f64; 2]]| w[0][1] + (w[1][1] - w[0][1]) * (t - w[0][0]) / (w[1][0] - w[0][0]);
+        points.windows(2).find(|w| w[0][0] <= t && t <= w[1][0]).map(of)
+    };
+    for (t, value) in [(0.1, 0.016_052_246_093_75), (0.2, 0.103_515_625), (0.4, 0.5), (0.6, 0.896_484_375), (0.8, 1.0)]
+    {
+        assert!(at(t).is_some_and(|found: f64| (found - value).abs() < 1e-9), "{t}: {:?} for {value}", at(t));
+    }
+}
+
 #[test]
 fn forces_on_nodes() {
     let deck = CUBES.replace("TOP, 3, 3, -0.1\n", "*CLOAD\nTOP, 3, -2.\nTOP, 1, 1.\n15, 1, 0.5\n");
