@@ -241,7 +241,9 @@ impl Facets {
                 continue;
             }
             let reach = (reach * shortest[n as usize]).max(self.tolerance);
-            match onto(&self.points[n as usize], &surfaces, reach, 1e-3 * self.tolerance) {
+            // surfaces that touch may be a little apart
+            let to = |tolerance: f64| onto(&self.points[n as usize], &surfaces, reach, tolerance * self.tolerance);
+            match to(1e-3).or_else(|| to(0.5)) {
                 Some(at) => self.points[n as usize] = at,
                 None => unreached.extend(triangles),
             }
