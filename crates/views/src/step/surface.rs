@@ -93,6 +93,19 @@ impl Surface {
         matches!(self, Self::Plane { .. } | Self::Bilinear { .. })
     }
 
+    /// The centre and the radius of the circle in the half plane of a point; `None` for planes and cones.
+    fn section(&self, x: &V) -> Option<(V, f64)> {
+        match self {
+            Self::Sphere { centre, radius } => Some((*centre, *radius)),
+            Self::Torus { centre, axis, radius, tube } => {
+                let arm = x - centre;
+                let out = (arm - axis * arm.dot(axis)).try_normalize(0.0)?;
+                Some((centre + out * *radius, *tube))
+            }
+            Self::Plane { .. } | Self::Cone { .. } | Self::Bilinear { .. } => None,
+        }
+    }
+
     /// The area within a closed loop of points, positive if counter-clockwise seen from where the normal points: in a
     /// plane twice the area \[L²\]; otherwise that of the angle about the axis of `frame` and the height along it \[rad L\], or of
     /// both angles of a torus, which ranks the loops of a face. Test: `a_window_is_no_outer_loop`.
@@ -185,7 +198,66 @@ pub(super) fn onto(x: &V, surfaces: &[Surface], reach: f64, tolerance: f64) -> O
             break;
         }
     }
-    (least <= tolerance && (best - x).norm() <= reach).then_some(best)
+    let at = touching(surfaces, &best, tolerance).unwrap_or(best);
+    (least <= tolerance && (at - x).norm() <= reach).then_some(at)
+}
+
+/// Largest sine between the normals of surfaces that touch.
+const TOUCHING: f64 = 1e-2;
+
+/// How often a point on such a circle is moved onto further surfaces, at most.
+const ROUNDS: usize = 60;
+
+/// The point of surfaces near `x` if two of them touch. Newton's method finds where surfaces touch only to the square root
+/// of the tolerance.
+pub(super) fn touching(surfaces: &[Surface], x: &V, tolerance: f64) -> Option<V> {
+    let pairs = (0..surfaces.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
+    pairs.into_iter().find_map(|[i, j]| {
+        let others: Vec<&Surface> = (0..surfaces.len()).filter(|k| ![i, j].contains(k)).map(|k| &surfaces[k]).collect();
+        let mut at = on_circle([&surfaces[i], &surfaces[j]], x, tolerance)?;
+        for _ in 0..ROUNDS {
+            let off: V = others.iter().map(|surface| surface.normal(&at) * surface.distance(&at)).sum();
+            if off.norm() <= 1e-3 * tolerance {
+                break;
+            }
+            at = on_circle([&surfaces[i], &surfaces[j]], &(at - off), tolerance)?;
+        }
+        others.iter().all(|surface| surface.distance(&at).abs() <= tolerance).then_some(at)
+    })
+}
+
+/// The point near `x` of the circle along which a sphere or torus touches another surface.
+fn on_circle(surfaces: [&Surface; 2], x: &V, tolerance: f64) -> Option<V> {
+    let [first, second] = surfaces;
+    if first.normal(x).cross(&second.normal(x)).norm() > TOUCHING {
+        return None;
+    }
+    // the foot of the centre of one section on the other surface, or on the line to the centre of its section
+    let beside = |round: &Surface, other: &Surface| {
+        let (centre, radius) = round.section(x)?;
+        match other.section(x) {
+            Some((of_other, _)) => {
+                let along = (of_other - centre).try_normalize(tolerance)?;
+                Some(centre + along * (radius * (x - centre).dot(&along).signum()))
+            }
+            None => Some(centre - other.normal(x) * other.distance(&centre)),
+        }
+    };
+    // the straight continuation of a bend
+    let at_end = |torus: &Surface, cylinder: &Surface| match (torus, cylinder) {
+        (Surface::Torus { centre, axis, radius, tube }, Surface::Cone { axis: along, slope: 0.0, .. }) => {
+            let out = axis.cross(along);
+            let middle = centre + out * (radius * (x - centre).dot(&out).signum());
+            let arm = x - middle;
+            Some(middle + (arm - along * arm.dot(along)).try_normalize(0.0)? * *tube)
+        }
+        _ => None,
+    };
+    let on_both = |at: &V| surfaces.iter().all(|surface| surface.distance(at).abs() <= tolerance);
+    [beside(first, second), beside(second, first), at_end(first, second), at_end(second, first)]
+        .into_iter()
+        .flatten()
+        .find(on_both)
 }
 
 /// A unit vector normal to a direction.
