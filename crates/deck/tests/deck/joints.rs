@@ -125,6 +125,14 @@ fn springs() {
     }
 }
 
+/// As many springs as a meshed foundation has: the search for a name of each set was of third order in their number.
+#[test]
+fn thousands_of_springs() {
+    let springs: String = (0..5000).map(|k| format!("{}, 5, 11\n", 1000 + k)).collect();
+    let elements = format!("*ELEMENT, TYPE=SPRING2, ELSET=A\n{springs}*SPRING, ELSET=A\n2, 2\n7\n*MATERIAL, NAME");
+    assert_eq!(new_tables(&CUBES.replace("*MATERIAL, NAME", &elements)).len(), 5000);
+}
+
 /// Equations between nodes of bodies and a node of no body, which becomes a point: its motion and its force.
 #[test]
 fn equations() {
