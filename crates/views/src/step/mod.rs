@@ -7,7 +7,7 @@
 //! Triangles on one plane, cylinder, cone, sphere or torus of the outer faces become one face on exactly this surface. Of
 //! the others, two beside each other become a bilinear face, or one a plane face. An edge is the exact intersection of the surfaces beside it, so
 //! a facet beside a cylinder ends at an ellipse: lines, circles and ellipses as such, other intersections as cubic splines
-//! within the tolerance. Faces that close around an axis or a tube are divided in two, so that none contains the seam or a pole of
+//! close to the tolerance. Faces that close around an axis or a tube are divided in two, so that none contains the seam or a pole of
 //! its surface. Where a facet is so inclined that its arc would come close to its other edges, the edge is divided.
 //!
 //! Crates that write STEP exist (`cadmpeg-codec-step` 0.6, `truck-stepio`): they write a solid whose surfaces and curves one
