@@ -103,7 +103,13 @@ impl Reader<'_> {
                     continue;
                 }
                 let components = if section.axial { vec![] } else { vec![component - 1; 2] };
-                self.deck.springs.push(SpringSection { set: section.set.clone(), components, stiffness, line });
+                self.deck.springs.push(SpringSection {
+                    set: section.set.clone(),
+                    components,
+                    orientation: None,
+                    stiffness,
+                    line,
+                });
             }
         }
     }

@@ -27,6 +27,8 @@ pub struct SpringSection {
     pub set: String,
     /// Components from 0 at the first and the second node, if they are given.
     pub components: Vec<u8>,
+    /// The `*ORIENTATION` whose axes they belong to, in capitals; `None`: the global ones.
+    pub orientation: Option<String>,
     pub stiffness: f64,
     pub line: usize,
 }
@@ -97,11 +99,12 @@ impl Reader<'_> {
     }
 
     pub(super) fn spring(&mut self, card: &Card<'_>) {
-        self.allow(card, &["ELSET"]);
+        self.allow(card, &["ELSET", "ORIENTATION"]);
         let line = card.keyword.line;
         let Some(set) = card.keyword.parameter("ELSET").map(str::to_ascii_uppercase) else {
             return self.ledger.wrong("SPRING", [line; 2], "the springs need ELSET=…", "add the parameter");
         };
+        let orientation = card.keyword.parameter("ORIENTATION").map(str::to_ascii_uppercase);
         self.spring_sets.push(set.clone());
         self.ledger.translated("SPRING", line, "`[[spring]]`, with `nodal_stiffness`");
         // the line of components is empty for SPRINGA, and left out here
@@ -121,6 +124,6 @@ impl Reader<'_> {
             return self.ledger.refuse("SPRING", line, why, "use components 1 to 3");
         }
         let components = components.iter().map(|&c| c as u8 - 1).collect();
-        self.deck.springs.push(SpringSection { set, components, stiffness, line });
+        self.deck.springs.push(SpringSection { set, components, orientation, stiffness, line });
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{Finder, OfNode, POINT};
 use crate::history::Track;
 use crate::read::{CONNECTOR, SpringSection};
+use crate::vector::cross;
 
 /// Equal springs on nodes of the file.
 #[derive(Debug)]
@@ -13,8 +14,8 @@ pub struct Sprung {
     pub end: End,
     /// Their second ends; `None`: the ground.
     pub to: Option<End>,
-    /// The component in which they act; `None`: along the line.
-    pub component: Option<u8>,
+    /// The direction in which they act, of length 1; `None`: along the line.
+    pub direction: Option<[f64; 3]>,
     pub stiffness: f64,
     pub line: usize,
 }
@@ -46,6 +47,13 @@ impl Finder<'_> {
                     "name an *ELSET of SPRING1, SPRING2, SPRINGA or CONN3D2",
                 );
             }
+            let direction = match section.components.first() {
+                Some(&component) => match self.direction(section, component) {
+                    Some(direction) => Some(direction),
+                    None => continue,
+                },
+                None => None,
+            };
             let mut grounded: Vec<u32> = Vec::new();
             for element in elements {
                 let nodes: Option<Vec<u32>> =
@@ -54,7 +62,7 @@ impl Finder<'_> {
                 match (element.kind, &section.components[..]) {
                     ('1', [_]) => grounded.push(nodes[0]),
                     ('2' | CONNECTOR, [first, second]) if first == second => {
-                        sprung.extend(self.joined([nodes[0], nodes[1]], Some(*first), section, motions));
+                        sprung.extend(self.joined([nodes[0], nodes[1]], direction, section, motions));
                     }
                     ('2', [_, _]) => {
                         let why = "a spring between different components is not supported";
@@ -69,9 +77,31 @@ impl Finder<'_> {
                     }
                 }
             }
-            self.grounded(grounded, section, motions, &mut sprung);
+            self.grounded(grounded, (section, direction), motions, &mut sprung);
         }
         sprung
+    }
+
+    /// The axis of a component, global or of an orientation.
+    fn direction(&mut self, section: &SpringSection, component: u8) -> Option<[f64; 3]> {
+        let Some(name) = &section.orientation else {
+            return Some(std::array::from_fn(|c| if c == usize::from(component) { 1.0 } else { 0.0 }));
+        };
+        let Some(orientation) = self.deck.orientations.get(name) else {
+            if !self.ledger.ignores("ORIENTATION") {
+                let why = format!("there is no orientation `{name}`");
+                self.ledger.wrong("SPRING", [section.line; 2], why, "define it with *ORIENTATION");
+            }
+            return None;
+        };
+        if orientation.about.is_some() {
+            let why = "springs along cylindrical axes are not supported";
+            self.ledger.refuse("SPRING", section.line, why, "give each spring an *ORIENTATION with rectangular axes");
+            return None;
+        }
+        let [first, second] = orientation.axes?;
+        self.ledger.translated("ORIENTATION", orientation.line, "`direction` of springs");
+        Some([first, second, cross(first, second)][usize::from(component)])
     }
 
     fn spring_node(&mut self, number: u64, line: usize) -> Option<u32> {
@@ -87,7 +117,7 @@ impl Finder<'_> {
     fn grounded(
         &mut self,
         mut nodes: Vec<u32>,
-        section: &SpringSection,
+        (section, direction): (&SpringSection, Option<[f64; 3]>),
         motions: &BTreeMap<OfNode, Track>,
         sprung: &mut Vec<Sprung>,
     ) {
@@ -97,18 +127,15 @@ impl Finder<'_> {
             nodes.iter().for_each(|&node| if once.last() == Some(&node) { rest.push(node) } else { once.push(node) });
             let (on_bodies, others): (Vec<u32>, Vec<u32>) =
                 once.into_iter().partition(|&node| self.bodies.of(node).is_some());
-            let mut ends: Vec<End> = others
-                .into_iter()
-                .filter_map(|node| self.end(node, section.components.first(), motions, section))
-                .collect();
+            let mut ends: Vec<End> =
+                others.into_iter().filter_map(|node| self.end(node, direction, motions, section)).collect();
             // a spring from a node that is held
             ends.retain(|end| !matches!(end, End::Held(_)));
             if !on_bodies.is_empty() {
                 let (set, bodies) = self.set_of(&on_bodies, &[], "sprung");
                 ends.push(End::Nodes(set, bodies));
             }
-            let component = section.components.first().copied();
-            let of = |end| Sprung { end, to: None, component, stiffness: section.stiffness, line: section.line };
+            let of = |end| Sprung { end, to: None, direction, stiffness: section.stiffness, line: section.line };
             sprung.extend(ends.into_iter().map(of));
             nodes = rest;
         }
@@ -118,24 +145,24 @@ impl Finder<'_> {
     fn joined(
         &mut self,
         nodes: [u32; 2],
-        component: Option<u8>,
+        direction: Option<[f64; 3]>,
         section: &SpringSection,
         motions: &BTreeMap<OfNode, Track>,
     ) -> Option<Sprung> {
-        let [first, second] = nodes.map(|node| self.end(node, component.as_ref(), motions, section));
+        let [first, second] = nodes.map(|node| self.end(node, direction, motions, section));
         let (end, to) = match (first?, second?) {
             (End::Held(_), End::Held(_)) => return None,
             (held @ End::Held(_), end) => (end, held),
             (end, to) => (end, to),
         };
-        Some(Sprung { end, to: Some(to), component, stiffness: section.stiffness, line: section.line })
+        Some(Sprung { end, to: Some(to), direction, stiffness: section.stiffness, line: section.line })
     }
 
     /// What a spring at a node is attached to, if this can be translated.
     fn end(
         &mut self,
         node: u32,
-        component: Option<&u8>,
+        direction: Option<[f64; 3]>,
         motions: &BTreeMap<OfNode, Track>,
         section: &SpringSection,
     ) -> Option<End> {
@@ -153,7 +180,8 @@ impl Finder<'_> {
             let track = motions.get(&(node, component));
             track.is_some_and(|track| track.curve.iter().all(|point| point[1] == 0.0))
         };
-        if component.map_or_else(|| (0..3).all(held), |&component| held(component)) {
+        let counts = |component: &u8| direction.is_none_or(|axis| axis[usize::from(*component)] != 0.0);
+        if (0..3).filter(counts).all(held) {
             return Some(End::Held(node));
         }
         let why = "an end is a node of no body, which is not held";
