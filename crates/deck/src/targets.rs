@@ -375,7 +375,7 @@ impl Finder<'_> {
         let deck = self.deck;
         let mut tracks = Tracks::new(timeline, deck, true);
         for (k, step) in deck.steps.iter().enumerate() {
-            for load in &step.loads.items {
+            for load in &step.loads {
                 let On::Nodes(target, component) = &load.on else { continue };
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
                 let set = match target {
@@ -386,7 +386,7 @@ impl Finder<'_> {
                     tracks.say((node, *component), load.value, amplitude, load.lines[0], set.as_deref());
                 }
             }
-            tracks.step(k, step.replaces_forces);
+            tracks.step(k, step.replaces("CLOAD"));
         }
         self.with_rotations(tracks.tracks)
     }

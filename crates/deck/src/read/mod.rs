@@ -108,6 +108,8 @@ pub struct Section {
 #[derive(Debug)]
 pub struct Amplitude {
     pub points: Vec<[f64; 2]>,
+    /// Whether slope and curvature are zero at each time (`SMOOTH STEP`); otherwise, it is linear in between.
+    pub smooth: bool,
     /// Whether times count from the start of the first step.
     pub total: bool,
 }
@@ -140,6 +142,7 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
     reader.assign_properties();
     reader.refuse_loose_springs();
     reader.refuse_loaded_masses();
+    reader.refuse_half_new();
     reader.deck
 }
 
@@ -280,9 +283,9 @@ impl Reader<'_> {
         self.allow(card, &["NAME", "TIME", "VALUE", "DEFINITION", "SMOOTH"]);
         let definition = keyword.parameter("DEFINITION").unwrap_or("TABULAR");
         let absolute = keyword.parameter("VALUE").is_some_and(|value| value.eq_ignore_ascii_case("ABSOLUTE"));
-        let smooth = definition.eq_ignore_ascii_case("SMOOTH STEP");
+        let smooth = definition.to_ascii_uppercase().starts_with("SMOOTH");
         if !(smooth || definition.eq_ignore_ascii_case("TABULAR")) || absolute {
-            let why = "only tables and smooth steps of relative values are supported";
+            let why = "only tables of relative values are supported, also with SMOOTH STEP";
             self.ledger.refuse("AMPLITUDE", keyword.line, why, "write the amplitude as a table of times and factors");
         }
         let mut points: Vec<[f64; 2]> = Vec::new();
@@ -305,11 +308,12 @@ impl Reader<'_> {
             self.ledger.wrong("AMPLITUDE", [keyword.line; 2], "the amplitude has no points", DAMAGED);
             points.push([0.0, 1.0]);
         }
-        if smooth {
-            points = smooth_steps(&points);
-        }
-        self.ledger.translated("AMPLITUDE", keyword.line, "waypoints of the motions and loads that name it");
-        self.deck.amplitudes.insert(name, Amplitude { points, total });
+        self.ledger.translated(
+            "AMPLITUDE",
+            keyword.line,
+            "waypoints of the motions and loads that name it, at the load steps",
+        );
+        self.deck.amplitudes.insert(name, Amplitude { points, smooth, total });
     }
 
     /// Refuses parameters of a keyword other than these.
@@ -345,21 +349,3 @@ impl Reader<'_> {
         rows.iter().map(row).collect()
     }
 }
-
-/// Waypoints of the smooth steps between the points (t, a) of an amplitude, a_i + (a_{i+1} − a_i) ξ³ (10 − 15 ξ + 6 ξ²)
-/// with ξ from 0 to 1 (Abaqus, keyword `*AMPLITUDE, DEFINITION=SMOOTH STEP`); lines between them deviate from a step by
-/// at most 0.02 % of its height.
-fn smooth_steps(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let between = |ends: &[[f64; 2]]| {
-        let ([t, a], [to, b]) = (ends[0], ends[1]);
-        let at = move |k: usize| {
-            let x = k as f64 / PIECES as f64;
-            [t + (to - t) * x, a + (b - a) * x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x)]
-        };
-        (1..if a == b { 1 } else { PIECES }).map(at).chain([[to, b]]).collect::<Vec<_>>()
-    };
-    points.first().copied().into_iter().chain(points.windows(2).flat_map(between)).collect()
-}
-
-/// Lines in place of a smooth step.
-const PIECES: usize = 64;

@@ -63,6 +63,19 @@ fn springs() {
         ]
     );
     assert_eq!(mesh(ground.as_bytes()).unwrap().node_sets["sprung_1"].len(), 3);
+    // the first axis of the orientation, (3, 4, 0)/5, and the second, perpendicular to it
+    let axes = "*ORIENTATION, NAME=Oblique\n3., 4., 0., 0., 1., 0.\n";
+    for (component, direction) in [(1, "[0.6, 0.8, 0.0]"), (2, "[-0.8, 0.6, 0.0]"), (3, "[0.0, 0.0, 1.0]")] {
+        let section = format!("{axes}*SPRING, ELSET=ground, ORIENTATION=OBLIQUE\n{component}\n");
+        let found = new_tables(&ground.replace("*SPRING, ELSET=ground\n3\n", &section));
+        let expected = format!("[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; direction = {direction};");
+        assert!(found[0].replace("-0.0", "0.0").starts_with(&expected), "{found:?}");
+    }
+    let turned =
+        |axes: &str| ground.replace("*SPRING, ELSET=ground", &format!("{axes}*SPRING, ELSET=ground, ORIENTATION=A"));
+    assert!(refused(&turned(""))[0].contains("there is no orientation `A`"));
+    let cylinder = turned("*ORIENTATION, NAME=A, SYSTEM=CYLINDRICAL\n0., 0., 0., 0., 0., 1.\n");
+    assert!(refused(&cylinder)[0].contains("springs along cylindrical axes"), "{:?}", refused(&cylinder));
     let joined =
         with("*ELEMENT, TYPE=SPRING2\n71, 5, 11\n*ELSET, ELSET=JOINT\n71\n*SPRING, ELSET=JOINT\n2, 2\n7\n", "");
     assert_eq!(
