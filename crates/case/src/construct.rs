@@ -368,12 +368,7 @@ fn build_interfaces(
         };
         let interface = match &contact.adjust {
             Some(adjust) if contact.enforcement.is_at_points() => {
-                let (set, offset) = (set_to_adjust(adjust, mesh), OffsetPoint::at(&contact.offset, contact.active[0]));
-                let chosen = |node: u32| set.as_ref().is_none_or(|set| set.binary_search(&node).is_ok());
-                interface.with_closed_gaps(points.as_flattened(), |node, gap| {
-                    let closes = (gap - offset).abs() <= adjust.distance() && chosen(node);
-                    closes.then_some(adjust.gap() + offset)
-                })
+                interface.with_closed_gaps(points.as_flattened(), remaining_gap(contact, adjust, mesh))
             }
             _ => interface,
         };
@@ -434,6 +429,19 @@ fn adjusted(
         gap.filter(within).map_or(0.0, |gap| gap - adjust.gap())
     };
     Ok(gaps.into_iter().enumerate().map(of).collect())
+}
+
+/// Where pressures follow from the gaps at points: the gap that remains of that of a node, if the node is adjusted.
+pub(crate) fn remaining_gap<'a>(
+    contact: &file::Contact,
+    adjust: &'a file::Adjust,
+    mesh: &'a Mesh,
+) -> impl Fn(u32, f64) -> Option<f64> + 'a {
+    let (set, offset) = (set_to_adjust(adjust, mesh), OffsetPoint::at(&contact.offset, contact.active[0]));
+    move |node, gap| {
+        let chosen = set.as_ref().is_none_or(|set| set.binary_search(&node).is_ok());
+        (chosen && (gap - offset).abs() <= adjust.distance()).then_some(adjust.gap() + offset)
+    }
 }
 
 /// The nodes that an `adjust` names; `None`: all.

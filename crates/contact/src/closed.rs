@@ -14,26 +14,37 @@ impl ContactInterface {
     /// Test: `closed_gaps_of_nodes_are_interpolated_like_positions` (tests/pressed.rs).
     pub fn with_closed_gaps(mut self, coordinates: &[f64], remains: impl Fn(u32, f64) -> Option<f64>) -> Self {
         let gaps = self.node_gaps(coordinates);
-        let nodes = |number: usize| self.curved(0, number).face_nodes().to_vec();
-        let nodes: Vec<Vec<u32>> = (0..gaps.len()).map(nodes).collect();
-        let mut least: BTreeMap<u32, f64> = BTreeMap::new();
-        for (&node, gap) in nodes.iter().zip(&gaps).flat_map(|(nodes, gaps)| nodes.iter().zip(gaps)) {
-            if let Some(gap) = gap {
-                let known = least.entry(node).or_insert(*gap);
-                *known = if gap.abs() < known.abs() { *gap } else { *known };
-            }
-        }
-        let rest: BTreeMap<u32, f64> =
-            least.into_iter().filter_map(|(node, gap)| Some((node, remains(node, gap)?))).collect();
-        let closed = nodes.iter().zip(&gaps).enumerate().map(|(number, (nodes, gaps))| {
+        let least = self.least(&gaps).into_iter();
+        let rest: BTreeMap<u32, f64> = least.filter_map(|(node, gap)| Some((node, remains(node, gap)?))).collect();
+        let closed = gaps.iter().enumerate().map(|(number, gaps)| {
             let mut out = [0.0; 9];
-            for ((out, gap), node) in out.iter_mut().zip(gaps).zip(nodes) {
+            for ((out, gap), node) in out.iter_mut().zip(gaps).zip(self.curved(0, number).face_nodes()) {
                 *out = gap.zip(rest.get(node)).map_or(0.0, |(gap, rest)| gap - rest);
             }
             self.curved(0, number).face.map_or(out, |face| face.at_points(&out))
         });
         self.closed = closed.collect();
         self
+    }
+
+    /// The smallest gap of each node of the slave along the normals of the slave facets around it, at the reference
+    /// `coordinates`; without nodes that face no master. \[L\]
+    pub fn least_gaps(&self, coordinates: &[f64]) -> BTreeMap<u32, f64> {
+        self.least(&self.node_gaps(coordinates))
+    }
+
+    /// The same from the [gaps of facets](Self::node_gaps).
+    fn least(&self, gaps: &[NodeGaps]) -> BTreeMap<u32, f64> {
+        let mut least: BTreeMap<u32, f64> = BTreeMap::new();
+        for (number, gaps) in gaps.iter().enumerate() {
+            for (&node, gap) in self.curved(0, number).face_nodes().iter().zip(gaps) {
+                if let Some(gap) = gap {
+                    let known = least.entry(node).or_insert(*gap);
+                    *known = if gap.abs() < known.abs() { *gap } else { *known };
+                }
+            }
+        }
+        least
     }
 
     /// Whether initial gaps do not count, [`Self::with_closed_gaps`].

@@ -1,7 +1,7 @@
 //! A contact interface: slave and master surfaces, and the evaluation of all its nodes.
 
 use crate::cones::{self, Wanted};
-use crate::enforcement::soft::PressureLaw;
+use crate::enforcement::soft::Weight;
 use crate::kinematics::cell_rule::CellPoint;
 use crate::kinematics::coupling::{FacetCoupling, FoldedFacet, PointPressure, Settings};
 use crate::kinematics::height::{CurvedFacet, FacetHeight};
@@ -337,8 +337,8 @@ impl ContactInterface {
         self.evaluate_pressed(x, with_gradient, None, workspace, out)
     }
 
-    /// As [`Self::evaluate`], with the pressure of a law at each integration point, whose gap is reduced by
-    /// offsets (one for each slave node) interpolated from the nodes. \[L\]
+    /// As [`Self::evaluate`], with a pressure, or the energy that it stores, at each integration point, whose gap is
+    /// reduced by offsets (one for each slave node) interpolated from the nodes. \[L\]
     ///
     /// # Errors
     /// As for [`Self::evaluate`].
@@ -346,7 +346,7 @@ impl ContactInterface {
         &self,
         x: &[f64],
         with_gradient: bool,
-        pressure: Option<(&PressureLaw, &[f64])>,
+        pressure: Option<(Weight<'_>, &[f64])>,
         workspace: &mut InterfaceWorkspace,
         out: &mut Vec<NodeKinematics>,
     ) -> Result<(), InterfaceError> {
@@ -372,9 +372,9 @@ impl ContactInterface {
             let candidates = candidates.filter(|master| !neighbour(&master.nodes));
             let slave = self.curved(0, number);
             coupling.evaluate(slave, *sharp, candidates.clone(), settings)?;
-            if let (Some((law, _)), Some(offsets)) = (pressure, &offsets) {
+            if let (Some((weight, _)), Some(offsets)) = (pressure, &offsets) {
                 let closed = self.closed.get(number).copied().unwrap_or_default();
-                coupling.press(slave, candidates, settings, PointPressure { law, offsets: offsets[number], closed });
+                coupling.press(slave, candidates, settings, PointPressure { weight, offsets: offsets[number], closed });
             }
             Ok(())
         });

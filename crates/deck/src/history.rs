@@ -24,7 +24,7 @@ impl Timeline {
             let count = ((step.period / step.increment - 1e-6).ceil().max(1.0) as usize).min(MOST);
             let amplitude = |name: &Option<String>| name.is_some();
             let follows = step.conditions.items.iter().any(|c| amplitude(&c.amplitude))
-                || step.loads.items.iter().any(|load| amplitude(&load.amplitude))
+                || step.loads.iter().any(|load| amplitude(&load.amplitude))
                 || step.temperatures.iter().any(|of| amplitude(&of.amplitude));
             if follows { count.max(RESOLVED) } else { count }
         };
@@ -225,12 +225,17 @@ fn simple(curve: &Curve) -> Curve {
 }
 
 impl Amplitude {
-    /// The factor at a time: linear between the points, constant outside.
+    /// The factor at a time: linear between the points, or a polynomial of degree 5 without slope and curvature at
+    /// the points (`SMOOTH STEP`); constant outside.
     pub fn at(&self, time: f64) -> f64 {
         let next = self.points.partition_point(|point| point[0] <= time);
         let point = |at: usize| self.points.get(at).copied();
         match (next.checked_sub(1).and_then(point), point(next)) {
-            (Some([t, a]), Some([u, b])) => a + (b - a) * (time - t) / (u - t),
+            (Some([t, a]), Some([u, b])) => {
+                let x = (time - t) / (u - t);
+                let share = if self.smooth { x * x * x * (10.0 - 15.0 * x + 6.0 * x * x) } else { x };
+                a + (b - a) * share
+            }
             (Some([_, a]), None) | (None, Some([_, a])) => a,
             (None, None) => 1.0,
         }
@@ -243,14 +248,13 @@ mod tests {
     use crate::read::{Change, Step};
 
     fn deck(periods: &[(f64, f64)]) -> Deck {
-        let none = || Change { replaces: false, items: vec![] };
         let step = |&(period, increment): &(f64, f64)| Step {
             nlgeom: false,
             period,
             increment,
-            conditions: none(),
-            loads: Change { replaces: false, items: vec![] },
-            replaces_forces: false,
+            conditions: Change { replaces: false, items: vec![] },
+            loads: vec![],
+            new: vec![],
             temperatures: vec![],
         };
         Deck { steps: periods.iter().map(step).collect(), ..Deck::default() }
@@ -287,8 +291,8 @@ mod tests {
     fn amplitudes_are_followed() {
         let deck = deck(&[(1.0, 0.1), (2.0, 0.2)]);
         let timeline = Timeline::new(&deck);
-        let up_and_down = Amplitude { points: vec![[0.0, 0.0], [0.5, 1.0], [1.0, 0.0]], total: false };
-        let total = Amplitude { points: vec![[0.0, 0.0], [3.0, 3.0]], total: true };
+        let up_and_down = Amplitude { points: vec![[0.0, 0.0], [0.5, 1.0], [1.0, 0.0]], smooth: false, total: false };
+        let total = Amplitude { points: vec![[0.0, 0.0], [3.0, 3.0]], smooth: false, total: true };
         let mut tracks = Tracks::new(&timeline, &deck, false);
         tracks.say(0, 2.0, Some(&up_and_down), 1, None);
         tracks.say(1, 1.0, Some(&total), 1, None);

@@ -83,6 +83,10 @@ struct Finder<'a> {
     couplings: Vec<CoupledFace>,
     /// Equations of multi-point constraints.
     constraints: Vec<Equation>,
+    /// The names of the file's sets, in capitals.
+    names: HashSet<String>,
+    /// The last number in the names of new sets, by what comes before it.
+    numbers: BTreeMap<String, usize>,
 }
 
 /// In place of a body: a point.
@@ -102,7 +106,9 @@ impl Targets {
         let timeline = Timeline::new(deck);
         let (points, couplings) = (Vec::new(), Vec::new());
         let constraints = Vec::new();
-        let mut finder = Finder { mesh, centres, deck, bodies, ledger, points, couplings, constraints };
+        let names = mesh.node_sets.keys().chain(mesh.face_sets.keys()).chain(mesh.cell_sets.keys());
+        let (names, numbers) = (names.map(|name| name.to_ascii_uppercase()).collect(), BTreeMap::new());
+        let mut finder = Finder { mesh, centres, deck, bodies, ledger, points, couplings, constraints, names, numbers };
         finder.faces_of_nodes();
         let mut targets = Self { load_steps: timeline.total(), counts: timeline.counts.clone(), ..Self::default() };
         if deck.steps.is_empty() {
@@ -348,10 +354,18 @@ impl Finder<'_> {
         };
         let known = named.iter().find(same).cloned();
         let set = known.unwrap_or_else(|| {
-            let fresh = |name: &String| !taken(name) && find(&self.mesh.node_sets, name).is_none();
-            let name = (1..).map(|k| format!("{prefix}_{k}")).find(fresh).unwrap_or_default();
-            self.mesh.node_sets.insert(name.clone(), nodes.to_vec());
-            name
+            let number = self.numbers.entry(prefix.to_owned()).or_default();
+            loop {
+                *number += 1;
+                let name = format!("{prefix}_{number}");
+                let known = self.names.contains(&name.to_ascii_uppercase())
+                    || self.mesh.face_sets.contains_key(&name)
+                    || self.mesh.cell_sets.contains_key(&name);
+                if !known && !self.mesh.node_sets.contains_key(&name) {
+                    self.mesh.node_sets.insert(name.clone(), nodes.to_vec());
+                    break name;
+                }
+            }
         });
         (set, bodies.into_iter().collect())
     }
@@ -361,7 +375,7 @@ impl Finder<'_> {
         let deck = self.deck;
         let mut tracks = Tracks::new(timeline, deck, true);
         for (k, step) in deck.steps.iter().enumerate() {
-            for load in &step.loads.items {
+            for load in &step.loads {
                 let On::Nodes(target, component) = &load.on else { continue };
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
                 let set = match target {
@@ -372,7 +386,7 @@ impl Finder<'_> {
                     tracks.say((node, *component), load.value, amplitude, load.lines[0], set.as_deref());
                 }
             }
-            tracks.step(k, step.replaces_forces);
+            tracks.step(k, step.replaces("CLOAD"));
         }
         self.with_rotations(tracks.tracks)
     }

@@ -3,11 +3,13 @@
 //! The forces of slave node j take the work Σ_k b_jk z_j·δx_k from the bodies. The contact laws account for
 //! −ζ_nj δg̃_j + ζ_τj·δũ_τj of it. The two are equal if the forces act along the derivatives of gap and slip;
 //! at edges that dig in, and on coarse curved surfaces, they do not, and the difference is lost or gained
-//! without a mechanism. Smaller load steps do not change it. Both are integrated by the trapezoidal rule over
+//! without a mechanism. Where pressures follow from the gaps at integration points, those account for the change of
+//! the energy that they store, ∂E_j/∂x·δx, instead of −ζ_nj δg̃_j. Smaller load steps do not change it. Both are integrated by the trapezoidal rule over
 //! the accepted (sub-)steps, so that coarse steps change both alike. In the step in which a node closes or opens, the
 //! rule counts half of the node's force times its gap; this is not a loss. A node that faces no master at one end of a
 //! step does not count in that step.
-//! Tests: `an_edge_that_digs_in_loses_work`, `nodes_that_a_kink_closes_and_opens_lose_nothing_by_it`
+//! Tests: `an_edge_that_digs_in_loses_work`, `points_that_dig_in_lose_work`,
+//! `nodes_that_a_kink_closes_and_opens_lose_nothing_by_it`
 //! (tests/suite/losses.rs).
 
 use slipstick_contact::ContactStatus;
@@ -16,7 +18,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::equations::{ContactModel, ContactResults, ModelInterface, NodalContact};
+use crate::equations::{ByPoint, ContactModel, ContactResults, ModelInterface, NodalContact};
 use crate::words::quantity;
 
 /// Fraction of the work of loads, supports and offsets above which lost work is reported.
@@ -80,6 +82,8 @@ pub(crate) struct ContactAt<'a> {
     pub positions: &'a [f64],
     pub results: &'a ContactResults,
     pub time: LoadTime,
+    /// [`Design::stored_slopes`](crate::equations::Design::stored_slopes).
+    pub stored: &'a [ByPoint],
 }
 
 impl Losses {
@@ -145,12 +149,11 @@ pub(crate) fn counted_parts<'a>(
     })
 }
 
-/// What slave node j loses between two states; not known for pressures at the points, which work on the gaps there and
-/// not on that of the node. \[F L\]
+/// What slave node j loses between two states. \[F L\]
 fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt<'_>) -> f64 {
     let [old, new] = [before, now].map(|at| at.results.nodes.get(j));
     let (Some(old), Some(new)) = (old, new) else { return 0.0 };
-    if pair.is_bonded() || pair.at_points || old.gap.is_none() || new.gap.is_none() {
+    if pair.is_bonded() || old.gap.is_none() || new.gap.is_none() {
         return 0.0;
     }
     let moved = |i: usize| now.positions[i] - before.positions[i];
@@ -170,7 +173,14 @@ fn lost(pair: &ModelInterface, j: usize, before: &ContactAt<'_>, now: &ContactAt
     // the gap of a node that is open at one end of the step counts apart
     let open = |at: &NodalContact| if at.status == ContactStatus::Inactive { at.weighted_gap.max(0.0) } else { 0.0 };
     let gap = mean(0) * (open(new) - open(old));
-    let rest = 0.5 * taken - slipped + mean(0) * (opened(now) - opened(before)) - gap;
+    let pressed = if pair.at_points {
+        let slopes = [before, now].into_iter().flat_map(|at| at.stored.get(j).into_iter().flatten());
+        let works = slopes.map(|(point, slope)| (0..3).map(|c| slope[c] * moved(3 * *point as usize + c)).sum::<f64>());
+        0.5 * works.sum::<f64>()
+    } else {
+        mean(0) * (opened(before) - opened(now))
+    };
+    let rest = 0.5 * taken - slipped - pressed - gap;
     reduced(rest, gap)
 }
 

@@ -62,7 +62,7 @@ step() {
         python3 docs/measure/parts/promises.py --slipstick "$programs/slipstick" --out "$work/step" --only "$name" >&2
         designs+=("$name=$work/step/${name// /_}/run")
     done
-    python3 docs/measure/parts/flange.py "$work/flange" --size 1.9 >&2
+    python3 docs/measure/parts/flange.py "$work/flange" --size 1.5 >&2
     "$programs/slipstick" solve "$work/flange/flange.toml" --design "$work/flange/flange.csv" --out "$work/flange/run" -q
     designs+=("flange with fillets=$work/flange/run")
     python3 docs/measure/parts/step.py --slipstick "$programs/slipstick" "${designs[@]}" > "$work/step.md"

@@ -137,7 +137,7 @@ pub(super) fn contacts(
             at_node: closest.map(|c| c.1),
             load_cases,
             reach: interface.reach(),
-            adjusted: adjusted::adjustment(contact, model, nodes),
+            adjusted: adjusted::adjustment(contact, model, nodes, (&problem.mesh, &points)),
             surfaces: recognised::parts(case, contact, interface, &problem.mesh, &mirrored),
         });
     }

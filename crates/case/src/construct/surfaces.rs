@@ -5,7 +5,7 @@ use super::symmetry::mirrored;
 use crate::file::{self, Case};
 use nalgebra::{Matrix3, Vector3};
 use slipstick_contact::kinematics::height::FacetHeight;
-use slipstick_mesh::{FacetNodes, Mesh, Rotation, Shape, SmoothSurface, smooth_surface};
+use slipstick_mesh::{FacetNodes, Mesh, Rotation, Shape, SmoothPatch, SmoothSurface, smooth_surface};
 
 /// The smooth surface for which facets of a pair stand, whose corners have the positions `points`;
 /// `None` if the facets are the surface itself, as those of ties and of pairs that ask for it.
@@ -20,20 +20,20 @@ pub(crate) fn smooth(
     if contact.tied || contact.surfaces == file::Surfaces::Faceted {
         return None;
     }
-    let smooth = on_facets(case, contact.feature_angle, &mesh.nodes, points, facets, mirrored);
+    let smooth = on_facets(case, contact.feature_angle, (&mesh.nodes, points), facets, mirrored, &[]);
     (!smooth.patches.is_empty()).then_some(smooth)
 }
 
-/// The same with a feature angle in degrees.
+/// The same with a feature angle in degrees; `named` are shapes that the case does not know.
 fn on_facets(
     case: &Case,
     feature_angle: f64,
-    nodes: &[[f64; 3]],
-    points: &[[f64; 3]],
+    (nodes, points): (&[[f64; 3]], &[[f64; 3]]),
     facets: &[FacetNodes],
     mirrored: &[[bool; 3]],
+    named: &[Shape],
 ) -> SmoothSurface {
-    let known: Vec<Shape> = case.bodies.iter().flat_map(shapes).collect();
+    let known: Vec<Shape> = case.bodies.iter().flat_map(shapes).chain(named.iter().copied()).collect();
     let mirrored = |node: u32| mirrored[node as usize];
     smooth_surface(facets, nodes, points, feature_angle.to_radians(), &known, mirrored)
 }
@@ -52,16 +52,43 @@ pub(crate) fn feature_angle(case: &Case, mesh: &Mesh, body: usize) -> Option<f64
 }
 
 /// The outer facets of a body, and the smooth surface for which they stand: with the feature angle of
-/// the body's first contact pair, and only themselves if one of its pairs asks for facets.
+/// the body's first contact pair, and only themselves if one of its pairs asks for facets. Named faces may have shapes of
+/// their own, such as a fillet and the cylinder that it touches.
 ///
 /// # Errors
 /// [`BuildError`] of a symmetry plane.
 pub fn smooth_faces(case: &Case, mesh: &Mesh, body: usize) -> Result<(Vec<FacetNodes>, SmoothSurface), BuildError> {
     let facets: Vec<FacetNodes> = mesh.boundary(body).facets.iter().map(|facet| facet.nodes).collect();
     let mirrored = mirrored(case, mesh)?;
-    let smooth = feature_angle(case, mesh, body)
-        .map(|angle| on_facets(case, angle, &mesh.nodes, &mesh.nodes, &facets, &mirrored));
-    Ok((facets, smooth.unwrap_or_default()))
+    let Some(angle) = feature_angle(case, mesh, body) else { return Ok((facets, SmoothSurface::default())) };
+    let of = |facets: &[FacetNodes], named: &[Shape]| {
+        on_facets(case, angle, (&mesh.nodes, &mesh.nodes), facets, &mirrored, named)
+    };
+    let elements = &mesh.bodies[body].elements;
+    let own = mesh.surfaces.values().map(|surface| {
+        surface.facets.iter().filter(|facet| elements.contains(&(facet.element as usize))).map(|facet| facet.nodes)
+    });
+    let named: Vec<Shape> =
+        own.flat_map(|facets| of(&facets.collect::<Vec<_>>(), &[]).patches).filter_map(|patch| patch.shape).collect();
+    let mut smooth = of(&facets, &named);
+    // a flat face that touches a fillet lies on no shape
+    let flat = |patch: &SmoothPatch| {
+        let first = normal(mesh, &facets[patch.facets[0] as usize]);
+        patch.facets.iter().all(|&f| normal(mesh, &facets[f as usize]).cross(&first).norm() < FLAT)
+    };
+    for patch in smooth.patches.extract_if(.., |patch| flat(patch)) {
+        patch.facets.iter().for_each(|&f| smooth.heights[f as usize] = None);
+    }
+    Ok((facets, smooth))
+}
+
+/// Sine of the angle between facets of a flat face that is round-off.
+const FLAT: f64 = 1e-6;
+
+/// The unit normal of a facet.
+fn normal(mesh: &Mesh, facet: &FacetNodes) -> Vector3<f64> {
+    let at = |k: usize| Vector3::from(mesh.nodes[facet[k.min(facet.len() - 1)] as usize]);
+    (at(2) - at(0)).cross(&(at(3) - at(1))).try_normalize(0.0).unwrap_or_default()
 }
 
 /// Whether the mesh file of a body has linear elements that are to become quadratic.
@@ -83,7 +110,7 @@ pub(crate) fn curve_middles(
     let Some(angle) = feature_angle else { return Ok(Vec::new()) };
     let mirrored = mirrored(case, mesh)?;
     let nodes = mesh.nodes.clone();
-    let smooth = |facets: &[FacetNodes]| on_facets(case, angle, &nodes, &nodes, facets, &mirrored);
+    let smooth = |facets: &[FacetNodes]| on_facets(case, angle, (&nodes, &nodes), facets, &mirrored, &[]);
     Ok(mesh.curve_middles(body, smooth))
 }
 

@@ -41,8 +41,8 @@ pub struct Export {
     #[arg(long = "3mf", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub threemf: Option<PathBuf>,
     /// STEP file to write, for CAD: solids in the unit that the case names (mm if none), with the
-    /// original planes, cylinders, cones and spheres, and facets elsewhere: on tori, on free-form faces
-    /// and where material was removed
+    /// original planes, cylinders, cones, spheres and tori, and facets elsewhere: on free-form faces and
+    /// where material was removed
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub step: Option<PathBuf>,
     /// VTU file to write, for ParaView

@@ -111,6 +111,57 @@ fn a_ring_is_exact() {
     assert_valid_volume(&read(&place, "ring.stp"), PI * 27.0 * 4.0 * 1e9);
 }
 
+/// A disc of radius 8 and height 2 mm with a hub of radius 3 and height 6, and a fillet of radius 1 between them, with a
+/// name for each face.
+const HUB: &str = r#"
+import gmsh
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+body, _ = occ.fuse([(3, occ.addCylinder(0, 0, 0, 0, 0, 2, 8))], [(3, occ.addCylinder(0, 0, 0, 0, 0, 6, 3))])
+occ.synchronize()
+def at(curve):
+    box = gmsh.model.getBoundingBox(1, curve)
+    return abs(box[3] - 3) < 0.01 and abs(box[2] - 2) < 0.01 and abs(box[5] - 2) < 0.01
+body = occ.fillet([body[0][1]], [curve for _, curve in gmsh.model.getEntities(1) if at(curve)][:1], [1])
+occ.synchronize()
+gmsh.model.addPhysicalGroup(3, [body[0][1]], name="hub")
+for _, face in gmsh.model.getBoundary(body, oriented=False):
+    box = gmsh.model.getBoundingBox(2, face)
+    gmsh.model.addPhysicalGroup(2, [face], name="lower" if box[5] < 1 else "upper" if box[2] > 5 else f"face_{face}")
+gmsh.option.setNumber("Mesh.MeshSizeMax", 0.8)
+gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 20)
+gmsh.model.mesh.generate(3)
+gmsh.write("hub.msh")
+"#;
+
+/// A fillet that touches a plane and a cylinder is a torus of radii 4 and 1 about the axis. By Pappus, its area is 2π times the
+/// first moment of a quarter of a circle, 4 · π/2 − 1, and its volume that of a square without a quarter of a circle.
+#[test]
+fn a_fillet_is_exact() {
+    if !runs("import gmsh") {
+        return;
+    }
+    let place = Place::new();
+    place.write("make.py", HUB);
+    let made = Command::new(python()).arg("make.py").current_dir(place.path("")).output().expect("Python");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let body = RING.lines().find(|line| line.starts_with("hollow_cylinder")).expect("a body");
+    let case = RING.replace(body, "mesh = { file = \"hub.msh\" }").replace("name = \"ring\"", "name = \"hub\"");
+    let case =
+        case.replace("[\"ring\"]", "[\"hub\"]").replace("ring_bottom", "hub_lower").replace("ring_top", "hub_upper");
+    place.write("hub.toml", &case);
+    place.good("solve hub.toml --set design.initial=1.0 --set design.volume_fraction=1.0 --out hub -q");
+    let told = place.good("export hub --step hub.step --threshold 0.5");
+    assert!(told.out.contains("0 facets") && !told.err.contains("as facets"), "{}\n{}", told.out, told.err);
+    let found = read(&place, "hub.step");
+    let fillet = 2.0 * PI * (3.5 - PI / 4.0 * (4.0 - 4.0 / (3.0 * PI)));
+    assert_valid(&found, PI * (64.0 * 2.0 + 9.0 * 4.0) + fillet, 1e-6);
+    let areas = found["read"]["areas"].as_array().expect("a list");
+    let torus: f64 = areas.iter().filter(|area| area[0] == "Torus").filter_map(|area| area[1].as_f64()).sum();
+    assert!((torus / (2.0 * PI * (2.0 * PI - 1.0)) - 1.0).abs() < 1e-6, "{areas:?}");
+}
+
 fn assert_valid_volume(found: &Value, volume: f64) {
     let read = found["read"]["volumes"][0].as_f64().expect("a number");
     assert!((read / volume - 1.0).abs() < 1e-6, "{read} instead of {volume}");

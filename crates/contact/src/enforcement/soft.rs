@@ -61,6 +61,53 @@ impl PressureLaw {
             Self::Proportional => (0.0, 0.0),
         }
     }
+
+    /// The energy per area that the pressure stores at a gap, ∫ p over larger gaps; of a table, from its first point on.
+    /// \[F/L\], or \[L²\] for a stiffness of 1
+    ///
+    /// Test: `pressures_match_finite_differences`.
+    pub fn energy(&self, gap: f64) -> f64 {
+        match self {
+            &Self::Exponential { contact_pressure, clearance } => {
+                let (rate, end) = (100.0_f64.ln() / clearance, RANGE * clearance);
+                let pressure = |gap: f64| contact_pressure * (-rate * gap).exp();
+                let inside = gap.clamp(-end, end);
+                let deeper = (inside - gap).max(0.0);
+                let beyond = pressure(inside) * deeper * (1.0 + 0.5 * rate * deeper);
+                (pressure(inside) - pressure(end)) / rate + beyond
+            }
+            Self::Table(points) => {
+                let first = points.first().map_or(0.0, |point| point[0]);
+                let passed = points.iter().map(|point| point[0]).filter(|penetration| *penetration < -gap);
+                let ends: Vec<f64> = passed.chain([(-gap).max(first)]).collect();
+                let part = |ends: &[f64]| {
+                    let [low, high] = [self.at(-ends[0]).0, self.at(-ends[1]).0];
+                    0.5 * (low + high) * (ends[1] - ends[0])
+                };
+                ends.windows(2).map(part).sum()
+            }
+            Self::Proportional => 0.5 * gap.min(0.0).powi(2),
+        }
+    }
+}
+
+/// What is integrated over a contact surface, as a function of the gap at each point.
+#[derive(Debug, Clone, Copy)]
+pub enum Weight<'a> {
+    /// The pressure of a law.
+    Pressure(&'a PressureLaw),
+    /// The energy per area that it stores.
+    Energy(&'a PressureLaw),
+}
+
+impl Weight<'_> {
+    /// The weight at a gap, and its derivative with respect to it.
+    pub fn at(self, gap: f64) -> (f64, f64) {
+        match self {
+            Self::Pressure(law) => law.at(gap),
+            Self::Energy(law) => (law.energy(gap), -law.at(gap).0),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -78,12 +125,21 @@ mod tests {
         for (gap, pressure) in [(0.5, 1.0), (-0.05, 3.0), (-0.15, 15.0), (-1.0, 25.0)] {
             assert!((table.at(gap).0 - pressure).abs() < 1e-12 * pressure, "{gap}");
         }
+        // from penetrations of 0 to 0.3, by hand
+        for (law, gap, energy) in [(&table, -0.3, 0.3 + 1.5 + 2.5), (&PressureLaw::Proportional, -0.2, 0.02)] {
+            assert!((law.energy(gap) - energy).abs() < 1e-12, "{law:?}");
+        }
         for law in [law, table] {
             for gap in [-0.3, -0.15, -0.11, -0.05, -0.01, 0.003, 0.05, 0.3] {
                 let h = 1e-8;
                 let expected = (law.at(gap + h).0 - law.at(gap - h).0) / (2.0 * h);
+                let work = (law.energy(gap + h) - law.energy(gap - h)) / (2.0 * h);
                 let (pressure, slope) = law.at(gap);
                 assert!((slope - expected).abs() <= 1e-5 * (expected.abs() + pressure), "{law:?} {gap}");
+                // the energy of a table begins at its first point
+                if gap < 0.0 || matches!(law, PressureLaw::Exponential { .. }) {
+                    assert!((work + pressure).abs() <= 1e-5 * pressure, "{law:?} {gap}: {work} {pressure}");
+                }
             }
         }
     }

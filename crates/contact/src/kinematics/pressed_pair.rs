@@ -14,7 +14,7 @@ use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, clip};
 use super::facet_pair::{PairHeights, Slopes, centroid, reversed, twice};
 use super::inverse_map::{POINTS, Unmappable, map_back};
-use crate::enforcement::soft::PressureLaw;
+use crate::enforcement::soft::Weight;
 use slipstick_mesh::{FaceFunctions, QuadraticFacet};
 use std::ops::Range;
 
@@ -143,7 +143,7 @@ pub(super) fn integrate_pressure<const S: usize, const M: usize>(
     slave: &[Point; S],
     master: &[Point; M],
     gap: &PairGap<'_>,
-    law: &PressureLaw,
+    weight: Weight<'_>,
     (rule, with_gradient): (&[CellPoint], bool),
     out: &mut PressedIntegrals,
 ) -> Result<bool, Unmappable> {
@@ -183,7 +183,7 @@ pub(super) fn integrate_pressure<const S: usize, const M: usize>(
                     (m[own], m_slope[own]) = (turned_shape[position], turned_slope[position]);
                 }
                 let at = GapPoint::new::<S, M>(gap, [n, m], [n_slope, m_slope]);
-                let (pressure, stiffness) = law.at(at.gap);
+                let (pressure, stiffness) = weight.at(at.gap);
                 if pressure == 0.0 && stiffness == 0.0 {
                     continue;
                 }

@@ -1,7 +1,7 @@
 //! Rows of a pressure at the integration points: their derivatives, and the resultants of their forces.
 
 use nalgebra::Vector3;
-use slipstick_contact::enforcement::soft::PressureLaw;
+use slipstick_contact::enforcement::soft::{PressureLaw, Weight};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_mesh::{ContactMap, Element, Mesh};
@@ -87,7 +87,9 @@ fn offsets(interface: &ContactInterface) -> Vec<f64> {
 fn rows(interface: &ContactInterface, x: &[f64], law: &PressureLaw, gradient: bool) -> Vec<NodeKinematics> {
     let mut rows = Vec::new();
     let mut workspace = interface.workspace(|_| true);
-    interface.evaluate_pressed(x, gradient, Some((law, &offsets(interface))), &mut workspace, &mut rows).unwrap();
+    interface
+        .evaluate_pressed(x, gradient, Some((Weight::Pressure(law), &offsets(interface))), &mut workspace, &mut rows)
+        .unwrap();
     rows
 }
 
@@ -171,7 +173,7 @@ fn the_moment_of_a_tilted_facet_is_that_of_its_second_moment_of_area() {
         let interface =
             ContactInterface::new(vec![[0, 1, 2, 3].into()], vec![[4, 5, 6, 7].into()], &x, options).unwrap();
         let mut out = Vec::new();
-        let pressure = Some((&PressureLaw::Proportional, &[0.0; 4][..]));
+        let pressure = Some((Weight::Pressure(&PressureLaw::Proportional), &[0.0; 4][..]));
         interface.evaluate_pressed(&x, false, pressure, &mut interface.workspace(|_| true), &mut out).unwrap();
         let [mut force, mut moment] = [0.0; 2];
         for row in &out {
@@ -221,7 +223,15 @@ fn a_uniform_pressure_gives_the_forces_of_quadratic_shapes() {
     let law = PressureLaw::Table(vec![[-1.0, 0.0], [1.0, 2.0]]);
     let mut rows = Vec::new();
     let none = vec![0.0; interface.slave_nodes().len()];
-    interface.evaluate_pressed(&x, false, Some((&law, &none)), &mut interface.workspace(|_| true), &mut rows).unwrap();
+    interface
+        .evaluate_pressed(
+            &x,
+            false,
+            Some((Weight::Pressure(&law), &none)),
+            &mut interface.workspace(|_| true),
+            &mut rows,
+        )
+        .unwrap();
     let mut force = vec![0.0; x.len()];
     for row in &rows {
         let pressed = row.pressed.as_ref().expect("a pressure");
@@ -261,7 +271,7 @@ fn closed_gaps_of_nodes_are_interpolated_like_positions() {
     let x = ContactMap::new(&mesh).points(&mesh.nodes).concat();
     let load = |interface: &ContactInterface, offset: f64| -> f64 {
         let (offsets, mut rows) = (vec![offset; interface.slave_nodes().len()], Vec::new());
-        let pressure = Some((&PressureLaw::Proportional, &offsets[..]));
+        let pressure = Some((Weight::Pressure(&PressureLaw::Proportional), &offsets[..]));
         interface.evaluate_pressed(&x, false, pressure, &mut interface.workspace(|_| true), &mut rows).unwrap();
         rows.iter().map(|row| row.pressed.as_ref().expect("a pressure").load).sum()
     };

@@ -21,8 +21,10 @@ pub struct Connectors {
 struct Section {
     set: String,
     behavior: String,
-    /// Along the line between the nodes, instead of global axes.
+    /// Along the line between the nodes, instead of axes.
     axial: bool,
+    /// The `*ORIENTATION` of the axes, in capitals.
+    orientation: Option<String>,
     line: usize,
 }
 
@@ -43,12 +45,17 @@ impl Reader<'_> {
             let cure = "use AXIAL or CARTESIAN with *CONNECTOR ELASTICITY, *COUPLING, *MPC or *EQUATION";
             return self.ledger.refuse(&keyword.name, line, why, cure);
         }
-        if kind == "CARTESIAN" && rows.iter().skip(1).flatten().any(|field| !field.is_empty()) {
-            let why = "CARTESIAN connectors along local axes are not supported";
-            return self.ledger.refuse(&keyword.name, line, why, "remove the orientation, or use AXIAL");
+        // the orientations at the first and the second node; without the second, the first is for both
+        let named: Vec<String> =
+            rows.iter().skip(1).flatten().filter(|f| !f.is_empty()).map(|f| f.to_ascii_uppercase()).collect();
+        if kind == "CARTESIAN" && named.iter().any(|name| *name != named[0]) {
+            let why = "CARTESIAN connectors with different axes at their nodes are not supported";
+            return self.ledger.refuse(&keyword.name, line, why, "name one orientation, or use AXIAL");
         }
+        let orientation = named.into_iter().next().filter(|_| kind == "CARTESIAN");
         self.ledger.translated(&keyword.name, line, "`[[spring]]`, with `nodal_stiffness`");
-        self.connectors.sections.push(Section { set, behavior, axial: kind == "AXIAL", line });
+        let axial = kind == "AXIAL";
+        self.connectors.sections.push(Section { set, behavior, axial, orientation, line });
     }
 
     pub(super) fn connector_behavior(&mut self, card: &Card<'_>) {
@@ -103,7 +110,8 @@ impl Reader<'_> {
                     continue;
                 }
                 let components = if section.axial { vec![] } else { vec![component - 1; 2] };
-                self.deck.springs.push(SpringSection { set: section.set.clone(), components, stiffness, line });
+                let (set, orientation) = (section.set.clone(), section.orientation.clone());
+                self.deck.springs.push(SpringSection { keyword, set, components, orientation, stiffness, line });
             }
         }
     }

@@ -108,6 +108,8 @@ pub struct Section {
 #[derive(Debug)]
 pub struct Amplitude {
     pub points: Vec<[f64; 2]>,
+    /// Whether slope and curvature are zero at each time (`SMOOTH STEP`); otherwise, it is linear in between.
+    pub smooth: bool,
     /// Whether times count from the start of the first step.
     pub total: bool,
 }
@@ -140,6 +142,7 @@ pub fn deck(cards: &[Card<'_>], ledger: &mut Ledger) -> Deck {
     reader.assign_properties();
     reader.refuse_loose_springs();
     reader.refuse_loaded_masses();
+    reader.refuse_half_new();
     reader.deck
 }
 
@@ -280,8 +283,9 @@ impl Reader<'_> {
         self.allow(card, &["NAME", "TIME", "VALUE", "DEFINITION", "SMOOTH"]);
         let definition = keyword.parameter("DEFINITION").unwrap_or("TABULAR");
         let absolute = keyword.parameter("VALUE").is_some_and(|value| value.eq_ignore_ascii_case("ABSOLUTE"));
-        if !definition.eq_ignore_ascii_case("TABULAR") || absolute {
-            let why = "only tables of relative values are supported";
+        let smooth = definition.to_ascii_uppercase().starts_with("SMOOTH");
+        if !(smooth || definition.eq_ignore_ascii_case("TABULAR")) || absolute {
+            let why = "only tables of relative values are supported, also with SMOOTH STEP";
             self.ledger.refuse("AMPLITUDE", keyword.line, why, "write the amplitude as a table of times and factors");
         }
         let mut points: Vec<[f64; 2]> = Vec::new();
@@ -304,8 +308,12 @@ impl Reader<'_> {
             self.ledger.wrong("AMPLITUDE", [keyword.line; 2], "the amplitude has no points", DAMAGED);
             points.push([0.0, 1.0]);
         }
-        self.ledger.translated("AMPLITUDE", keyword.line, "waypoints of the motions and loads that name it");
-        self.deck.amplitudes.insert(name, Amplitude { points, total });
+        self.ledger.translated(
+            "AMPLITUDE",
+            keyword.line,
+            "waypoints of the motions and loads that name it, at the load steps",
+        );
+        self.deck.amplitudes.insert(name, Amplitude { points, smooth, total });
     }
 
     /// Refuses parameters of a keyword other than these.

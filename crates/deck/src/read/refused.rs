@@ -85,7 +85,7 @@ impl Reader<'_> {
 
     /// Refuses point masses if any load acts on mass.
     pub(super) fn refuse_loaded_masses(&mut self) {
-        let mut loads = self.deck.steps.iter().flat_map(|step| &step.loads.items);
+        let mut loads = self.deck.steps.iter().flat_map(|step| &step.loads);
         let Some(load) = loads.find(|load| matches!(load.on, On::Mass(..))) else { return };
         let why =
             format!("the load on mass at line {} would act on a point mass, which is not supported", load.lines[1]);

@@ -20,13 +20,16 @@ pub struct SpringElement {
     line: usize,
 }
 
-/// `*SPRING`: the stiffness of a set of elements.
+/// `*SPRING` or `*CONNECTOR SECTION`: the stiffness of a set of elements.
 #[derive(Debug)]
 pub struct SpringSection {
+    pub keyword: &'static str,
     /// In capitals.
     pub set: String,
     /// Components from 0 at the first and the second node, if they are given.
     pub components: Vec<u8>,
+    /// The `*ORIENTATION` in capitals to which the components belong; `None`: global axes.
+    pub orientation: Option<String>,
     pub stiffness: f64,
     pub line: usize,
 }
@@ -97,7 +100,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn spring(&mut self, card: &Card<'_>) {
-        self.allow(card, &["ELSET"]);
+        self.allow(card, &["ELSET", "ORIENTATION"]);
         let line = card.keyword.line;
         let Some(set) = card.keyword.parameter("ELSET").map(str::to_ascii_uppercase) else {
             return self.ledger.wrong("SPRING", [line; 2], "the springs need ELSET=…", "add the parameter");
@@ -121,6 +124,7 @@ impl Reader<'_> {
             return self.ledger.refuse("SPRING", line, why, "use components 1 to 3");
         }
         let components = components.iter().map(|&c| c as u8 - 1).collect();
-        self.deck.springs.push(SpringSection { set, components, stiffness, line });
+        let orientation = card.keyword.parameter("ORIENTATION").map(str::to_ascii_uppercase);
+        self.deck.springs.push(SpringSection { keyword: "SPRING", set, components, orientation, stiffness, line });
     }
 }

@@ -13,11 +13,17 @@ pub struct Step {
     /// First increment, which a step without `DIRECT` may change.
     pub increment: f64,
     pub conditions: Change<Condition>,
-    /// Forces, and distributed loads, of which only the latter are replaced here.
-    pub loads: Change<Load>,
-    /// Whether forces of earlier steps end (`OP=NEW` of `*CLOAD`).
-    pub replaces_forces: bool,
+    pub loads: Vec<Load>,
+    /// The keywords of loads with `OP=NEW`, which ends those of the same keyword from earlier steps, and their lines.
+    pub new: Vec<(&'static str, usize)>,
     pub temperatures: Vec<Condition>,
+}
+
+impl Step {
+    /// Whether the loads of a keyword from earlier steps end.
+    pub fn replaces(&self, keyword: &str) -> bool {
+        self.new.iter().any(|new| new.0 == keyword)
+    }
 }
 
 /// What a step changes.
@@ -127,11 +133,10 @@ impl Reader<'_> {
             self.ledger.refuse("STEP", line, why, "remove AMPLITUDE=STEP: loads then grow over the step");
         }
         self.ledger.translated("STEP", line, "a part of the load path; loads and motions grow linearly over it");
-        let (conditions, loads) =
-            (Change { replaces: false, items: vec![] }, Change { replaces: false, items: vec![] });
-        let (temperatures, replaces_forces) = (Vec::new(), false);
+        let conditions = Change { replaces: false, items: vec![] };
         let (period, increment) = (1.0, 1.0);
-        self.deck.steps.push(Step { nlgeom, period, increment, conditions, loads, replaces_forces, temperatures });
+        let (loads, new, temperatures) = (Vec::new(), Vec::new(), Vec::new());
+        self.deck.steps.push(Step { nlgeom, period, increment, conditions, loads, new, temperatures });
         self.in_step = true;
     }
 
@@ -210,17 +215,39 @@ impl Reader<'_> {
     }
 
     /// Adds the loads of a keyword to its step.
-    fn loads(&mut self, card: &Card<'_>, found: Vec<Load>) {
-        let replaces = self.replaces(card);
-        let (name, line) = (&card.keyword.name, card.keyword.line);
+    fn loads(&mut self, card: &Card<'_>, keyword: &'static str, found: Vec<Load>) {
+        let (replaces, line) = (self.replaces(card), card.keyword.line);
         match self.deck.steps.last_mut() {
             Some(step) if self.in_step => {
-                let forces = name == "CLOAD";
-                step.replaces_forces |= replaces && forces;
-                step.loads.replaces |= replaces && !forces;
-                step.loads.items.extend(found);
+                step.new.extend(replaces.then_some((keyword, line)));
+                step.loads.extend(found);
             }
-            _ => self.ledger.wrong(name, [line, line], "it is outside of a step", "move it into a step"),
+            _ => self.ledger.wrong(keyword, [line, line], "it is outside of a step", "move it into a step"),
+        }
+    }
+
+    /// Refuses `OP=NEW` with only one of the keywords of distributed loads where it matters: in Abaqus, it ends the
+    /// loads of this keyword, in CalculiX those of both.
+    pub(super) fn refuse_half_new(&mut self) {
+        let kinds = ["DLOAD", "DSLOAD"];
+        // the lines of loads that earlier steps have left
+        let mut acting: [Option<usize>; 2] = [None, None];
+        for step in &self.deck.steps {
+            for (at, (keyword, other)) in [(0, (kinds[0], kinds[1])), (1, (kinds[1], kinds[0]))] {
+                let new = step.new.iter().find(|new| new.0 == keyword);
+                let (Some(&(_, line)), Some(of)) = (new, acting[1 - at]) else { continue };
+                if !step.replaces(other) {
+                    let why = format!(
+                        "OP=NEW ends the *{other} of line {of} in CalculiX, but not in Abaqus: which is meant is not clear"
+                    );
+                    let cure = "write OP=NEW with *DLOAD and *DSLOAD in this step, and all loads that act in it";
+                    self.ledger.refuse(keyword, line, why, cure);
+                }
+            }
+            for (acting, keyword) in acting.iter_mut().zip(kinds) {
+                let named = step.loads.iter().find(|load| load.keyword == keyword).map(|load| load.lines[1]);
+                *acting = if step.replaces(keyword) { named } else { acting.or(named) };
+            }
         }
     }
 
@@ -241,7 +268,7 @@ impl Reader<'_> {
             let (on, amplitude) = (On::Nodes(Target::new(fields[0]), component - 1), amplitude.clone());
             found.push(Load { on, value, amplitude, keyword: "CLOAD", lines: [line, data] });
         }
-        self.loads(card, found);
+        self.loads(card, "CLOAD", found);
     }
 
     fn dload(&mut self, card: &Card<'_>) {
@@ -272,7 +299,7 @@ impl Reader<'_> {
             let (on, amplitude) = (On::Face(Target::new(fields[0]), face - 1), amplitude.clone());
             found.push(Load { on, value, amplitude, keyword: "DLOAD", lines: [line, data] });
         }
-        self.loads(card, found);
+        self.loads(card, "DLOAD", found);
     }
 
     /// What a line says of a load on mass, if it is one.
@@ -334,6 +361,6 @@ impl Reader<'_> {
             let on = On::Surface(fields[0].trim_matches('"').to_owned(), direction);
             found.push(Load { on, value, amplitude: amplitude.clone(), keyword: "DSLOAD", lines });
         }
-        self.loads(card, found);
+        self.loads(card, "DSLOAD", found);
     }
 }

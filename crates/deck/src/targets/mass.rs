@@ -38,7 +38,7 @@ impl Finder<'_> {
         let deck = self.deck;
         let mut tracks = Tracks::new(timeline, deck, true);
         for (k, step) in deck.steps.iter().enumerate() {
-            for load in &step.loads.items {
+            for load in &step.loads {
                 let On::Mass(target, field) = &load.on else { continue };
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
                 // Abaqus: no name, the whole model
@@ -50,7 +50,7 @@ impl Finder<'_> {
                     tracks.say((field_bits(*field), body), load.value, amplitude, load.lines[0], None);
                 }
             }
-            tracks.step(k, step.loads.replaces);
+            tracks.step(k, step.replaces("DLOAD"));
         }
         let mut groups: BTreeMap<(FieldBits, Bits), MassLoad> = BTreeMap::new();
         for ((field, body), track) in tracks.tracks {

@@ -148,7 +148,8 @@ impl Finder<'_> {
             return;
         }
         if self.deck.steps.iter().any(|step| step.nlgeom) {
-            let cure = "use a stiff *SPRING of type SPRINGA, which turns with its ends, or no NLGEOM";
+            let cure = "use a *SPRING of type SPRINGA, which turns with its ends, 100 times as stiff as the bodies there (Young's \
+                        modulus times the size of their elements), or no NLGEOM";
             self.ledger.refuse("MPC", mpc.lines[0], "LINK does not keep the distance at large rotations", cure);
         }
         match unit(sub(self.point_of(p), self.point_of(q))) {

@@ -75,10 +75,10 @@ impl Finder<'_> {
         let mut faces = Tracks::new(timeline, deck, true);
         let mut tractions = Tractions::default();
         for (k, step) in deck.steps.iter().enumerate() {
-            if step.loads.replaces {
+            if step.replaces("DSLOAD") {
                 tractions.acting.iter_mut().for_each(|known| known.ended = true);
             }
-            for load in &step.loads.items {
+            for load in &step.loads {
                 let amplitude = self.amplitude(deck, &load.amplitude, load.keyword, load.lines);
                 match &load.on {
                     On::Nodes(..) | On::Mass(..) => {}
@@ -120,8 +120,8 @@ impl Finder<'_> {
                     }
                 }
             }
-            surfaces.step(k, step.loads.replaces);
-            faces.step(k, step.loads.replaces);
+            surfaces.step(k, step.replaces("DSLOAD"));
+            faces.step(k, step.replaces("DLOAD"));
         }
         let mut found: Vec<((String, [u64; 3]), Track)> = surfaces.tracks.into_iter().collect();
         let mut groups: BTreeMap<Bits, (Vec<ElementFace>, Track)> = BTreeMap::new();

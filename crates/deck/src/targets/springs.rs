@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{Finder, OfNode, POINT};
 use crate::history::Track;
 use crate::read::{CONNECTOR, SpringSection};
+use crate::vector::cross;
 
 /// Equal springs on nodes of the file.
 #[derive(Debug)]
@@ -13,8 +14,8 @@ pub struct Sprung {
     pub end: End,
     /// Their second ends; `None`: the ground.
     pub to: Option<End>,
-    /// The component in which they act; `None`: along the line.
-    pub component: Option<u8>,
+    /// The direction in which they act; `None`: along the line.
+    pub direction: Option<[f64; 3]>,
     pub stiffness: f64,
     pub line: usize,
 }
@@ -40,45 +41,68 @@ impl Finder<'_> {
             if elements.is_empty() {
                 let why = format!("there is no set of spring elements `{}`", section.set);
                 self.ledger.wrong(
-                    "SPRING",
+                    section.keyword,
                     [section.line; 2],
                     why,
                     "name an *ELSET of SPRING1, SPRING2, SPRINGA or CONN3D2",
                 );
             }
+            let Some(axes) = self.spring_axes(section) else { continue };
+            let along = |component: u8| axes[usize::from(component)];
             let mut grounded: Vec<u32> = Vec::new();
             for element in elements {
                 let nodes: Option<Vec<u32>> =
-                    element.nodes.iter().map(|&number| self.spring_node(number, section.line)).collect();
+                    element.nodes.iter().map(|&number| self.spring_node(number, section)).collect();
                 let Some(nodes) = nodes else { continue };
                 match (element.kind, &section.components[..]) {
                     ('1', [_]) => grounded.push(nodes[0]),
                     ('2' | CONNECTOR, [first, second]) if first == second => {
-                        sprung.extend(self.joined([nodes[0], nodes[1]], Some(*first), section, motions));
+                        sprung.extend(self.joined([nodes[0], nodes[1]], Some(along(*first)), section, motions));
                     }
                     ('2', [_, _]) => {
                         let why = "a spring between different components is not supported";
-                        self.ledger.refuse("SPRING", section.line, why, "join equal components");
+                        self.ledger.refuse(section.keyword, section.line, why, "join equal components");
                     }
                     ('A', _) | (CONNECTOR, []) => {
                         sprung.extend(self.joined([nodes[0], nodes[1]], None, section, motions))
                     }
                     _ => {
                         let why = "SPRING1 needs a line with one component, and SPRING2 one with two";
-                        self.ledger.wrong("SPRING", [section.line; 2], why, "add the components");
+                        self.ledger.wrong(section.keyword, [section.line; 2], why, "add the components");
                     }
                 }
             }
-            self.grounded(grounded, section, motions, &mut sprung);
+            let direction = section.components.first().map(|&component| along(component));
+            self.grounded(grounded, direction, section, motions, &mut sprung);
         }
         sprung
     }
 
-    fn spring_node(&mut self, number: u64, line: usize) -> Option<u32> {
+    /// The axes to which the components of springs belong; `None` after an error.
+    fn spring_axes(&mut self, section: &SpringSection) -> Option<[[f64; 3]; 3]> {
+        let Some(name) = &section.orientation else {
+            return Some([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        };
+        let Some(orientation) = self.deck.orientations.get(name) else {
+            let why = format!("there is no orientation `{name}`");
+            self.ledger.wrong(section.keyword, [section.line; 2], why, "define it with *ORIENTATION");
+            return None;
+        };
+        if orientation.about.is_some() {
+            let why = "springs along cylindrical axes are not supported";
+            self.ledger.refuse(section.keyword, section.line, why, "write an *ORIENTATION with SYSTEM=RECTANGULAR");
+            return None;
+        }
+        let [first, second] = orientation.axes?;
+        self.ledger.translated("ORIENTATION", orientation.line, "`direction` of the springs");
+        Some([first, second, cross(first, second)])
+    }
+
+    fn spring_node(&mut self, number: u64, section: &SpringSection) -> Option<u32> {
         let node = self.bodies.position(number);
         if node.is_none() {
             let why = format!("there is no node {number}");
-            self.ledger.wrong("SPRING", [line; 2], why, "name nodes of the deck in the spring elements");
+            self.ledger.wrong(section.keyword, [section.line; 2], why, "name nodes of the deck in the spring elements");
         }
         node
     }
@@ -87,6 +111,7 @@ impl Finder<'_> {
     fn grounded(
         &mut self,
         mut nodes: Vec<u32>,
+        direction: Option<[f64; 3]>,
         section: &SpringSection,
         motions: &BTreeMap<OfNode, Track>,
         sprung: &mut Vec<Sprung>,
@@ -97,18 +122,15 @@ impl Finder<'_> {
             nodes.iter().for_each(|&node| if once.last() == Some(&node) { rest.push(node) } else { once.push(node) });
             let (on_bodies, others): (Vec<u32>, Vec<u32>) =
                 once.into_iter().partition(|&node| self.bodies.of(node).is_some());
-            let mut ends: Vec<End> = others
-                .into_iter()
-                .filter_map(|node| self.end(node, section.components.first(), motions, section))
-                .collect();
+            let mut ends: Vec<End> =
+                others.into_iter().filter_map(|node| self.end(node, direction, motions, section)).collect();
             // a spring from a node that is held
             ends.retain(|end| !matches!(end, End::Held(_)));
             if !on_bodies.is_empty() {
                 let (set, bodies) = self.set_of(&on_bodies, &[], "sprung");
                 ends.push(End::Nodes(set, bodies));
             }
-            let component = section.components.first().copied();
-            let of = |end| Sprung { end, to: None, component, stiffness: section.stiffness, line: section.line };
+            let of = |end| Sprung { end, to: None, direction, stiffness: section.stiffness, line: section.line };
             sprung.extend(ends.into_iter().map(of));
             nodes = rest;
         }
@@ -118,24 +140,24 @@ impl Finder<'_> {
     fn joined(
         &mut self,
         nodes: [u32; 2],
-        component: Option<u8>,
+        direction: Option<[f64; 3]>,
         section: &SpringSection,
         motions: &BTreeMap<OfNode, Track>,
     ) -> Option<Sprung> {
-        let [first, second] = nodes.map(|node| self.end(node, component.as_ref(), motions, section));
+        let [first, second] = nodes.map(|node| self.end(node, direction, motions, section));
         let (end, to) = match (first?, second?) {
             (End::Held(_), End::Held(_)) => return None,
             (held @ End::Held(_), end) => (end, held),
             (end, to) => (end, to),
         };
-        Some(Sprung { end, to: Some(to), component, stiffness: section.stiffness, line: section.line })
+        Some(Sprung { end, to: Some(to), direction, stiffness: section.stiffness, line: section.line })
     }
 
     /// What a spring at a node is attached to, if this can be translated.
     fn end(
         &mut self,
         node: u32,
-        component: Option<&u8>,
+        direction: Option<[f64; 3]>,
         motions: &BTreeMap<OfNode, Track>,
         section: &SpringSection,
     ) -> Option<End> {
@@ -153,11 +175,17 @@ impl Finder<'_> {
             let track = motions.get(&(node, component));
             track.is_some_and(|track| track.curve.iter().all(|point| point[1] == 0.0))
         };
-        if component.map_or_else(|| (0..3).all(held), |&component| held(component)) {
+        // only components along which the spring acts count
+        if (0..3).all(|c| direction.is_some_and(|axis| axis[usize::from(c)] == 0.0) || held(c)) {
             return Some(End::Held(node));
         }
         let why = "an end is a node of no body, which is not held";
-        self.ledger.refuse("SPRING", section.line, why, "attach springs to bodies, and to nodes that *BOUNDARY holds");
+        self.ledger.refuse(
+            section.keyword,
+            section.line,
+            why,
+            "attach springs to bodies, and to nodes that *BOUNDARY holds",
+        );
         None
     }
 }

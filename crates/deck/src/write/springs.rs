@@ -40,19 +40,15 @@ impl Writer<'_> {
         self.line(format!("name = \"spring_{number}\"\nset = {}", quoted(set)));
         match &sprung.to {
             // along an axis, any fixed point is the ground
-            Some(End::Held(node)) if sprung.component.is_none() => {
+            Some(End::Held(node)) if sprung.direction.is_none() => {
                 let point = vector(&self.mesh.points[*node as usize]);
                 self.line(format!("to = {point}"));
             }
             Some(end) => self.attached(end).iter().for_each(|to| self.line(format!("to = {}", quoted(to)))),
             None => {}
         }
-        let mut axis = [0.0; 3];
-        match sprung.component {
-            Some(component) => {
-                axis[usize::from(component)] = 1.0;
-                self.line(format!("direction = {}", vector(&axis)));
-            }
+        match sprung.direction {
+            Some(axis) => self.line(format!("direction = {}", vector(&axis))),
             None if self.deck.steps.iter().any(|step| step.nlgeom) => self.line("direction = \"line\""),
             // linear steps keep the line of the mesh
             None => {

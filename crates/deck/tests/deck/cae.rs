@@ -170,7 +170,8 @@ fn connectors_are_springs() {
         ("Axial", "*Connector Elasticity, component=1\n100., 20.\n50., 300.\n".into(), "depends on temperature"),
         ("Axial", "*Connector Elasticity, component=1, nonlinear\n0., 0.\n1., 1.\n".into(), "NONLINEAR is not"),
         ("Axial", "*Connector Damping, component=1\n1.\n".into(), "has no *CONNECTOR ELASTICITY"),
-        ("Cartesian,\nOri", elastic(1, 1.0), "along local axes"),
+        ("Cartesian\nOri", elastic(1, 1.0), "*CONNECTOR SECTION: there is no orientation `ORI`"),
+        ("Cartesian\nOri, Other", elastic(1, 1.0), "different axes at their nodes"),
     ] {
         let messages = refused(&with(section, &behavior));
         assert!(messages.iter().any(|text| text.contains(message)), "{section}: {messages:?}");

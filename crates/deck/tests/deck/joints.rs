@@ -63,6 +63,19 @@ fn springs() {
         ]
     );
     assert_eq!(mesh(ground.as_bytes()).unwrap().node_sets["sprung_1"].len(), 3);
+    // the first axis of the orientation, (3, 4, 0)/5, and the second, perpendicular to it
+    let axes = "*ORIENTATION, NAME=Oblique\n3., 4., 0., 0., 1., 0.\n";
+    for (component, direction) in [(1, "[0.6, 0.8, 0.0]"), (2, "[-0.8, 0.6, 0.0]"), (3, "[0.0, 0.0, 1.0]")] {
+        let section = format!("{axes}*SPRING, ELSET=ground, ORIENTATION=OBLIQUE\n{component}\n");
+        let found = new_tables(&ground.replace("*SPRING, ELSET=ground\n3\n", &section));
+        let expected = format!("[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; direction = {direction};");
+        assert!(found[0].replace("-0.0", "0.0").starts_with(&expected), "{found:?}");
+    }
+    let turned =
+        |axes: &str| ground.replace("*SPRING, ELSET=ground", &format!("{axes}*SPRING, ELSET=ground, ORIENTATION=A"));
+    assert!(refused(&turned(""))[0].contains("there is no orientation `A`"));
+    let cylinder = turned("*ORIENTATION, NAME=A, SYSTEM=CYLINDRICAL\n0., 0., 0., 0., 0., 1.\n");
+    assert!(refused(&cylinder)[0].contains("springs along cylindrical axes"), "{:?}", refused(&cylinder));
     let joined =
         with("*ELEMENT, TYPE=SPRING2\n71, 5, 11\n*ELSET, ELSET=JOINT\n71\n*SPRING, ELSET=JOINT\n2, 2\n7\n", "");
     assert_eq!(
@@ -72,6 +85,24 @@ fn springs() {
           nodal_stiffness = 7.0"
         ]
     );
+    // along (0, −0.8, 0.6) by hand: the third of rectangular axes whose first two are x and (0, 0.6, 0.8)
+    let slanted = "*ORIENTATION, NAME=Slant\n1, 0, 0, 0, 0.6, 0.8\n";
+    let section = "*SPRING, ELSET=A, ORIENTATION=slant";
+    for (elements, to) in [
+        (format!("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 5\n{section}\n3\n7\n"), ""),
+        (format!("*ELEMENT, TYPE=SPRING2, ELSET=A\n71, 5, 11\n{section}\n3, 3\n7\n"), "to = \"HIGH_sprung_2\"; "),
+        (
+            "*ELEMENT, TYPE=CONN3D2, ELSET=A\n71, 5, 11\n*CONNECTOR SECTION, ELSET=A, BEHAVIOR=B\nCARTESIAN\nSLANT\n\
+             *CONNECTOR BEHAVIOR, NAME=B\n*CONNECTOR ELASTICITY, COMPONENT=3\n7\n"
+                .to_owned(),
+            "to = \"HIGH_sprung_2\"; ",
+        ),
+    ] {
+        let expected = format!(
+            "[[spring]]; name = \"spring_1\"; set = \"LOW_sprung_1\"; {to}direction = [0.0, -0.8, 0.6]; nodal_stiffness = 7.0"
+        );
+        assert_eq!(new_tables(&with(&format!("{slanted}{elements}"), "")), [expected]);
+    }
     let rope = "*ELEMENT, TYPE=SPRINGA, ELSET=ROPE\n71, 99, 7\n*SPRING, ELSET=ROPE\n\n2.5D1\n";
     assert_eq!(
         new_tables(&with(rope, "*BOUNDARY\n99, 1, 3\n")),
@@ -94,11 +125,25 @@ fn springs() {
         ("*SPRING, ELSET=A\n1\n5\n", "no set of spring elements `A`"),
         ("*ELEMENT, TYPE=SPRING2, ELSET=A\n71, 1, 11\n*SPRING, ELSET=A\n1, 2\n5\n", "between different components"),
         ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A\n1\n-5\n", "one with its stiffness > 0"),
+        ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, ORIENTATION=O\n1\n5\n", "no orientation `O`"),
+        (
+            "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0, 0, 0, 0, 0, 1\n\
+             *ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, ORIENTATION=O\n1\n5\n",
+            "springs along cylindrical axes are not supported",
+        ),
         ("*ELEMENT, TYPE=SPRING1, ELSET=A\n71, 1\n*SPRING, ELSET=A, NONLINEAR\n1\n5\n", "NONLINEAR is not supported"),
     ] {
         let messages = refused(&with(wrong, ""));
         assert!(messages.iter().any(|text| text.contains(message)), "{wrong}: {messages:?}");
     }
+}
+
+/// As many springs as a meshed foundation has: the search for a name of each set was of third order in their number.
+#[test]
+fn thousands_of_springs() {
+    let springs: String = (0..5000).map(|k| format!("{}, 5, 11\n", 1000 + k)).collect();
+    let elements = format!("*ELEMENT, TYPE=SPRING2, ELSET=A\n{springs}*SPRING, ELSET=A\n2, 2\n7\n*MATERIAL, NAME");
+    assert_eq!(new_tables(&CUBES.replace("*MATERIAL, NAME", &elements)).len(), 5000);
 }
 
 /// Equations between nodes of bodies and a node of no body, which becomes a point: its motion and its force.

@@ -159,8 +159,7 @@ fn nodes_are_grouped_by_their_motion() {
 /// Two steps: 2 + 4 load steps. The motion of the first stays; forces end with `OP=NEW`.
 #[test]
 fn steps_are_one_path() {
-    let second =
-        "*END STEP\n*STEP\n*STATIC\n0.25, 1.\n*BOUNDARY\nTOP, 1, 1, 0.03\n*DSLOAD, OP=NEW\nLID, P, -2\n*END STEP\n";
+    let second = "*END STEP\n*STEP\n*STATIC\n0.25, 1.\n*BOUNDARY\nTOP, 1, 1, 0.03\n*DLOAD, OP=NEW\n*DSLOAD, OP=NEW\nLID, P, -2\n*END STEP\n";
     let deck = CUBES.replace("*END STEP\n", second).replacen("*BOUNDARY", "*DLOAD\nLOW, P2, 3.\n*BOUNDARY", 1);
     assert_eq!(
         new_tables(&deck),
@@ -172,6 +171,10 @@ fn steps_are_one_path() {
         .map(|table| table.replace("-0.0 }", "0.0 }"))
     );
     assert_eq!(translated(&deck).steps, 6);
+    // with one keyword only, CalculiX 2.20 ends the loads of both, and Abaqus those of this one
+    let half = deck.replace("*DLOAD, OP=NEW\n", "");
+    let start = format!("{}: *DSLOAD: OP=NEW ends the *DLOAD of line", line_of(&half, "*DSLOAD, OP=NEW"));
+    assert!(refused(&half)[0].starts_with(&start), "{:?}", refused(&half));
 }
 
 /// `OP=NEW` ends what it does not name; what a later step names first begins there, also at 0. A condition that comes
@@ -200,8 +203,17 @@ fn supports_begin_and_end_with_steps() {
     assert!(errors[0].contains("a later one prescribes again"), "{errors:?}");
 }
 
+/// Load steps are on the points of a table, or of the polynomial 10 x³ − 15 x⁴ + 6 x⁵ of Abaqus' SMOOTH STEP.
 #[test]
 fn amplitudes_are_waypoints() {
+    let smooth = CUBES.replace("*STEP\n", "*AMPLITUDE, NAME=A, DEFINITION=SMOOTH STEP\n0, 0, 0.5, 1.0\n*STEP\n");
+    let found = new_tables(&smooth.replace("TOP, 3, 3, -0.1\n", "*CLOAD, AMPLITUDE=A\n15, 1, 1.\n"));
+    // x = 0.2 … 1, from the values by hand
+    let factors = [0.05792, 0.31744, 0.68256, 0.94208, 1.0];
+    let amplitude = found[1].split("factor = ").skip(1).map(|rest| rest.split(' ').next()?.parse().ok());
+    let amplitude: Vec<f64> = amplitude.map(|factor: Option<f64>| factor.expect("a number")).collect();
+    assert_eq!(amplitude.len(), factors.len(), "{found:?}");
+    assert!(amplitude.iter().zip(factors).all(|(found, factor)| (found - factor).abs() < 1e-12), "{found:?}");
     let deck = CUBES.replace("*STEP\n", "*AMPLITUDE, NAME=SAW\n0, 0, 0.5, 1.0,\n1.0, 0.5\n*STEP\n");
     let deck = deck.replace("TOP, 3, 3, -0.1\n", "*BOUNDARY, AMPLITUDE=Saw\nTOP, 3, 3, -0.1\n");
     assert_eq!(

@@ -56,6 +56,7 @@ use points::ContactPoints;
 use prescribed::Prescribed;
 use results::element_fields;
 pub(crate) use results::point_forces;
+pub(crate) use results::stored::ByPoint;
 pub use results::{ContactResults, NodalContact};
 use rigid::RigidBodies;
 pub use share::Share;

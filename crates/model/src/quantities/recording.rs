@@ -16,7 +16,7 @@ use super::{
 };
 use crate::analysis::{Designs, PreviousData, StateData, pair_results};
 use crate::equations::{
-    ContactModel, ContactResults, Design, Known, Method, ModelInterface, NodalContact, StateResults,
+    ByPoint, ContactModel, ContactResults, Design, Known, Method, ModelInterface, NodalContact, StateResults,
 };
 use crate::imbalance::Imbalance;
 use crate::overlaps::OpenOverlap;
@@ -177,6 +177,7 @@ impl<'a> Recording<'a> {
         };
         let contact = data.results.take().unwrap_or_default();
         let pressed = pressed(design.model(), &contact, at.time);
+        let stored = design.stored_slopes(&now.unknowns, at.time);
         let heated = design.energies_by_stretch((at.time, &now), &data.elements.energy).unwrap_or_default();
         let (old, seen) = match before {
             Some(mut last) => {
@@ -207,7 +208,8 @@ impl<'a> Recording<'a> {
             let known = sums.lost.total() - sums.coarse.total();
             let before = old.results.as_ref().map_or(&none, |results| &results.contact);
             let friction: f64 = sums.friction.iter().sum();
-            sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact));
+            let both = [&old.stored[..], &stored];
+            sums.add(design.model(), (&old.state, old.time, before), (&now, at.time, &contact), both);
             sums.add_friction(design.model(), [&before.nodes, &contact.nodes], data.friction_of_step());
             sums.add_own(recorder.own, &own);
             sums.holding += at.holding_work;
@@ -258,7 +260,7 @@ impl<'a> Recording<'a> {
             false => data.into_previous(&now),
         };
         let results = Some(StateResults { contact, internal_force, energies });
-        self.last = Some(Last { time: at.time, state: now, results, pressed, heated, seen });
+        self.last = Some(Last { time: at.time, state: now, results, pressed, heated, stored, seen });
     }
 }
 
@@ -282,6 +284,8 @@ struct Last<'a> {
     pressed: Vec<[f64; 2]>,
     /// Derivatives of the elements' energies with respect to their free expansion. \[F L\]
     heated: Vec<f64>,
+    /// [`Design::stored_slopes`].
+    stored: Vec<ByPoint>,
     /// What quantities at the next state see of it.
     seen: PreviousData,
 }

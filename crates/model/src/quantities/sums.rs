@@ -8,7 +8,7 @@ use slipstick_path::{LoadTime, StepState};
 
 use super::{Quantities, Slipped};
 use crate::coarse_friction::CoarseSteps;
-use crate::equations::{ContactModel, ContactResults, NodalContact};
+use crate::equations::{ByPoint, ContactModel, ContactResults, NodalContact};
 use crate::losses::{ContactAt, Losses};
 
 /// Work since the start of the load case. \[F L\]
@@ -60,12 +60,13 @@ impl Sums {
         model: &ContactModel,
         (before, earlier, old): (&StepState, LoadTime, &ContactResults),
         (now, time, contact): (&StepState, LoadTime, &ContactResults),
+        [earlier_stored, stored]: [&[ByPoint]; 2],
     ) {
         let [from, to] = [before, now].map(|state| model.contact_positions(&state.unknowns));
         self.lost.add(
             model,
-            &ContactAt { positions: &from, results: old, time: earlier },
-            &ContactAt { positions: &to, results: contact, time },
+            &ContactAt { positions: &from, results: old, time: earlier, stored: earlier_stored },
+            &ContactAt { positions: &to, results: contact, time, stored },
         );
         for (i, (old, new)) in old.force.iter().zip(&contact.force).enumerate() {
             self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);

@@ -267,6 +267,19 @@ fn a_clearance_is_closed_before_forces_act() {
     assert!((within - all).abs() < 1e-9, "they touch, so they are within the distance: {within} {all}");
     let adjusted = inspected(&cubes("{ nodes = 'right', gap = 0.05 }", 0.08)).contacts[0].adjusted.expect("adjusted");
     assert_eq!((adjusted.nodes, adjusted.left), (4, 6), "{adjusted:?}");
+    // with pressures at the points, the gaps of nodes count, not their means: by hand, (0.01 + 0.1 x)/cos φ, of which only
+    // that at x = 0 is below 0.015; the mean around this node is 0.018, and the nodes at x = 1 look past the other cube
+    let tilted = cubes("0.015", 0.08).replace(
+        "name = 'high'\n",
+        "name = 'high'\n\
+         place = { rotate = { axis = [0, 0, 1], degrees = 5.739170477266787 }, translate = [0.1, 0.01501256289338, 0] }\n",
+    );
+    let tilted = tilted.replace("min = [0.6, 1, 0], max = [1, 1, 1]", "min = [0.6, 1, 0], max = [1, 1.2, 1]");
+    for (place, expected) in [("points", (2, 6)), ("nodes", (0, 10))] {
+        let law = format!("adjust = 0.015\nenforcement = {{ penalty = {{ pressure_at = '{place}' }} }}");
+        let adjusted = inspected(&tilted.replace("adjust = 0.015", &law)).contacts[0].adjusted.expect("adjusted");
+        assert_eq!((adjusted.nodes, adjusted.left), expected, "{place}: {adjusted:?}");
+    }
 }
 
 /// A fit of 6 on 8 facets with fewer elements, as a design whose objective is the contact force.

@@ -26,7 +26,7 @@ pub struct Solids {
 const NEAR: f64 = 0.07;
 
 /// Largest change of the volume by that.
-const VOLUME: f64 = 5e-4;
+const VOLUME: f64 = 1e-4;
 
 /// The bodies of a design as parts that keep their outer faces; `size` is as for [`super::part`]. Unlike there, any body may
 /// be one, also one that is solid everywhere, and no face must be left. Those that are parts already, of the same size and

@@ -9,6 +9,13 @@ const PARALLEL: f64 = 1e-9;
 /// written as a spline.
 const LONG: f64 = 0.05;
 
+/// Points of an arc that must lie on its surfaces.
+const SAMPLES: usize = 16;
+
+/// How many tolerances a spline may be from its surfaces between its points: with fewer, it needs twice as many, and
+/// files become a tenth larger.
+const SPLINED: f64 = 20.0;
+
 /// Most bisections of a segment of a spline.
 const BISECTIONS: usize = 5;
 
@@ -24,7 +31,7 @@ pub(super) enum Curve {
 }
 
 /// The curve along which two surfaces meet, through `points`, which lie on both: its first and its last point, and
-/// those in between. Within `tolerance` \[L\] of both surfaces.
+/// those in between. Within `tolerance` \[L\] of both surfaces, splines within [`SPLINED`] times it.
 pub(super) fn meeting(surfaces: [&Surface; 2], points: &[V], tolerance: f64) -> Curve {
     let (first, last) = (points[0], points[points.len() - 1]);
     let conic = |centre: V, normal: V, major: V, semi: [f64; 2]| {
@@ -68,10 +75,19 @@ pub(super) fn meeting(surfaces: [&Surface; 2], points: &[V], tolerance: f64) -> 
                 spline(surfaces, points, tolerance)
             }
         }
+        [Surface::Plane { normal, .. }, Surface::Torus { centre, axis, .. }]
+        | [Surface::Torus { centre, axis, .. }, Surface::Plane { normal, .. }]
+            if normal.cross(axis).norm() < PARALLEL =>
+        {
+            circle(centre + axis * (first - centre).dot(axis), *axis)
+        }
+        _ if (last - first).norm() == 0.0 => Curve::Line,
+        _ if surfaces[0] == surfaces[1] => {
+            arc(surfaces, points, tolerance).unwrap_or_else(|| spline(surfaces, points, tolerance))
+        }
         _ => match common_axis(surfaces, tolerance) {
             Some((point, axis)) => circle(point + axis * (first - point).dot(&axis), axis),
-            None if (last - first).norm() == 0.0 => Curve::Line,
-            None => spline(surfaces, points, tolerance),
+            None => arc(surfaces, points, tolerance).unwrap_or_else(|| spline(surfaces, points, tolerance)),
         },
     }
 }
@@ -93,6 +109,30 @@ fn within(surface: &Surface, (point, axis): (V, V), points: &[V], tolerance: f64
         Some(normal) => meeting([&Surface::Plane { origin: first, normal }, surface], points, tolerance),
         None => Curve::Line,
     }
+}
+
+/// The circle through points, if its arc between the first and the last lies on both surfaces.
+fn arc(surfaces: [&Surface; 2], points: &[V], tolerance: f64) -> Option<Curve> {
+    let (a, b) = (points[0], points[points.len() - 1]);
+    let middle = match points.len() {
+        2 => onto(&((a + b) / 2.0), &surfaces.map(|s| *s), (b - a).norm(), tolerance)?,
+        count => points[count / 2],
+    };
+    let (p, q) = (middle - a, b - a);
+    let normal = p.cross(&q);
+    let to = (q * p.norm_squared() - p * q.norm_squared()).cross(&normal) / (2.0 * normal.norm_squared());
+    if !(to.norm() < 1e3 * q.norm()) {
+        return None;
+    }
+    let curve =
+        Curve::Conic { centre: a + to, normal: normal.normalize(), major: -to.normalize(), semi: [to.norm(); 2] };
+    let turn = curve.turn(&[a, middle, b]);
+    let at = |k: usize| {
+        let (sin, cos) = (turn * k as f64 / SAMPLES as f64).sin_cos();
+        a + to - to * cos - normal.normalize().cross(&to) * sin
+    };
+    let lies = |x: V| surfaces.iter().all(|s| s.distance(&x).abs() < tolerance);
+    (turn > 0.0 && (1..SAMPLES).all(|k| lies(at(k)))).then_some(curve)
 }
 
 /// The axis that two surfaces of revolution have in common.
@@ -118,7 +158,7 @@ fn spline(surfaces: [&Surface; 2], points: &[V], tolerance: f64) -> Curve {
             (on[k] + on[k + 1]) / 2.0 + (tangents[k] - tangents[k + 1]) * (chord / 8.0)
         };
         let off = |x: V| both.iter().map(|s| s.distance(&x).abs()).fold(0.0, f64::max);
-        if (0..on.len() - 1).all(|k| off(middle(k)) < tolerance) {
+        if (0..on.len() - 1).all(|k| off(middle(k)) < SPLINED * tolerance) {
             return Curve::Spline { points: on, tangents };
         }
         let mut finer = vec![on[0]];
@@ -135,14 +175,17 @@ fn spline(surfaces: [&Surface; 2], points: &[V], tolerance: f64) -> Curve {
     }
 }
 
-/// The unit tangents at the points of a curve, along it; `None` where the surfaces touch.
+/// The unit tangents at the points of a curve, along it: where the surfaces touch, between the points beside.
 fn tangents(both: &[Surface; 2], points: &[V]) -> Option<Vec<V>> {
     let last = points.len() - 1;
     (0..points.len())
         .map(|k| {
             let around = points[(k + 1).min(last)] - points[k.saturating_sub(1)];
-            let direction = both[0].normal(&points[k]).cross(&both[1].normal(&points[k])).try_normalize(1e-3)?;
-            Some(direction * direction.dot(&around).signum())
+            let normals = both.map(|surface| surface.normal(&points[k]));
+            match normals[0].cross(&normals[1]).try_normalize(1e-3) {
+                Some(direction) => Some(direction * direction.dot(&around).signum()),
+                None => (around - normals[0] * around.dot(&normals[0])).try_normalize(0.0),
+            }
         })
         .collect()
 }

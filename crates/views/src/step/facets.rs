@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::Source;
-use super::surface::{Surface, V, onto};
+use super::surface::{Surface, V, onto, touching};
 
 /// A part of the boundary on one surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -236,13 +236,23 @@ impl Facets {
         let mut unreached: BTreeSet<usize> = BTreeSet::new();
         for (&n, triangles) in &around {
             let regions: BTreeSet<usize> = triangles.iter().filter_map(|&t| self.region[t]).collect();
-            let surfaces: Vec<Surface> = regions.iter().map(|&r| self.regions[r].surface).collect();
+            let mut surfaces: Vec<Surface> = regions.iter().map(|&r| self.regions[r].surface).collect();
+            // parts of a divided surface are one
+            for k in (1..surfaces.len()).rev() {
+                if surfaces[..k].contains(&surfaces[k]) {
+                    surfaces.remove(k);
+                }
+            }
             if surfaces.is_empty() {
                 continue;
             }
             let reach = (reach * shortest[n as usize]).max(self.tolerance);
-            match onto(&self.points[n as usize], &surfaces, reach, 1e-3 * self.tolerance) {
-                Some(at) => self.points[n as usize] = at,
+            // surfaces that touch may be a little apart
+            let to = |tolerance: f64| onto(&self.points[n as usize], &surfaces, reach, tolerance * self.tolerance);
+            match to(1e-3).or_else(|| to(0.5)) {
+                Some(at) => {
+                    self.points[n as usize] = touching(&surfaces, &at, 0.5 * self.tolerance).unwrap_or(at);
+                }
                 None => unreached.extend(triangles),
             }
         }

@@ -4,17 +4,17 @@
 //! triangles, shapes ──facets──▶ regions ──settle, refine, seams──▶ ──brep──▶ faces, edges, vertices ──text──▶ STEP (AP214)
 //! ```
 //!
-//! Triangles on one plane, cylinder, cone or sphere of the outer faces become one face on exactly this surface. Of the
-//! others, two beside each other become a bilinear face, or one a plane face. An edge is the exact intersection of the surfaces beside it, so
+//! Triangles on one plane, cylinder, cone, sphere or torus of the outer faces become one face on exactly this surface. Of
+//! the others, two beside each other become a bilinear face, or one a plane face. An edge is the exact intersection of the surfaces beside it, so
 //! a facet beside a cylinder ends at an ellipse: lines, circles and ellipses as such, other intersections as cubic splines
-//! within the tolerance. Faces that close around an axis are divided in two, so that none contains the seam or a pole of its
-//! surface. Where a facet is so inclined that its arc would come close to its other edges, the edge is divided.
+//! close to the tolerance. Faces that close around an axis or a tube are divided in two, so that none contains the seam or a pole of
+//! its surface. Where a facet is so inclined that its arc would come close to its other edges, the edge is divided.
 //!
 //! Crates that write STEP exist (`cadmpeg-codec-step` 0.6, `truck-stepio`): they write a solid whose surfaces and curves one
 //! has; finding these is most of the work here, and the entities of a file are the 300 lines of `text`.
 //!
-//! Tests: `boundaries_are_closed_and_edges_on_both_surfaces`, `a_window_is_no_outer_loop`, and with Open CASCADE
-//! `a_ring_is_exact`, `facets_end_at_exact_surfaces`.
+//! Tests: `boundaries_are_closed_and_edges_on_both_surfaces`, `tori_are_exact`, `a_window_is_no_outer_loop`, and with Open CASCADE
+//! `a_ring_is_exact`, `a_fillet_is_exact`, `facets_end_at_exact_surfaces`.
 
 mod brep;
 mod curve;
@@ -57,7 +57,7 @@ pub struct Source {
 pub struct Faces {
     /// Plane faces of two or more triangles, or on an outer face.
     pub planes: usize,
-    /// Faces on cylinders, cones and spheres.
+    /// Faces on cylinders, cones, spheres and tori.
     pub curved: usize,
     /// Plane faces of one triangle, and bilinear faces of two.
     pub facets: usize,

@@ -5,15 +5,15 @@ use std::collections::HashMap;
 use super::facets::Facets;
 use super::surface::{Surface, V};
 
-/// Cosine of the largest angle between two triangles of a face (25°).
-const BENT: f64 = 0.9;
+/// Cosine of the largest angle between two triangles of a face (32°).
+const BENT: f64 = 0.85;
 
 /// Smallest sine of the angle at a corner of a face.
-const SHARP: f64 = 0.2;
+const SHARP: f64 = 0.1;
 
 /// Largest distance between the middles of the diagonals of a face, relative to its shortest side; the face is at most
-/// a quarter of it from its triangles.
-const TWISTED: f64 = 0.25;
+/// a quarter of that from its triangles.
+const TWISTED: f64 = 0.3;
 
 /// The other triangle of each facet's face, and the corners of that face, counter-clockwise seen from outside, under the smaller
 /// number of its two triangles. All sides of a face are straight: a facet beside a curved surface stays alone.

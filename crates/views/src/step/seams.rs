@@ -1,4 +1,4 @@
-//! Divides faces that close around an axis or a pole, and places the seams of surfaces beside their faces.
+//! Divides faces that close around an axis, a tube or a pole, and places the seams of surfaces beside their faces.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::f64::consts::{PI, TAU};
@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use super::facets::Facets;
 use super::surface::{Surface, V, across};
 
-/// Smallest angle about its axis that a face leaves open for the seam.
+/// Smallest angle about its axis, or about the tube of its torus, that a face leaves open for the seam.
 const GAP: f64 = PI / 6.0;
 
 /// Smallest angle between a face and a pole of its sphere.
@@ -21,7 +21,7 @@ const TRIED: usize = 72;
 /// Where the parameters of a surface start: its axis, and the direction of its seam.
 pub(super) type Frame = Option<[V; 2]>;
 
-/// Divides regions that surround their axis, or from which no pole is far enough; returns the frame of each region,
+/// Divides regions that surround their axis or the tube of their torus, or from which no pole is far enough; returns the frame of each region,
 /// none for planes.
 pub(super) fn seams(facets: &mut Facets) -> Vec<Frame> {
     let curved = |region: &usize| !matches!(facets.regions[*region].surface, Surface::Plane { .. });
@@ -34,18 +34,29 @@ pub(super) fn seams(facets: &mut Facets) -> Vec<Frame> {
             Surface::Plane { .. } | Surface::Bilinear { .. } => continue,
             Surface::Cone { point, axis, .. } => {
                 let seam = seam(&points, &point, &axis);
-                (point, seam.map(|seam| [axis, seam]).ok_or(axis))
+                (point, seam.map(|seam| [axis, seam]).ok_or((axis, clear(&points, &point, &axis))))
             }
-            Surface::Sphere { centre, .. } => (centre, poles(&points, &centre)),
+            Surface::Torus { centre, axis, radius, .. } => {
+                let found = match (open_tube(&points, (&centre, &axis), radius), seam(&points, &centre, &axis)) {
+                    (_, None) => Err((axis, clear(&points, &centre, &axis))),
+                    (false, _) => Err((axis, axis)),
+                    (true, Some(seam)) => Ok([axis, seam]),
+                };
+                (centre, found)
+            }
+            Surface::Sphere { centre, .. } => {
+                let found = poles(&points, &centre);
+                (centre, found.map_err(|axis| (axis, clear(&points, &centre, &axis))))
+            }
         };
         match found {
             Ok(frame) => frames[region] = Some(frame),
-            Err(axis) if frames.len() < most && facets.divide(region, &through, &clear(&points, &through, &axis)) => {
+            Err((_, normal)) if frames.len() < most && facets.divide(region, &through, &normal) => {
                 frames.push(None);
                 open.extend([region, facets.regions.len() - 1]);
             }
             // too few points to divide it
-            Err(axis) => frames[region] = Some([axis, across(&axis)]),
+            Err((axis, _)) => frames[region] = Some([axis, across(&axis)]),
         }
     }
     frames
@@ -61,15 +72,28 @@ fn points(facets: &Facets, region: usize) -> Vec<V> {
 fn seam(points: &[V], through: &V, axis: &V) -> Option<V> {
     let first = across(axis);
     let second = axis.cross(&first);
-    let mut angles: Vec<f64> =
-        points.iter().map(|x| (x - through).dot(&second).atan2((x - through).dot(&first))).collect();
+    let angles = points.iter().map(|x| (x - through).dot(&second).atan2((x - through).dot(&first)));
+    let middle = open(angles.collect())?;
+    Some(first * middle.cos() + second * middle.sin())
+}
+
+/// Whether points leave a large angle about the tube of a torus open.
+fn open_tube(points: &[V], (centre, axis): (&V, &V), radius: f64) -> bool {
+    let angle = |x: &V| {
+        let along = (x - centre).dot(axis);
+        along.atan2((x - centre - axis * along).norm() - radius)
+    };
+    open(points.iter().map(angle).collect()).is_some()
+}
+
+/// The middle of the largest gap between angles; `None` if there is no large one.
+fn open(mut angles: Vec<f64>) -> Option<f64> {
     angles.sort_by(f64::total_cmp);
     let start = *angles.first()?;
     angles.push(start + TAU);
     let gap = |pair: &[f64]| pair[1] - pair[0];
     let widest = angles.windows(2).max_by(|a, b| gap(a).total_cmp(&gap(b)))?;
-    let middle = (widest[0] + widest[1]) / 2.0;
-    (gap(widest) > GAP).then_some(first * middle.cos() + second * middle.sin())
+    (gap(widest) > GAP).then_some((widest[0] + widest[1]) / 2.0)
 }
 
 /// The axis of a sphere, both of whose poles are farthest from a face, and its seam; an axis about which to divide the

@@ -6,6 +6,8 @@ use super::*;
 use nalgebra::Vector3;
 use slipstick_mesh::Shape;
 
+mod tori;
+
 /// A tube along z with a square outline: a box of 4 × 4 × 2 with a bore of radius 1, whose circle has `count` chords.
 fn bored_block(count: usize) -> Source {
     let mut source = Source::default();
@@ -223,13 +225,32 @@ fn integrals(surface: &Surface, frame: seams::Frame, points: &[surface::V]) -> (
     let [axis, first] = frame.expect("a frame");
     let second = axis.cross(&first);
     let (through, _) = surface.axis().expect("a surface of revolution");
+    // ∫ f dθ dv with the angle v about the tube of a torus, by which the points go on less than half a turn at a time
+    if let Surface::Torus { radius, tube, .. } = surface {
+        let primitives = |x: &surface::V| {
+            let arm = x - through;
+            let (across, along) = ([arm.dot(&first), arm.dot(&second)], arm.dot(&axis));
+            let angle = across[1].atan2(across[0]).rem_euclid(std::f64::consts::TAU);
+            let (from, v) = (across[0].hypot(across[1]), along.atan2(across[0].hypot(across[1]) - radius));
+            let of_centre = v.cos() * (through.dot(&first) * angle.sin() - through.dot(&second) * angle.cos());
+            let off = radius * v.cos() + tube + v.sin() * through.dot(&axis);
+            (angle * tube * from, (angle * off + of_centre) * tube * from, v)
+        };
+        let mut sums = (0.0, 0.0);
+        for k in 0..points.len() {
+            let (a, b) = (primitives(&points[k]), primitives(&next(k)));
+            let by = (b.2 - a.2 + PI).rem_euclid(2.0 * PI) - PI;
+            sums = (sums.0 + (a.0 + b.0) / 2.0 * by, sums.1 + (a.1 + b.1) / 2.0 * by);
+        }
+        return sums;
+    }
     let primitives = |x: &surface::V| {
         let arm = x - through;
         let (angle, z) = (arm.dot(&second).atan2(arm.dot(&first)).rem_euclid(std::f64::consts::TAU), arm.dot(&axis));
         let (r, growth) = match surface {
             Surface::Cone { radius, slope, .. } => (radius + slope * z, (radius + slope * z) * slope),
             Surface::Sphere { radius, .. } => ((radius * radius - z * z).sqrt(), -z),
-            Surface::Plane { .. } | Surface::Bilinear { .. } => unreachable!("above"),
+            Surface::Torus { .. } | Surface::Plane { .. } | Surface::Bilinear { .. } => unreachable!("above"),
         };
         let of_centre = r * (through.dot(&first) * angle.sin() - through.dot(&second) * angle.cos());
         (angle * r, angle * (r * r - growth * (z + through.dot(&axis))) + of_centre, z)

@@ -308,6 +308,12 @@ impl File {
                 let radius = real(*radius, self.digits);
                 self.add(&format!("SPHERICAL_SURFACE('',#{placement},{radius})"))
             }
+            Surface::Torus { centre, axis, radius, tube } => {
+                let centre = self.point(centre);
+                let placement = self.placement(centre, axis, &reference, OF_SURFACES);
+                let (radius, tube) = (real(*radius, self.digits), real(*tube, self.digits));
+                self.add(&format!("TOROIDAL_SURFACE('',#{placement},{radius},{tube})"))
+            }
             Surface::Cone { point, axis, radius, slope } => {
                 let point = self.point(point);
                 let placement = self.placement(point, axis, &reference, OF_SURFACES);

@@ -64,7 +64,7 @@ pub(super) fn record((solids, faces): &(Solids, Faces)) -> Value {
 pub(super) fn tell(context: &Context, (solids, faces): &(Solids, Faces), threshold: f64) {
     let count: usize = solids.bodies.iter().map(|body| body.pieces.len()).sum();
     context.console.text(&format!(
-        "{}: {}, {} on cylinders, cones and spheres, {} where material was removed",
+        "{}: {}, {} on cylinders, cones, spheres and tori, {} where material was removed",
         counted(count, "solid"),
         counted(faces.planes, "plane face"),
         faces.curved,

@@ -1,7 +1,7 @@
 //! Integrals of a pressure at the points of a slave facet: the rows of a coupling, weighted by it.
 
 use super::FacetCoupling;
-use crate::enforcement::soft::PressureLaw;
+use crate::enforcement::soft::Weight;
 use crate::kinematics::facet_pair::PairHeights;
 use crate::kinematics::height::{AlongRay, CurvedFacet};
 use crate::kinematics::inverse_map::Unmappable;
@@ -12,8 +12,8 @@ use nalgebra::Vector3;
 /// A pressure that depends on the gap at each point of a slave facet.
 #[derive(Debug, Clone, Copy)]
 pub struct PointPressure<'a> {
-    /// The pressure as a function of the gap.
-    pub law: &'a PressureLaw,
+    /// What is integrated: the pressure, or the energy that it stores.
+    pub weight: Weight<'a>,
     /// Offsets of the facet's corners, by which the surfaces touch before their meshes do. \[L\]
     pub offsets: [f64; 4],
     /// Initial gaps that count as closed, at the points of the facet or of its quadratic face. \[L\]
@@ -112,7 +112,7 @@ impl FacetCoupling {
         master: &[u32; M],
         facets: [CurvedFacet<'_>; 2],
         Settings { x, rule, with_gradient, .. }: Settings<'_>,
-        PointPressure { law, offsets, closed }: PointPressure<'_>,
+        PointPressure { weight, offsets, closed }: PointPressure<'_>,
         pair: &mut PressedIntegrals,
     ) -> Result<(), Unmappable> {
         let points = master.map(|m| position(x, m));
@@ -134,7 +134,7 @@ impl FacetCoupling {
             (gap.heights, gap.factors) = (heights, curved.value);
         }
         let projected = corners.map(|p| plane.project(&p));
-        if !integrate_pressure(&projected, &flat, &gap, law, (rule, with_gradient), pair)? {
+        if !integrate_pressure(&projected, &flat, &gap, weight, (rule, with_gradient), pair)? {
             return Ok(());
         }
         let n = self.nodes.len();

@@ -1,5 +1,5 @@
 use super::*;
-use crate::enforcement::soft::PressureLaw;
+use crate::enforcement::soft::{PressureLaw, Weight};
 use crate::kinematics::CellRule;
 use crate::kinematics::height::FacetHeight;
 
@@ -56,7 +56,7 @@ fn pressed(
     slave: FacetNodes,
     x: &[f64],
     facets: &[FacetNodes],
-    law: &PressureLaw,
+    weight: Weight<'_>,
     curved: bool,
     gradient: bool,
 ) -> FacetCoupling {
@@ -76,7 +76,7 @@ fn pressed(
         masters,
         settings,
         PointPressure {
-            law,
+            weight,
             offsets: [0.01, 0.02, -0.03, 0.05],
             closed: [0.02, -0.01, 0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0],
         },
@@ -87,9 +87,11 @@ fn pressed(
 #[test]
 fn pressed_coupling_matches_finite_differences() {
     let kinds = mixtures().into_iter().flat_map(|m| [(m, 0.0, false), (m, 0.6, false), (m, 0.6, true)]);
-    for (((slave, triangles), shift, curved), law) in kinds.flat_map(|kind| pressures().map(|law| (kind, law))) {
+    let laws = pressures();
+    let weights = [Weight::Pressure(&laws[0]), Weight::Pressure(&laws[1]), Weight::Energy(&laws[0])];
+    for (((slave, triangles), shift, curved), weight) in kinds.flat_map(|kind| weights.map(|weight| (kind, weight))) {
         let (x, facets) = scene(shift, triangles);
-        let base = pressed(slave, &x, &facets, &law, curved, true);
+        let base = pressed(slave, &x, &facets, weight, curved, true);
         let (n, scale) = (base.nodes.len(), base.pressed.iter().fold(0.0, |m: f64, c| m.max(c.abs())));
         assert!(scale > 0.05, "{scale}");
         let mut worst: f64 = 0.0;
@@ -98,7 +100,7 @@ fn pressed_coupling_matches_finite_differences() {
             let at = |h: f64| {
                 let mut moved = x.clone();
                 moved[dof] += h;
-                pressed(slave, &moved, &facets, &law, curved, false).pressed
+                pressed(slave, &moved, &facets, weight, curved, false).pressed
             };
             let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));
             for e in 0..slave.len() * n {
@@ -106,8 +108,8 @@ fn pressed_coupling_matches_finite_differences() {
                 worst = worst.max((fd - base.pressed_gradient[e * 3 * n + t]).abs());
             }
         }
-        println!("{slave:?} {triangles} {shift} {curved} {law:?}: {worst:.1e} of {scale:.1e}");
-        assert!(worst < 2e-7 * scale.max(1.0), "{slave:?} {triangles} {shift} {curved} {law:?}: {worst:e}");
+        println!("{slave:?} {triangles} {shift} {curved} {weight:?}: {worst:.1e} of {scale:.1e}");
+        assert!(worst < 2e-7 * scale.max(1.0), "{slave:?} {triangles} {shift} {curved} {weight:?}: {worst:e}");
     }
 }
 
@@ -127,7 +129,7 @@ fn the_resultant_of_an_affine_pressure_follows_from_the_weighted_gaps() {
             slave.into(),
             masters,
             settings,
-            PointPressure { law: &law, offsets: [0.1; 4], closed: [0.0; 9] },
+            PointPressure { weight: Weight::Pressure(&law), offsets: [0.1; 4], closed: [0.0; 9] },
         );
         let (n, corners) = (coupling.nodes.len(), slave.len());
         let sum = |list: &[f64]| (0..corners).map(|j| list[j * n..][..corners].iter().sum::<f64>()).sum::<f64>();

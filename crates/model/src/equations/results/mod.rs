@@ -14,6 +14,7 @@
 
 pub(in crate::equations) mod element_fields;
 pub(in crate::equations) mod observed;
+pub(in crate::equations) mod stored;
 pub(in crate::equations) mod thermal;
 
 use crate::equations::evaluated::{ContactState, NodeState};

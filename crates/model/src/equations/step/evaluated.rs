@@ -7,6 +7,7 @@ use crate::equations::{ContactModel, Design, ModelInterface, SlaveData};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::enforcement::NodeMeasures;
+use slipstick_contact::enforcement::soft::Weight;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactStatus, InterfaceError, InterfaceWorkspace};
 use slipstick_linalg::BlockMatrix;
@@ -282,7 +283,8 @@ impl ContactModel {
                 rest = later;
                 continue;
             }
-            let pressure = model.point_law().filter(|_| !own_offsets.is_empty()).map(|law| (law, own_offsets));
+            let pressure =
+                model.point_law().filter(|_| !own_offsets.is_empty()).map(|law| (Weight::Pressure(law), own_offsets));
             let evaluated = model.interface.evaluate_pressed(x, with_gradient, pressure, workspace, &mut rest);
             evaluated.map_err(|e| match e {
                 InterfaceError::Folded { node } => StateError::FoldedSurface { node },
