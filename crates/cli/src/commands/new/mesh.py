@@ -259,8 +259,8 @@ def flat(parts):
     return len(tags) > 0 and min(gmsh.model.mesh.getElementQualities(tags, "minSJ")) < FLAT
 
 
-def mesh(hexahedra, *said):
-    """Meshes the file, and says what it contains, after what is `said` already."""
+def mesh(hexahedra, plan=None, said=()):
+    """Meshes the file, and says what it contains, after what is `said` already; sweeps bodies as in `plan`."""
     said = list(said)
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
     if not os.path.isfile(STEP):
@@ -288,7 +288,7 @@ def mesh(hexahedra, *said):
     }
     pairs = find_contact(names, faces, distance)
 
-    said += overlaps(names, pairs, distance) if hexahedra == HEXAHEDRA else []
+    said += overlaps(names, pairs, distance)
 
     # groups
     groups, finer = {}, []
@@ -321,14 +321,17 @@ def mesh(hexahedra, *said):
                 own = f"{kind}_{counts[kind]}"
             groups.setdefault(f"{name}_{own}", set()).add(face.tag)
     # what is meshed instead of each solid
-    parts, joined, any_swept = {solid: [solid] for solid in names}, [], False
+    parts, joined, tried = {solid: [solid] for solid in names}, [], {}
+    any_swept = any_vain = False
     if hexahedra:
         gmsh.model.mesh.clear()
         for solid in sorted(names):
             near = any(face.tag in finer for face in faces[solid])
-            found, reason = swept(solid, faces[solid], (CONTACT_SIZE if near else 1.0) * sizes[solid])
+            length = (CONTACT_SIZE if near else 1.0) * sizes[solid]
+            found, tried[solid], vain = swept(solid, faces[solid], length, plan and plan[solid])
+            any_vain |= vain
             if found is None:
-                said.append(f"warning {names[solid]} {reason}: it gets tetrahedra instead of hexahedra")
+                said.append(f"warning {names[solid]} {tried[solid][1]}: it gets tetrahedra instead of hexahedra")
                 continue
             parts[solid], tags, closed = found
             any_swept = True
@@ -336,6 +339,9 @@ def mesh(hexahedra, *said):
             finer = sorted(set().union(*(tags.get(tag, {tag}) for tag in finer)))
             if closed:
                 joined += parts[solid]
+        if any_vain and not plan:
+            gmsh.finalize()
+            return mesh(True, tried)
     for solid, name in names.items():
         gmsh.model.addPhysicalGroup(3, parts[solid], name=name)
     for name, tags in sorted(groups.items()):
@@ -363,8 +369,7 @@ def mesh(hexahedra, *said):
     field.setAsBackgroundMesh(least)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
     gmsh.option.setNumber("Mesh.ElementOrder", ORDER)
-    # it would fold the nodes of swept bodies along their edges
-    gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 and not any_swept else 0)
+    gmsh.option.setNumber("Mesh.HighOrderOptimize", 1 if ORDER > 1 else 0)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # better elements; 0 if it fails
     # two edges of a quadrangle on one smooth curve would meet at a flat corner: two triangles, and so wedges, instead
     gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
@@ -377,7 +382,8 @@ def mesh(hexahedra, *said):
     bad = [name for solid, name in names.items() if any_swept and flat(parts[solid])]
     if bad:
         gmsh.finalize()
-        return mesh(False, f"warning Gmsh made flat elements in {bad[0]}: all bodies get tetrahedra instead of hexahedra")
+        message = f"warning Gmsh made flat elements in {bad[0]}: all bodies get tetrahedra instead of hexahedra"
+        return mesh(False, said=[message])
     if joined:  # the ends of a whole revolution
         layer = [(3, part) for part in joined]
         whole = set(layer)

@@ -296,11 +296,14 @@ def sweep(way, solid, faces, size):
     return new, found, closed, [tag for _, tag in sources if tag in kept]
 
 
-def swept(solid, faces, size):
-    """Replaces a solid by swept ones if it can. Returns their tags, those of its faces, and whether they
-    go all around an axis; or why it cannot."""
-    reason = "is neither a prism nor a body of revolution"
-    for way in sorted(ways(solid, faces), key=lambda way: unstacked(way, solid, faces)):
+def swept(solid, faces, size, planned=None):
+    """Replaces a solid by swept ones if it can. Returns their tags, those of its faces, and whether they go all around
+    an axis, or None; the plan, which is the number of the way and, if there is none, the reason; and whether ways
+    were tried in vain. With a plan, only this way is tried: Gmsh would mesh a solid by what is left of those."""
+    reason, vain = "is neither a prism nor a body of revolution", False
+    for number, way in enumerate(sorted(ways(solid, faces), key=lambda way: unstacked(way, solid, faces))):
+        if planned and planned[0] != number:
+            continue
         if isinstance(way, Arc) and touches_axis(way, solid):
             reason = "reaches its axis of revolution"
             continue
@@ -312,8 +315,9 @@ def swept(solid, faces, size):
             for cell in cells:
                 gmsh.model.mesh.setRecombine(2, cell)
                 gmsh.model.mesh.setAlgorithm(2, cell, 8)  # triangles that join to regular quadrangles
-            return found, ""
-    return None, reason
+            return found, (number, ""), vain
+        vain = True
+    return None, planned or (None, reason), vain
 
 
 def touches_axis(way, solid):
