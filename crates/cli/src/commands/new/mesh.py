@@ -37,6 +37,13 @@ OPPOSED = -0.7
 # Smallest ratio of the Jacobian determinant at a point of an element to that at another one.
 FLAT = 0.02
 
+# Corners of the faces of elements with so many corners.
+FACES = {
+    4: ((0, 1, 2), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+    6: ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    8: ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+
 # Labels that programs write where the user gave none.
 NO_LABELS = re.compile(r"(open cascade step translator.*|solid|shell|body|compound|shapes|assembly|unnamed|none|\d*)$")
 
@@ -253,14 +260,35 @@ def overlaps(names, pairs, distance):
 # SWEEPS
 
 
-def flat(parts):
-    """Whether an element is turned over or nearly flat."""
-    tags = [tag for part in parts for some in gmsh.model.mesh.getElements(3, part)[1] for tag in some]
-    return len(tags) > 0 and min(gmsh.model.mesh.getElementQualities(tags, "minSJ")) < FLAT
+def spoiled(parts):
+    """Whether an element is turned over or nearly flat, or two lie on the same side of their common face."""
+    seen = {}
+    tags, flat, _ = gmsh.model.mesh.getNodes()
+    points = {tag: flat[3 * i : 3 * i + 3] for i, tag in enumerate(tags)}
+    for part in parts:
+        for kind, elements, nodes in zip(*gmsh.model.mesh.getElements(3, part)):
+            if min(gmsh.model.mesh.getElementQualities(elements, "minSJ")) < FLAT:
+                return True
+            _, _, _, count, _, corners = gmsh.model.mesh.getElementProperties(kind)
+            for first in range(0, len(nodes), count):
+                own = nodes[first : first + corners]
+                centre = sum(points[tag] for tag in own) / corners
+                for face in FACES.get(corners, ()):
+                    at = [points[own[k]] for k in face]
+                    key = tuple(sorted(own[k] for k in face))
+                    if key not in seen:
+                        middle, normal = sum(at) / len(at), cross(at[1] - at[0], at[-1] - at[0])
+                        seen[key] = middle, normal, dot(normal, centre - middle)
+                        continue
+                    middle, normal, side = seen[key]
+                    if side * dot(normal, centre - middle) >= 0:
+                        return True
+    return False
 
 
-def mesh(hexahedra, plan=None, said=()):
-    """Meshes the file, and says what it contains, after what is `said` already; sweeps bodies as in `plan`."""
+def mesh(hexahedra, plan=None, said=(), quadrangles=True):
+    """Meshes the file, and says what it contains, after what is `said` already; sweeps bodies as in `plan`, with
+    hexahedra, or only with wedges."""
     said = list(said)
     os.chdir(os.path.dirname(os.path.abspath(__file__)))
     if not os.path.isfile(STEP):
@@ -328,7 +356,7 @@ def mesh(hexahedra, plan=None, said=()):
         for solid in sorted(names):
             near = any(face.tag in finer for face in faces[solid])
             length = (CONTACT_SIZE if near else 1.0) * sizes[solid]
-            found, tried[solid], vain = swept(solid, faces[solid], length, plan and plan[solid])
+            found, tried[solid], vain = swept(solid, faces[solid], length, plan and plan[solid], quadrangles)
             any_vain |= vain
             if found is None:
                 said.append(f"warning {names[solid]} {tried[solid][1]}: it gets tetrahedra instead of hexahedra")
@@ -379,10 +407,13 @@ def mesh(hexahedra, plan=None, said=()):
         gmsh.model.mesh.generate(3)
     except Exception as error:
         fail(f"Gmsh cannot mesh {STEP}: {error}", f"try another element size (--size, or SIZE in the script; it was {size:.3g} mm), or simplify small faces")
-    bad = [name for solid, name in names.items() if any_swept and flat(parts[solid])]
+    bad = [name for solid, name in names.items() if any_swept and spoiled(parts[solid])]
     if bad:
         gmsh.finalize()
-        message = f"warning Gmsh made flat elements in {bad[0]}: all bodies get tetrahedra instead of hexahedra"
+        if quadrangles:
+            message = f"warning Gmsh made flat or overlapping hexahedra in {bad[0]}: swept bodies get wedges instead"
+            return mesh(True, tried, [message], quadrangles=False)
+        message = f"warning Gmsh made flat or overlapping elements in {bad[0]}: all bodies get tetrahedra instead of hexahedra"
         return mesh(False, said=[message])
     if joined:  # the ends of a whole revolution
         layer = [(3, part) for part in joined]

@@ -296,10 +296,11 @@ def sweep(way, solid, faces, size):
     return new, found, closed, [tag for _, tag in sources if tag in kept]
 
 
-def swept(solid, faces, size, planned=None):
+def swept(solid, faces, size, planned, quadrangles):
     """Replaces a solid by swept ones if it can. Returns their tags, those of its faces, and whether they go all around
     an axis, or None; the plan, which is the number of the way and, if there is none, the reason; and whether ways
-    were tried in vain. With a plan, only this way is tried: Gmsh would mesh a solid by what is left of those."""
+    were tried in vain. With a plan, only this way is tried: Gmsh would mesh a solid by what is left of those. Sections
+    consist of `quadrangles` as far as possible, or of triangles."""
     reason, vain = "is neither a prism nor a body of revolution", False
     for number, way in enumerate(sorted(ways(solid, faces), key=lambda way: unstacked(way, solid, faces))):
         if planned and planned[0] != number:
@@ -312,7 +313,7 @@ def swept(solid, faces, size, planned=None):
             gmsh.model.occ.remove([(3, solid)], recursive=True)
             gmsh.model.occ.synchronize()
             *found, cells = found
-            for cell in cells:
+            for cell in cells if quadrangles else []:
                 gmsh.model.mesh.setRecombine(2, cell)
                 gmsh.model.mesh.setAlgorithm(2, cell, 8)  # triangles that join to regular quadrangles
             return found, (number, ""), vain
