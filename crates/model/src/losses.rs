@@ -4,8 +4,8 @@
 //! −ζ_nj δg̃_j + ζ_τj·δũ_τj of it. The two are equal if the forces act along the derivatives of gap and slip;
 //! at edges that dig in, and on coarse curved surfaces, they do not, and the difference is lost or gained
 //! without a mechanism. Where pressures follow from the gaps at integration points, those account for the change of
-//! the energy that they store, ∂E_j/∂x·δx, instead of −ζ_nj δg̃_j. Smaller load steps do not change it. Both are integrated by the trapezoidal rule over
-//! the accepted (sub-)steps, so that coarse steps change both alike. In the step in which a node closes or opens, the
+//! the energy that they store, ∂E_j/∂x·δx, instead of −ζ_nj δg̃_j. Smaller load steps do not change the loss. Both
+//! are integrated by the trapezoidal rule over the accepted (sub-)steps, so that coarse steps change both alike. In the step in which a node closes or opens, the
 //! rule counts half of the node's force times its gap; this is not a loss. A node that faces no master at one end of a
 //! step does not count in that step.
 //! Tests: `an_edge_that_digs_in_loses_work`, `points_that_dig_in_lose_work`,
