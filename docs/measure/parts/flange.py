@@ -58,11 +58,11 @@ def flange(size):
     body, _ = occ.cut(body, holes + [(3, occ.addCylinder(0, 0, -1, 0, 0, 42, 9))])
     occ.synchronize()
     gmsh.model.addPhysicalGroup(3, [body[0][1]], name="flange")
-    faces = {"lower": [], "upper": [], "others": []}
+    faces = {}
     for _, face in gmsh.model.getBoundary(body, oriented=False):
         box = gmsh.model.getBoundingBox(2, face)
         flat = box[5] - box[2] < 0.01
-        faces["lower" if flat and box[5] < 1 else "upper" if flat and box[2] > 39 else "others"].append(face)
+        faces["lower" if flat and box[5] < 1 else "upper" if flat and box[2] > 39 else f"face_{face}"] = [face]
     for name, of in faces.items():
         gmsh.model.addPhysicalGroup(2, of, name=name)
     gmsh.option.setNumber("Mesh.MeshSizeMin", size)
